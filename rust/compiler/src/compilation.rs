@@ -1,11 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 //! The way of a program through all stages.
 
+use crate::analysis;
 use crate::diagnostics::{Code, Diagnostics};
+use crate::elaborated::Elaborated;
 use crate::plan::Plan;
 use crate::resolve::{self, SourceProvider};
 use crate::stack::with_stack;
-use crate::{analysis, federates, instances};
+use crate::syntax::ast::SourceUnit;
 
 /// What came of a program.
 #[derive(Debug)]
@@ -27,6 +29,27 @@ pub fn compile(main_path: &str, sources: &dyn SourceProvider) -> Compilation {
     Compilation { plan, diagnostics }
 }
 
+/// The tree of one file.
+#[derive(Debug)]
+pub struct SyntaxTree {
+    /// The declarations that could be read; places are in the text that the diagnostics have.
+    pub unit: SourceUnit,
+    /// All that is wrong with the syntax, of code blocks too, with the text.
+    pub diagnostics: Diagnostics,
+}
+
+/// Parses one file, whatever is in it. Imports are not followed.
+pub fn parse(path: &str, text: &str) -> SyntaxTree {
+    let mut diagnostics = Diagnostics::default();
+    let unit = with_stack(|| {
+        let mut program = resolve::alone(path, text, &mut diagnostics);
+        resolve::check_code(&program, &mut diagnostics);
+        program.units.pop().map(|unit| unit.ast).unwrap_or_default()
+    });
+    diagnostics.sort();
+    SyntaxTree { unit, diagnostics }
+}
+
 fn stages(main_path: &str, sources: &dyn SourceProvider, diagnostics: &mut Diagnostics) -> Option<Plan> {
     let program = resolve::load(main_path, sources, diagnostics)?;
     let incomplete = diagnostics.iter().any(|entry| leaves_gaps(entry.code));
@@ -45,9 +68,8 @@ fn stages(main_path: &str, sources: &dyn SourceProvider, diagnostics: &mut Diagn
     if diagnostics.has_errors() {
         return None;
     }
-    let mut tree = instances::build(&classes, main, diagnostics)?;
-    let parts = federates::cut(&mut tree, &classes, diagnostics);
-    analysis::analyse(&program, &classes, &tree, &parts, target, diagnostics)
+    let elaborated = Elaborated::new(&classes, main, diagnostics)?;
+    analysis::analyse(&program, &elaborated, target, diagnostics)
 }
 
 /// Whether text was skipped at an error of this kind.

@@ -3,8 +3,9 @@
 
 use std::collections::BTreeMap;
 
+use crate::arena::Arena;
 use crate::diagnostics::{Code, Diagnostic, Diagnostics, Span};
-use crate::instances::Tree;
+use crate::instances::{InstanceId, Tree};
 use crate::resolve::{CheckedReaction, Class};
 use crate::syntax::ast::{Host, ReactorKind};
 
@@ -12,8 +13,8 @@ use crate::syntax::ast::{Host, ReactorKind};
 #[derive(Debug)]
 pub(crate) struct Part {
     pub(crate) name: String,
-    /// The position of its outermost instance in the tree.
-    pub(crate) top: usize,
+    /// Its outermost instance.
+    pub(crate) top: InstanceId,
     pub(crate) host: Option<String>,
 }
 
@@ -23,16 +24,16 @@ pub(crate) struct Participants {
     pub(crate) federated: bool,
     pub(crate) list: Vec<Part>,
     /// Per instance of the tree; nothing for the federated reactor itself.
-    pub(crate) of: Vec<Option<usize>>,
+    pub(crate) of: Arena<InstanceId, Option<usize>>,
 }
 
 /// Cuts the tree. A main reactor is one part.
 pub(crate) fn cut(tree: &mut Tree, classes: &[Class<'_>], diagnostics: &mut Diagnostics) -> Participants {
-    let root = tree.instances[0].clone();
+    let root = tree.instances[InstanceId::MAIN].clone();
     let class = &classes[root.class.0];
     if class.ast.kind != ReactorKind::Federated {
-        let part = Part { name: root.path.clone(), top: 0, host: None };
-        return Participants { federated: false, list: vec![part], of: vec![Some(0); tree.instances.len()] };
+        let part = Part { name: root.path.clone(), top: InstanceId::MAIN, host: None };
+        return Participants { federated: false, list: vec![part], of: Arena::of(&tree.instances, Some(0)) };
     }
     check_federated(class, diagnostics);
     let mut parts = Vec::new();
@@ -51,11 +52,11 @@ pub(crate) fn cut(tree: &mut Tree, classes: &[Class<'_>], diagnostics: &mut Diag
             parts.push(Part { name, top: *top, host: host.clone() });
         }
     }
-    let mut of: Vec<Option<usize>> = Vec::new();
-    for (position, instance) in tree.instances.iter().enumerate() {
+    let mut of: Arena<InstanceId, Option<usize>> = Arena::default();
+    for (position, instance) in tree.instances.iter() {
         let part = match instance.parent {
             None => None,
-            Some(0) => parts.iter().position(|part| part.top == position),
+            Some(InstanceId::MAIN) => parts.iter().position(|part| part.top == position),
             Some(parent) => of[parent],
         };
         of.push(part);
@@ -74,7 +75,7 @@ pub(crate) fn cut(tree: &mut Tree, classes: &[Class<'_>], diagnostics: &mut Diag
 
 /// Reports a reaction of the federated reactor that would be in a federate of another language.
 fn check_share(class: &Class<'_>, reaction: usize, federate: &Class<'_>, diagnostics: &mut Diagnostics) {
-    let (outer, inner) = (class.language.name(), federate.language.name());
+    let (outer, inner) = (class.language, federate.language);
     if outer != inner {
         let message = format!("this reaction is in {outer}, and would be in a federate with bodies in {inner}");
         let hint = format!("put it into a reactor of its own, or into `{}`", federate.name);

@@ -7,6 +7,7 @@
 use core::cell::RefCell;
 use std::collections::{BTreeMap, BTreeSet};
 
+use crate::arena::{Arena, ArenaId as _, arena_ids};
 use crate::diagnostics::{Code, Diagnostic, Diagnostics, Span};
 use crate::plan::{BANK_INDEX, Fixed};
 use crate::resolve::{Class, ClassId};
@@ -19,6 +20,18 @@ const INSTANCES_MAX: usize = 10_000;
 /// How many channels a port may have, and how many members a bank: the tables number them in 16 bits.
 const WIDTH_MAX: i64 = u16::MAX as i64;
 
+arena_ids! {
+    /// Position in [`Tree::instances`].
+    pub(crate) InstanceId;
+    /// Position in [`Tree::modes`].
+    pub(crate) ModeInstanceId;
+}
+
+impl InstanceId {
+    /// The main or federated reactor.
+    pub(crate) const MAIN: Self = Self(0);
+}
+
 /// An instance of a reactor.
 #[derive(Clone, Debug)]
 pub(crate) struct ReactorInstance {
@@ -26,19 +39,19 @@ pub(crate) struct ReactorInstance {
     /// has its number behind its name: `sensors[2]`.
     pub(crate) path: String,
     pub(crate) class: ClassId,
-    pub(crate) parent: Option<usize>,
+    pub(crate) parent: Option<InstanceId>,
     /// Which of the children of the parent's class it is.
     pub(crate) child: Option<usize>,
     /// Which member of a bank it is.
     pub(crate) bank_index: Option<usize>,
     /// Per child of the class: the position of the instance, or those of a bank's members.
-    pub(crate) children: Vec<Vec<usize>>,
+    pub(crate) children: Vec<Vec<InstanceId>>,
     /// Per port of the class: how many channels it has; nothing for one that is no multiport.
     pub(crate) widths: Vec<Option<usize>>,
-    /// The innermost mode that it is in, by its position in the tree's modes.
-    pub(crate) mode: Option<usize>,
-    /// The position of the first of its own modes.
-    first_mode: usize,
+    /// The innermost mode that it is in.
+    pub(crate) mode: Option<ModeInstanceId>,
+    /// The first of its own modes.
+    first_mode: ModeInstanceId,
     /// The parameters that are known, in the order of the class; times in nanoseconds.
     numbers: Vec<Option<i64>>,
     /// From which parameters of the main reactor each of these has been worked out.
@@ -52,7 +65,7 @@ type Origins = BTreeSet<usize>;
 /// A mode of an instance.
 #[derive(Debug)]
 pub(crate) struct ModeInstance {
-    pub(crate) instance: usize,
+    pub(crate) instance: InstanceId,
     /// Its position in the class.
     pub(crate) declared: usize,
     pub(crate) initial: bool,
@@ -62,9 +75,9 @@ pub(crate) struct ModeInstance {
 /// all others come the [shares](Self::add_share) of federates.
 #[derive(Debug, Default)]
 pub(crate) struct Tree {
-    pub(crate) instances: Vec<ReactorInstance>,
+    pub(crate) instances: Arena<InstanceId, ReactorInstance>,
     /// The modes of all instances, in their order.
-    pub(crate) modes: Vec<ModeInstance>,
+    pub(crate) modes: Arena<ModeInstanceId, ModeInstance>,
     /// The parameters of the main reactor on which widths or times depend that have been asked for.
     fixed: RefCell<BTreeMap<usize, Fixed>>,
 }
@@ -84,8 +97,8 @@ impl Tree {
 
     /// Adds what a federate has of the federated reactor, for the reactions of that: its state, its timers and actions,
     /// and of what it contains only the federate's own instance.
-    pub(crate) fn add_share(&mut self, top: usize) {
-        let mut share = self.instances[0].clone();
+    pub(crate) fn add_share(&mut self, top: InstanceId) {
+        let mut share = self.instances[InstanceId::MAIN].clone();
         // No instance can be called so.
         share.path = format!("{}.federated", self.instances[top].path);
         share.children.iter_mut().for_each(|members| members.retain(|member| *member == top));
@@ -93,14 +106,14 @@ impl Tree {
     }
 
     /// Whether an instance is the share of a federate.
-    pub(crate) fn is_share(&self, instance: usize) -> bool {
-        instance > 0 && self.instances[instance].parent.is_none()
+    pub(crate) fn is_share(&self, instance: InstanceId) -> bool {
+        instance != InstanceId::MAIN && self.instances[instance].parent.is_none()
     }
 }
 
 /// What is to be added to the tree.
 struct Next {
-    parent: Option<usize>,
+    parent: Option<InstanceId>,
     child: Option<usize>,
     bank_index: Option<usize>,
     class: ClassId,
@@ -117,9 +130,9 @@ pub(crate) fn build(classes: &[Class<'_>], main: ClassId, diagnostics: &mut Diag
             work.diagnostics.push(Diagnostic::new(Code::TooLarge, classes[main.0].ast.span(), message));
             return None;
         }
-        let (position, class) = (work.tree.instances.len(), next.class);
+        let class = next.class;
         let instance = work.instance(&next);
-        work.tree.instances.push(instance);
+        let position = work.tree.instances.push(instance);
         let modes = classes[class.0].ast.body.modes.iter().enumerate();
         let modes = modes.map(|(declared, mode)| ModeInstance { instance: position, declared, initial: mode.initial });
         work.tree.modes.extend(modes);
@@ -201,7 +214,7 @@ impl TreeBuilder<'_> {
             children: vec![Vec::new(); declared.children.len()],
             widths: Vec::new(),
             mode: next.parent.and_then(|parent| self.tree.mode_of(parent, child.and_then(|child| child.ast.mode))),
-            first_mode: self.tree.modes.len(),
+            first_mode: self.tree.modes.next_id(),
             numbers,
             origins,
             span,
@@ -214,7 +227,7 @@ impl TreeBuilder<'_> {
     }
 
     /// The width of a bank in an instance.
-    fn width(&mut self, instance: usize, width: &Width) -> Option<usize> {
+    fn width(&mut self, instance: InstanceId, width: &Width) -> Option<usize> {
         // It goes back to where it is.
         let instances = std::mem::take(&mut self.tree.instances);
         let sum = self.sum(&instances[instance], width);
@@ -261,24 +274,26 @@ fn as_number(index: usize) -> i64 {
 
 impl Tree {
     /// The innermost mode that something in an instance is in, which is declared in one of its modes or in none.
-    pub(crate) fn mode_of(&self, instance: usize, declared: Option<usize>) -> Option<usize> {
+    pub(crate) fn mode_of(&self, instance: InstanceId, declared: Option<usize>) -> Option<ModeInstanceId> {
         let instance = &self.instances[instance];
-        declared.map_or(instance.mode, |mode| Some(instance.first_mode + mode))
+        declared.map_or(instance.mode, |mode| Some(ModeInstanceId::at(instance.first_mode.position() + mode)))
     }
 
     /// A mode and those that contain it, from the inside.
-    pub(crate) fn modes_around(&self, mode: Option<usize>) -> impl Iterator<Item = usize> {
+    pub(crate) fn modes_around(&self, mode: Option<ModeInstanceId>) -> impl Iterator<Item = ModeInstanceId> {
         core::iter::successors(mode, |mode| self.instances[self.modes[*mode].instance].mode)
     }
 
     /// Whether what is in the one mode and what is in the other one are never active at the same time.
-    pub(crate) fn exclude(&self, one: Option<usize>, other: Option<usize>) -> bool {
-        let apart = |one: usize, other: usize| one != other && self.modes[one].instance == self.modes[other].instance;
+    pub(crate) fn exclude(&self, one: Option<ModeInstanceId>, other: Option<ModeInstanceId>) -> bool {
+        let apart = |one: ModeInstanceId, other: ModeInstanceId| {
+            one != other && self.modes[one].instance == self.modes[other].instance
+        };
         self.modes_around(one).any(|one| self.modes_around(other).any(|other| apart(one, other)))
     }
 
     /// The nanoseconds of a parameter of an instance, if they are known.
-    pub(crate) fn parameter(&self, instance: usize, parameter: usize) -> Option<i64> {
+    pub(crate) fn parameter(&self, instance: InstanceId, parameter: usize) -> Option<i64> {
         let instance = &self.instances[instance];
         instance.origins.get(parameter).inspect(|origins| self.fix(origins, Fixed::Time));
         instance.numbers.get(parameter).copied().flatten()
@@ -287,13 +302,13 @@ impl Tree {
     /// The nanoseconds of a value in the scope of an instance; reports a value that is not known at build time.
     pub(crate) fn time(
         &self,
-        instance: usize,
+        instance: InstanceId,
         value: &Expression,
-        classes: &[Class<'_>],
+        class: &Class<'_>,
         diagnostics: &mut Diagnostics,
     ) -> Option<i64> {
         let instance = &self.instances[instance];
-        let scope = Scope::new(&classes[instance.class.0], &instance.numbers, &instance.origins);
+        let scope = Scope::new(class, &instance.numbers, &instance.origins);
         let time = scope.time(value);
         self.fix(&scope.used.into_inner(), Fixed::Time);
         if time.is_none() {
@@ -343,7 +358,7 @@ impl<'a> Scope<'a> {
         match &value.kind {
             ExpressionKind::Name(name) => named(name),
             ExpressionKind::Literal(Literal::Int(digits)) => digits.parse().ok(),
-            ExpressionKind::Code(code) => self.class.language.integer(&code.text, &named),
+            ExpressionKind::Code(code) => (self.class.language.facts().integer)(&code.text, &named),
             _ => literal_ns(value),
         }
     }

@@ -9,7 +9,8 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use lf_compiler::deployment::Platform;
-use lf_compiler::{SourceProvider, Style, TargetProperty, compile, supported};
+use lf_compiler::plan::Language;
+use lf_compiler::{PropertyScope, SourceProvider, Style, TargetProperty, compile, supported};
 
 /// A reactor in which the examples below make sense.
 const AROUND: &str = "reactor Child(gain: i32 = 1) { input x: i32  output y: i32 }
@@ -125,14 +126,12 @@ fn every_example_in_the_table_of_the_language_compiles() {
 
 #[test]
 fn every_target_property_takes_the_values_in_its_table() {
-    let supported = supported();
-    let rust = supported.coordination.iter().chain(supported.program).chain(supported.rust);
-    let c = supported.coordination.iter().chain(supported.program).chain(supported.c);
-    for (target, properties) in [("Rust", rust.collect::<Vec<_>>()), ("C", c.collect())] {
-        for TargetProperty { name, values, .. } in properties {
+    for language in Language::ALL {
+        let is_other = |scope: PropertyScope| matches!(scope, PropertyScope::Bodies(other) if other != language);
+        for TargetProperty { name, values, .. } in supported().properties.iter().filter(|it| !is_other(it.scope)) {
             for value in *values {
                 let program = format!("{AROUND}}}\nfederated reactor {{ a = new Parent() }}");
-                check(&format!("target {target} {{ {name}: {value} }}\n{program}"));
+                check(&format!("target {language} {{ {name}: {value} }}\n{program}"));
             }
         }
     }
@@ -156,16 +155,20 @@ fn the_documents_have_the_tables_of_what_is_supported() {
     rewrite("README.md", "refused", &missing);
     rewrite("README.md", "boards", &boards());
     rewrite("docs/guide/src/supported.md", "language", &language);
-    rewrite("docs/guide/src/configuration.md", "coordination", &properties(supported.coordination));
-    rewrite("docs/guide/src/configuration.md", "properties", &properties(supported.program));
-    rewrite("docs/guide/src/configuration.md", "properties of Rust", &properties(supported.rust));
-    rewrite("docs/guide/src/configuration.md", "properties of C", &properties(supported.c));
+    rewrite("docs/guide/src/configuration.md", "coordination", &properties(PropertyScope::Coordination));
+    rewrite("docs/guide/src/configuration.md", "properties", &properties(PropertyScope::Program));
+    rewrite(
+        "docs/guide/src/configuration.md",
+        "properties of Rust",
+        &properties(PropertyScope::Bodies(Language::Rust)),
+    );
+    rewrite("docs/guide/src/configuration.md", "properties of C", &properties(PropertyScope::Bodies(Language::C)));
     rewrite("docs/guide/src/configuration.md", "refused properties", &refused);
 }
 
-fn properties(properties: &[TargetProperty]) -> String {
+fn properties(scope: PropertyScope) -> String {
     let mut table = "| target property | values | what it says |\n|---|---|---|\n".to_owned();
-    for TargetProperty { name, values, does } in properties {
+    for TargetProperty { name, values, does, .. } in supported().properties.iter().filter(|it| it.scope == scope) {
         writeln!(table, "| `{name}` | `{}` | {does} |", values.join("`, `")).expect("a text takes all");
     }
     table

@@ -38,7 +38,7 @@ fn files_and_macros_of_imported_files_count_and_say_whose_they_are() {
     ]);
     let c = &plan.target.c;
     assert!(c.is_cpp && c.no_lines);
-    assert_eq!((plan.target.language.as_str(), c.compiler.as_deref()), ("C", None));
+    assert_eq!((plan.target.language.name(), c.compiler.as_deref()), ("C", None));
     assert_eq!(c.flags.iter().map(|flag| flag.text.as_str()).collect::<Vec<_>>(), ["-O2", "-Wall"]);
     assert_eq!(c.files.iter().map(|file| file.path.as_str()).collect::<Vec<_>>(), ["c/a.c", "src/lib/b.h"]);
     assert_eq!(c.cmake[0].sources, ["c/a.c"]);

@@ -167,8 +167,14 @@ fn what_is_nested_too_deeply_is_refused_and_nothing_overflows() {
 #[test]
 fn what_is_taken_by_the_check_all_that_follows_takes_too() {
     let deployment = Deployment::default();
-    let settings =
-        Settings { lf_linux: "/l", lf_zephyr: "/z", version: "0.0.0", current: "/", deployment: &deployment };
+    let settings = Settings {
+        lf_linux: "/l",
+        lf_zephyr: "/z",
+        lf_c_build: "/c",
+        version: "0.0.0",
+        current: "/",
+        deployment: &deployment,
+    };
     let mut taken = 0;
     for times in [20, 40, 80, 120, 160, 200, 250] {
         for program in programs(times) {

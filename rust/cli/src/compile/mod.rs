@@ -241,11 +241,12 @@ fn generate(file: &Path, program: &Program, deployment: &Deployment, folders: &F
         let path = folders.home.join("rust").join(folder);
         text_of(&path).map(str::to_owned)
     };
-    let (lf_linux, lf_zephyr) = (path("linux")?, path("zephyr")?);
+    let (lf_linux, lf_zephyr, lf_c_build) = (path("linux")?, path("zephyr")?, path("c-build")?);
     // Without one, no path of the program begins there.
     let (version, current) = (folders.version(), current().unwrap_or_else(|_| PathBuf::from("/")));
     let current = text_of(&current)?;
-    let settings = Settings { lf_linux: &lf_linux, lf_zephyr: &lf_zephyr, version: &version, current, deployment };
+    let (lf_linux, lf_zephyr, lf_c_build) = (&*lf_linux, &*lf_zephyr, &*lf_c_build);
+    let settings = Settings { lf_linux, lf_zephyr, lf_c_build, version: &version, current, deployment };
     let emitted = emit(&program.plan, &settings).map_err(|errors| report(&errors))?;
     let images = || emitted.participants.iter().filter(|participant| participant.artifact != Artifact::Host);
     let maps = images().map(|participant| stored::file(program, &emitted, &participant.folder));

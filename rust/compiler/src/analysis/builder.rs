@@ -10,17 +10,14 @@ use super::order::Levels;
 use super::rate::Stream;
 use super::waits::Waits;
 use super::zero_delay::Cycles;
-use crate::federates::Participants;
-use crate::instances::Tree;
+use crate::elaborated::Elaborated;
+use crate::instances::{InstanceId, ModeInstanceId};
 use crate::plan::{self, InstanceIndex, ModeIndex, PortIndex, TriggerIndex};
-use crate::resolve::Class;
 
 /// What has been worked out for the whole program.
 pub(super) struct Context<'a> {
-    pub(super) classes: &'a [Class<'a>],
-    pub(super) tree: &'a Tree,
-    pub(super) parts: &'a Participants,
-    pub(super) graph: &'a Graph,
+    pub(super) program: &'a Elaborated<'a>,
+    pub(super) graph: &'a Graph<'a>,
     pub(super) levels: &'a Levels,
     pub(super) network: &'a NetworkPorts,
     pub(super) decentralized: bool,
@@ -38,13 +35,13 @@ pub(super) struct FederateBuilder<'a> {
     pub(super) context: &'a Context<'a>,
     pub(super) part: usize,
     /// The instances of this federate, in their order.
-    pub(super) members: Vec<usize>,
+    pub(super) members: Vec<InstanceId>,
     /// Where each of them stands in it.
-    pub(super) instances: BTreeMap<usize, InstanceIndex>,
+    pub(super) instances: BTreeMap<InstanceId, InstanceIndex>,
     /// The storing ports of this federate.
     pub(super) ports: BTreeMap<Node, PortIndex>,
     /// The modes of this federate.
-    pub(super) modes: BTreeMap<usize, ModeIndex>,
+    pub(super) modes: BTreeMap<ModeInstanceId, ModeIndex>,
     pub(super) triggers: Vec<plan::Trigger>,
     pub(super) sources: BTreeMap<Source, TriggerIndex>,
     /// By network input: how far apart the values are that come there, as far as that is known.
@@ -58,16 +55,16 @@ pub(super) enum Source {
     Shutdown,
     Reset,
     /// Instance, and position in its class.
-    Timer(usize, usize),
+    Timer(InstanceId, usize),
     /// Instance, and position in its class.
-    Action(usize, usize),
+    Action(InstanceId, usize),
     /// A connection of the graph.
     Link(usize),
 }
 
 impl FederateBuilder<'_> {
     /// Whether an instance belongs to this federate.
-    pub(super) fn owns(&self, instance: usize) -> bool {
+    pub(super) fn owns(&self, instance: InstanceId) -> bool {
         self.instances.contains_key(&instance)
     }
 
@@ -75,16 +72,15 @@ impl FederateBuilder<'_> {
         self.ports[&self.context.graph.root[node]]
     }
 
-    pub(super) fn mode_index(&self, mode: Option<usize>) -> Option<ModeIndex> {
+    pub(super) fn mode_index(&self, mode: Option<ModeInstanceId>) -> Option<ModeIndex> {
         mode.map(|mode| self.modes[&mode])
     }
 
-    pub(super) fn instance_index(&self, instance: usize) -> InstanceIndex {
+    pub(super) fn instance_index(&self, instance: InstanceId) -> InstanceIndex {
         self.instances[&instance]
     }
 
     pub(super) fn link_name(&self, link: usize) -> String {
-        let Context { graph, tree, classes, .. } = *self.context;
-        graph.link_name(link, tree, classes)
+        self.context.graph.link_name(link)
     }
 }

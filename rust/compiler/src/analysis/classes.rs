@@ -4,8 +4,8 @@
 use std::collections::BTreeMap;
 
 use crate::diagnostics::{SourceTexts, Span};
-use crate::instances::Tree;
-use crate::languages::Language;
+use crate::elaborated::Elaborated;
+use crate::lexical::Language;
 use crate::plan::{self, ClassIndex, Location, Type, Value};
 use crate::resolve::{CheckedMethod, Class, ClassId, PortRef, Variable, signature};
 use crate::syntax::{ast, literal_ns};
@@ -36,13 +36,16 @@ impl<'s> Places<'s> {
         Type { text: text.to_owned(), at: self.at(span) }
     }
 
-    fn value(&self, value: &ast::Expression, ty: &str, is_time: bool, language: &dyn Language) -> Value {
+    fn value(&self, value: &ast::Expression, ty: &str, is_time: bool, language: Language) -> Value {
         if let Some(ns) = literal_ns(value).filter(|_| is_time) {
             return Value::Time { ns };
         }
         match &value.kind {
             ast::ExpressionKind::Code(code) => Value::Code(self.code(code)),
-            _ => Value::Code(plan::SourceCode { text: language.value_text(value, ty), at: self.at(value.span) }),
+            _ => Value::Code(plan::SourceCode {
+                text: (language.facts().value_text)(value, ty),
+                at: self.at(value.span),
+            }),
         }
     }
 }
@@ -56,7 +59,8 @@ pub(super) struct Described {
 }
 
 /// Describes the instantiated reactors in the order of their first instances, and those of banks without members.
-pub(super) fn describe(classes: &[Class<'_>], tree: &Tree, decentralized: bool, places: &Places<'_>) -> Described {
+pub(super) fn describe(program: &Elaborated<'_>, decentralized: bool, places: &Places<'_>) -> Described {
+    let classes = program.classes;
     let mut order: Vec<ClassId> = Vec::new();
     let mut index = BTreeMap::new();
     let mut add = |class: ClassId, order: &mut Vec<ClassId>| {
@@ -65,7 +69,7 @@ pub(super) fn describe(classes: &[Class<'_>], tree: &Tree, decentralized: bool, 
             ClassIndex(order.len() - 1)
         });
     };
-    for instance in &tree.instances {
+    for instance in program.tree.instances.values() {
         add(instance.class, &mut order);
     }
     // A bank of no members has a class, too, whose ports reactions name.
@@ -199,7 +203,7 @@ fn reactions(class: &Class<'_>, classes: &[Class<'_>], places: &Places<'_>) -> V
             })
         });
         let declared = reaction.ast;
-        let is_external = declared.code.is_none() && class.language.has_external_bodies();
+        let is_external = declared.code.is_none() && class.language.facts().external_bodies;
         let empty = || plan::SourceCode { text: String::new(), at: places.at(declared.keyword) };
         reactions.push(plan::Reaction {
             number: position + 1,

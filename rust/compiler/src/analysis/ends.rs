@@ -10,14 +10,12 @@ use crate::plan::{self, Shape, Type, Upstream};
 
 impl FederateBuilder<'_> {
     fn federate_of(&self, node: Node) -> u16 {
-        let part = self.context.parts.of[self.context.graph.instance[node]].unwrap_or_default();
+        let part = self.context.graph.part(node).unwrap_or_default();
         u16::try_from(part).unwrap_or(u16::MAX)
     }
 
     fn value_type(&self, node: Node) -> Type {
-        let (graph, tree) = (self.context.graph, self.context.tree);
-        let class = &self.context.classes[tree.instances[graph.instance[node]].class.0];
-        let port = &class.ports[graph.port_of(node)];
+        let port = self.context.graph.port(node);
         self.context.places.ty(&port.ty, port.ty_span)
     }
 

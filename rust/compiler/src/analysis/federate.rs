@@ -1,24 +1,24 @@
 // SPDX-License-Identifier: Apache-2.0
 //! The plan of one federate.
 
-use core::ops::Range;
 use std::collections::{BTreeMap, BTreeSet};
 
 use super::builder::{Context, FederateBuilder, Source};
 use super::graph::Work;
 use super::physical;
 use crate::diagnostics::{Code, Diagnostic, Diagnostics};
+use crate::instances::ModeInstanceId;
 use crate::plan::{self, Argument, InstanceIndex, ModeIndex, OutputIndex, PortIndex, ReactionIndex, TriggerIndex};
 use crate::resolve::Variable;
 
 /// Works out the plan of one federate.
 pub(super) fn plan(context: &Context<'_>, part: usize, diagnostics: &mut Diagnostics) -> plan::Federate {
-    let tree = context.tree;
-    let members = (0..tree.instances.len()).filter(|instance| context.parts.of[*instance] == Some(part));
+    let (program, tree) = (context.program, &context.program.tree);
+    let members = tree.instances.ids().filter(|instance| program.part(*instance) == Some(part));
     let members: Vec<_> = members.collect();
     let instances: BTreeMap<_, _> =
         members.iter().enumerate().map(|(index, member)| (*member, InstanceIndex(index))).collect();
-    let modes = tree.modes.iter().enumerate().filter(|(_, mode)| context.parts.of[mode.instance] == Some(part));
+    let modes = tree.modes.iter().filter(|(_, mode)| program.part(mode.instance) == Some(part));
     let modes = modes.enumerate().map(|(index, (mode, _))| (mode, ModeIndex(index))).collect();
     let ports = BTreeMap::new();
     let (triggers, sources, spacings) = (Vec::new(), BTreeMap::new(), Vec::new());
@@ -35,7 +35,7 @@ impl FederateBuilder<'_> {
     fn number_ports(&mut self) {
         let graph = self.context.graph;
         let mut used = BTreeSet::new();
-        for (node, root) in graph.root.iter().enumerate().filter(|(node, _)| self.owns(graph.instance[*node])) {
+        for (node, root) in graph.root.iter().filter(|(node, _)| self.owns(graph.instance[*node])) {
             if !graph.writers[node].is_empty() || !graph.readers[node].is_empty() {
                 used.insert(*root);
             }
@@ -48,10 +48,10 @@ impl FederateBuilder<'_> {
 
     /// All reactions and sends, by level, then in the order of instances.
     fn reactions(&self, diagnostics: &mut Diagnostics) -> Vec<plan::ScheduledReaction> {
-        let Context { graph, tree, classes, levels, .. } = *self.context;
+        let Context { graph, program, levels, .. } = *self.context;
         let mut reactions = Vec::new();
         for (position, step) in graph.steps.iter().enumerate().filter(|(_, step)| self.owns(step.instance)) {
-            let (name, level) = (graph.step_name(position, tree, classes), levels.steps[position]);
+            let (name, level) = (graph.step_name(position), levels.steps[position]);
             let mode = self.mode_index(step.mode);
             let number = match step.work {
                 Work::Reaction(number) => number,
@@ -62,21 +62,21 @@ impl FederateBuilder<'_> {
                     continue;
                 }
             };
-            let reaction = &classes[tree.instances[step.instance].class.0].reactions[number];
+            let class = program.class(step.instance);
+            let reaction = &class.reactions[number];
             let arguments = reaction.parameters.iter().filter_map(|parameter| {
                 Some(match parameter.variable {
                     Variable::Startup | Variable::Shutdown | Variable::Reset => return None,
                     Variable::Mode(mode, _) => {
-                        Argument::Mode(self.mode_index(tree.mode_of(step.instance, Some(mode)))?)
+                        Argument::Mode(self.mode_index(program.tree.mode_of(step.instance, Some(mode)))?)
                     }
                     Variable::Port(port) => {
-                        let members = graph.members(tree, step.instance, port);
-                        let widths = members.iter().map(Range::len).collect();
+                        let members = graph.members(step.instance, port);
+                        let widths = members.iter().map(Vec::len).collect();
                         let mut ports = members.into_iter().flatten().map(|node| self.port(node));
-                        let class = &classes[tree.instances[step.instance].class.0];
-                        if class.is_of_bank(port) && class.port(port, classes)?.width.is_some() {
+                        if class.is_of_bank(port) && class.port(port, program.classes)?.width.is_some() {
                             Argument::Bank { ports: ports.collect(), widths }
-                        } else if class.is_wide(port, classes) {
+                        } else if class.is_wide(port, program.classes) {
                             Argument::Ports(ports.collect())
                         } else {
                             Argument::Port(ports.next()?)
@@ -92,7 +92,7 @@ impl FederateBuilder<'_> {
                 arguments: arguments.collect(),
             };
             let deadline = reaction.ast.deadline.as_ref();
-            let deadline = deadline.and_then(|it| tree.time(step.instance, &it.value, classes, diagnostics));
+            let deadline = deadline.and_then(|it| program.time(step.instance, &it.value, diagnostics));
             reactions.push(plan::ScheduledReaction {
                 name,
                 level,
@@ -114,13 +114,12 @@ impl FederateBuilder<'_> {
 
     /// Fills in what ports and triggers trigger, now that the order of reactions is known.
     fn join(&mut self, reactions: &[plan::ScheduledReaction]) -> Vec<plan::Port> {
-        let Context { graph, tree, classes, places, described, .. } = *self.context;
+        let Context { graph, places, described, .. } = *self.context;
         let mut ports: Vec<plan::Port> = Vec::new();
         for node in self.ports.keys() {
-            let instance = &tree.instances[graph.instance[*node]];
-            let port = &classes[instance.class.0].ports[graph.port_of(*node)];
+            let port = graph.port(*node);
             ports.push(plan::Port {
-                path: graph.path(*node, tree, classes),
+                path: graph.path(*node),
                 ty: places.ty(&port.ty, port.ty_span),
                 reactions: Vec::new(),
                 delays: Vec::new(),
@@ -166,12 +165,12 @@ impl FederateBuilder<'_> {
     }
 
     fn class_of(&self, instance: InstanceIndex) -> crate::resolve::ClassId {
-        self.context.tree.instances[self.members[instance.0]].class
+        self.context.program.tree.instances[self.members[instance.0]].class
     }
 
     /// Startup and shutdown are triggers without a variable.
     fn join_ends(&mut self, class: crate::resolve::ClassId, reaction: usize, index: ReactionIndex) {
-        for parameter in &self.context.classes[class.0].reactions[reaction - 1].parameters {
+        for parameter in &self.context.program.classes[class.0].reactions[reaction - 1].parameters {
             let source = match parameter.variable {
                 Variable::Startup => Source::Startup,
                 Variable::Shutdown => Source::Shutdown,
@@ -185,11 +184,11 @@ impl FederateBuilder<'_> {
     }
 
     fn described_modes(&self) -> Vec<plan::Mode> {
-        let Context { tree, classes, places, .. } = *self.context;
-        let described = |mode: &usize| {
-            let mode = &tree.modes[*mode];
-            let instance = &tree.instances[mode.instance];
-            let declared = &classes[instance.class.0].ast.body.modes[mode.declared];
+        let Context { program, places, .. } = *self.context;
+        let described = |mode: &ModeInstanceId| {
+            let mode = &program.tree.modes[*mode];
+            let instance = &program.tree.instances[mode.instance];
+            let declared = &program.class(mode.instance).ast.body.modes[mode.declared];
             let name = declared.name.as_ref().map_or("mode", |name| name.text.as_str());
             plan::Mode {
                 path: format!("{}.{name}", instance.path),
@@ -209,8 +208,8 @@ impl FederateBuilder<'_> {
         ports: Vec<plan::Port>,
         diagnostics: &mut Diagnostics,
     ) -> plan::Federate {
-        let Context { tree, parts, places, described, .. } = *self.context;
-        let part = &parts.list[self.part];
+        let Context { program, places, described, .. } = *self.context;
+        let (tree, part) = (&program.tree, &program.parts.list[self.part]);
         let mut instances = Vec::new();
         for position in self.instances.keys() {
             let instance = &tree.instances[*position];

@@ -5,25 +5,30 @@ use core::ops::Range;
 use std::collections::{BTreeMap, BTreeSet};
 
 use super::serializer;
+use crate::arena::{Arena, ArenaId as _, arena_ids};
 use crate::diagnostics::{Code, Diagnostic, Diagnostics, Span};
-use crate::federates::Participants;
-use crate::instances::Tree;
+use crate::elaborated::Elaborated;
+use crate::instances::{InstanceId, ModeInstanceId};
 use crate::plan::{Serializer, Shape};
-use crate::resolve::{CheckedConnection, CheckedReaction, Class, ConnectionEnd, PortRef, Variable, type_mismatch};
+use crate::resolve::{
+    CheckedConnection, CheckedPort, CheckedReaction, ConnectionEnd, PortRef, Variable, type_mismatch,
+};
 use crate::syntax::ast::{ReactionKeyword, Transition};
 
-/// A port of an instance, or a channel of a multiport, by its number in the whole program.
-pub(super) type Node = usize;
+arena_ids! {
+    /// A port of an instance, or a channel of a multiport, by its number in the whole program.
+    pub(super) Node;
+}
 
 /// A reaction of an instance, or a connection that copies.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Step {
-    pub(super) instance: usize,
+    pub(super) instance: InstanceId,
     /// The innermost mode that it is in.
-    pub(super) mode: Option<usize>,
+    pub(super) mode: Option<ModeInstanceId>,
     /// The mode outside of which it never runs: none for a reaction to `shutdown`, which also runs at the last tag when
     /// its mode has been left.
-    pub(super) confined: Option<usize>,
+    pub(super) confined: Option<ModeInstanceId>,
     pub(super) work: Work,
 }
 
@@ -49,7 +54,7 @@ pub(super) struct Link {
     /// Whether it leaves a federate.
     pub(super) network: bool,
     /// The innermost mode that it is in.
-    pub(super) mode: Option<usize>,
+    pub(super) mode: Option<ModeInstanceId>,
     /// Whether values are copied when its mode is active, because the destination is not in that mode.
     pub(super) copies: bool,
     /// `@maxwait` in nanoseconds.
@@ -85,56 +90,55 @@ const PORTS_MAX: usize = 1_000_000;
 
 /// All ports, connections and reactions of a program.
 #[derive(Debug)]
-pub(super) struct Graph {
+pub(super) struct Graph<'a> {
+    /// What it joins.
+    pub(super) program: &'a Elaborated<'a>,
     /// The number of each port of each instance, or that of its first channel.
-    first: Vec<Vec<Node>>,
+    first: Arena<InstanceId, Vec<Node>>,
     /// The instance of each port.
-    pub(super) instance: Vec<usize>,
+    pub(super) instance: Arena<Node, InstanceId>,
     /// The position of each port in its class, and the channel of a multiport.
-    declared: Vec<(usize, Option<usize>)>,
+    declared: Arena<Node, (usize, Option<usize>)>,
     /// All connections, in the order of the text within each container.
     pub(super) links: Vec<Link>,
     /// The connection into each port.
-    pub(super) into: Vec<Option<usize>>,
+    pub(super) into: Arena<Node, Option<usize>>,
     /// The port whose storage each port uses.
-    pub(super) root: Vec<Node>,
+    pub(super) root: Arena<Node, Node>,
     /// All reactions, in order of instances and then of declaration; then the connections that copy.
     pub(super) steps: Vec<Step>,
     /// By instance: the first of its reactions; and where the last one's end.
-    first_steps: Vec<usize>,
+    first_steps: Arena<InstanceId, usize>,
     /// The modes that can be entered by reset.
-    pub(super) resets: BTreeSet<usize>,
+    pub(super) resets: BTreeSet<ModeInstanceId>,
     /// Per storing port: the reactions that write it.
-    pub(super) writers: Vec<Vec<usize>>,
+    pub(super) writers: Arena<Node, Vec<usize>>,
     /// Per storing port: the reactions that read it, each with whether it triggers them.
-    pub(super) readers: Vec<Vec<(usize, bool)>>,
+    pub(super) readers: Arena<Node, Vec<(usize, bool)>>,
 }
 
-impl Graph {
+impl<'a> Graph<'a> {
     /// Joins everything. Nothing if connections alone form a cycle.
-    pub(super) fn build(
-        classes: &[Class<'_>],
-        tree: &Tree,
-        parts: &Participants,
-        diagnostics: &mut Diagnostics,
-    ) -> Option<Self> {
+    pub(super) fn build(program: &'a Elaborated<'a>, diagnostics: &mut Diagnostics) -> Option<Self> {
+        let tree = &program.tree;
         let mut graph = Self {
-            first: Vec::new(),
-            instance: Vec::new(),
-            declared: Vec::new(),
+            program,
+            first: Arena::default(),
+            instance: Arena::default(),
+            declared: Arena::default(),
             links: Vec::new(),
-            into: Vec::new(),
-            root: Vec::new(),
+            into: Arena::default(),
+            root: Arena::default(),
             steps: Vec::new(),
-            first_steps: Vec::new(),
+            first_steps: Arena::default(),
             resets: BTreeSet::new(),
-            writers: Vec::new(),
-            readers: Vec::new(),
+            writers: Arena::default(),
+            readers: Arena::default(),
         };
-        for (position, instance) in tree.instances.iter().enumerate() {
+        for (position, instance) in tree.instances.iter() {
             let mut first = Vec::new();
             for (port, width) in instance.widths.iter().enumerate() {
-                first.push(graph.instance.len());
+                first.push(graph.instance.next_id());
                 let channels = width.map_or(vec![None], |width| (0..width).map(Some).collect());
                 graph.instance.extend(channels.iter().map(|_| position));
                 graph.declared.extend(channels.iter().map(|channel| (port, *channel)));
@@ -143,26 +147,27 @@ impl Graph {
         }
         if graph.instance.len() > PORTS_MAX {
             let message = format!("this program has more than {PORTS_MAX} ports and channels of ports");
-            diagnostics.push(Diagnostic::new(Code::TooLarge, tree.instances[0].span, message));
+            diagnostics.push(Diagnostic::new(Code::TooLarge, tree.instances[InstanceId::MAIN].span, message));
             return None;
         }
-        graph.link(classes, tree, parts, diagnostics);
-        graph.alias(classes, tree, diagnostics)?;
-        graph.place_reactions(classes, tree, parts);
+        graph.link(diagnostics);
+        graph.alias(diagnostics)?;
+        graph.place_reactions();
         Some(graph)
     }
 
     /// The ports that a reactor's reference means in an instance of it: each channel of a multiport, for each member of
     /// a bank.
-    pub(super) fn nodes(&self, tree: &Tree, instance: usize, port: PortRef) -> Vec<Node> {
-        self.members(tree, instance, port).into_iter().flatten().collect()
+    pub(super) fn nodes(&self, instance: InstanceId, port: PortRef) -> Vec<Node> {
+        self.members(instance, port).into_iter().flatten().collect()
     }
 
     /// The same, apart for each member of a bank.
-    pub(super) fn members(&self, tree: &Tree, instance: usize, port: PortRef) -> Vec<Range<Node>> {
-        let channels = |instance: usize, port: usize| {
-            let first = self.first[instance][port];
-            first..first + tree.instances[instance].widths[port].unwrap_or(1)
+    pub(super) fn members(&self, instance: InstanceId, port: PortRef) -> Vec<Vec<Node>> {
+        let tree = &self.program.tree;
+        let channels = |instance: InstanceId, port: usize| {
+            let first = self.first[instance][port].position();
+            (first..first + tree.instances[instance].widths[port].unwrap_or(1)).map(Node::at).collect()
         };
         match port {
             PortRef::Own(port) => vec![channels(instance, port)],
@@ -173,13 +178,13 @@ impl Graph {
     }
 
     /// The ports at an end of a connection. Where it is interleaved, the first channels of all members come first.
-    fn channels(&self, tree: &Tree, instance: usize, end: &ConnectionEnd<'_>) -> Vec<Node> {
-        let members = self.members(tree, instance, end.port);
+    fn channels(&self, instance: InstanceId, end: &ConnectionEnd<'_>) -> Vec<Node> {
+        let members = self.members(instance, end.port);
         if !end.ast.interleaved {
             return members.into_iter().flatten().collect();
         }
-        let widest = members.iter().map(Range::len).max().unwrap_or_default();
-        let channel = |channel: usize| members.iter().filter_map(move |member| member.clone().nth(channel));
+        let widest = members.iter().map(Vec::len).max().unwrap_or_default();
+        let channel = |channel: usize| members.iter().filter_map(move |member| member.get(channel).copied());
         (0..widest).flat_map(channel).collect()
     }
 
@@ -188,31 +193,43 @@ impl Graph {
         self.declared[node].0
     }
 
+    /// Returns the declaration of a port.
+    pub(super) fn port(&self, node: Node) -> &'a CheckedPort<'a> {
+        &self.program.class(self.instance[node]).ports[self.port_of(node)]
+    }
+
+    /// Returns the federate that a port belongs to.
+    pub(super) fn part(&self, node: Node) -> Option<usize> {
+        self.program.part(self.instance[node])
+    }
+
     /// The path of a port: `unit_a.sensor.voltage`, or `unit_a.voltages[1]` for a channel.
-    pub(super) fn path(&self, node: Node, tree: &Tree, classes: &[Class<'_>]) -> String {
-        let instance = &tree.instances[self.instance[node]];
-        let name = &classes[instance.class.0].ports[self.port_of(node)].name.text;
+    pub(super) fn path(&self, node: Node) -> String {
+        let instance = &self.program.tree.instances[self.instance[node]];
+        let name = &self.port(node).name.text;
         match self.declared[node].1 {
             Some(channel) => format!("{}.{name}[{channel}]", instance.path),
             None => format!("{}.{name}", instance.path),
         }
     }
 
-    fn link(&mut self, classes: &[Class<'_>], tree: &Tree, parts: &Participants, diagnostics: &mut Diagnostics) {
-        self.into = vec![None; self.instance.len()];
-        for (position, instance) in tree.instances.iter().enumerate().filter(|(it, _)| !tree.is_share(*it)) {
-            let sources = self.sources(position, classes, tree);
-            for connection in &classes[instance.class.0].connections {
+    fn link(&mut self, diagnostics: &mut Diagnostics) {
+        let program = self.program;
+        let tree = &program.tree;
+        self.into = Arena::of(&self.instance, None);
+        for position in tree.instances.ids().filter(|position| !tree.is_share(*position)) {
+            let sources = self.sources(position);
+            for connection in &program.class(position).connections {
                 // A delay that is not known has been reported, and there will be no plan.
-                let mut known = |value| tree.time(position, value, classes, diagnostics).unwrap_or_default();
+                let mut known = |value| program.time(position, value, diagnostics).unwrap_or_default();
                 let delay = connection.after.map(&mut known);
                 let max_wait = connection.max_wait.map(|wait| known(wait.value));
                 let absent_after = connection.absent_after.map(|wait| known(wait.value));
                 let (capacity, span) = (connection.capacity, connection.span);
                 let physical = connection.physical;
                 let mode = tree.mode_of(position, connection.mode);
-                for (from, to) in self.pairs(connection, position, classes, tree, diagnostics) {
-                    let network = parts.of[self.instance[from]] != parts.of[self.instance[to]];
+                for (from, to) in self.pairs(connection, position, diagnostics) {
+                    let network = self.part(from) != self.part(to);
                     // What is in the mode itself sees nothing when the mode is not active.
                     let copies = connection.mode.is_some() && tree.instances[self.instance[to]].mode != mode;
                     let is_delayed = delay.is_some() || physical;
@@ -223,10 +240,8 @@ impl Graph {
                     if !copies {
                         self.into[to] = Some(self.links.len());
                     }
-                    let port =
-                        |node: Node| &classes[tree.instances[self.instance[node]].class.0].ports[self.port_of(node)];
                     let serializer = network
-                        .then(|| serializer::of_connection(connection, port(from), port(to), diagnostics))
+                        .then(|| serializer::of_connection(connection, self.port(from), self.port(to), diagnostics))
                         .flatten();
                     self.links.push(Link {
                         from,
@@ -249,8 +264,8 @@ impl Graph {
     }
 
     /// How many connections and reactions of an instance with modes can write a port.
-    fn sources(&self, position: usize, classes: &[Class<'_>], tree: &Tree) -> BTreeMap<Node, usize> {
-        let class = &classes[tree.instances[position].class.0];
+    fn sources(&self, position: InstanceId) -> BTreeMap<Node, usize> {
+        let class = self.program.class(position);
         let mut sources = BTreeMap::new();
         if class.ast.body.modes.is_empty() {
             return sources;
@@ -261,16 +276,15 @@ impl Graph {
             Variable::Port(port) => Some(port),
             _ => None,
         });
-        for node in connected.chain(written).flat_map(|port| self.nodes(tree, position, port)) {
+        for node in connected.chain(written).flat_map(|port| self.nodes(position, port)) {
             *sources.entry(node).or_default() += 1;
         }
         sources
     }
 
     /// A port that stands for another one in a mode, and a connection that copies from the one to the other.
-    fn copied(&mut self, to: Node, mode: Option<usize>, span: Span) -> Node {
-        let from = self.instance.len();
-        self.instance.push(self.instance[to]);
+    fn copied(&mut self, to: Node, mode: Option<ModeInstanceId>, span: Span) -> Node {
+        let from = self.instance.push(self.instance[to]);
         self.declared.push(self.declared[to]);
         self.into.push(None);
         self.links.push(Link {
@@ -295,14 +309,12 @@ impl Graph {
     fn pairs(
         &self,
         connection: &CheckedConnection<'_>,
-        position: usize,
-        classes: &[Class<'_>],
-        tree: &Tree,
+        position: InstanceId,
         diagnostics: &mut Diagnostics,
     ) -> Vec<(Node, Node)> {
-        let class = &classes[tree.instances[position].class.0];
+        let (tree, class) = (&self.program.tree, self.program.class(position));
         let side = |ends: &[ConnectionEnd<'_>]| -> Vec<(Node, usize)> {
-            let nodes = ends.iter().enumerate().map(|(end, it)| (end, self.channels(tree, position, it)));
+            let nodes = ends.iter().enumerate().map(|(end, it)| (end, self.channels(position, it)));
             nodes.flat_map(|(end, nodes)| nodes.into_iter().map(move |node| (node, end))).collect()
         };
         let (left, right) = (side(&connection.left), side(&connection.right));
@@ -330,7 +342,7 @@ impl Graph {
         let pairs = left.iter().cycle().take(times).zip(&right).map(|((from, from_end), (to, to_end))| {
             if checked.insert((from_end, to_end)) {
                 let ends = (&connection.left[*from_end], &connection.right[*to_end]);
-                diagnostics.extend(type_mismatch(ends.0, ends.1, class, classes));
+                diagnostics.extend(type_mismatch(ends.0, ends.1, class, self.program.classes));
             }
             (*from, *to)
         });
@@ -338,8 +350,8 @@ impl Graph {
     }
 
     /// Follows undelayed connections backwards to the port that stores the value.
-    fn alias(&mut self, classes: &[Class<'_>], tree: &Tree, diagnostics: &mut Diagnostics) -> Option<()> {
-        for node in 0..self.instance.len() {
+    fn alias(&mut self, diagnostics: &mut Diagnostics) -> Option<()> {
+        for node in self.instance.ids() {
             let mut root = node;
             let mut passed = Vec::new();
             while let Some(link) = self.into[root].map(|link| &self.links[link]).filter(|link| link.is_alias()) {
@@ -347,7 +359,7 @@ impl Graph {
                     let start = passed.iter().position(|node| *node == link.from).unwrap_or_default();
                     let mut cycle = passed.split_off(start);
                     cycle.reverse();
-                    diagnostics.push(self.endless(&cycle, tree, classes));
+                    diagnostics.push(self.endless(&cycle));
                     return None;
                 }
                 root = link.from;
@@ -359,13 +371,13 @@ impl Graph {
     }
 
     /// What is said of ports that are connected in a circle, each to the next one.
-    fn endless(&self, cycle: &[Node], tree: &Tree, classes: &[Class<'_>]) -> Diagnostic {
+    fn endless(&self, cycle: &[Node]) -> Diagnostic {
         let around = cycle.iter().chain(cycle.first());
-        let names: Vec<_> = around.map(|node| self.path(*node, tree, classes)).collect();
+        let names: Vec<_> = around.map(|node| self.path(*node)).collect();
         let message = format!("these connections form a loop without a source: {}", names.join(" -> "));
         let links = cycle.iter().cycle().skip(1).zip(&names);
         let mut links = links.filter_map(|(to, from)| Some((self.links[self.into[*to]?].span, from)));
-        let (first, from) = links.next().unwrap_or((tree.instances[0].span, &names[0]));
+        let (first, from) = links.next().unwrap_or((self.program.tree.instances[InstanceId::MAIN].span, &names[0]));
         let label = |from: &String, to: &String| format!("`{from}` sets `{to}`");
         let mut diagnostic = Diagnostic::new(Code::CausalityLoop, first, message).label(label(from, &names[1]));
         for ((span, from), to) in links.zip(&names[2..]) {
@@ -375,10 +387,10 @@ impl Graph {
     }
 
     /// The port by the name of which a reaction reads what another one stores.
-    pub(super) fn node_read(&self, step: usize, root: Node, tree: &Tree, classes: &[Class<'_>]) -> Option<Node> {
-        let read = self.reaction(step, tree, classes)?.parameters.iter().filter(|parameter| !parameter.effect);
+    pub(super) fn node_read(&self, step: usize, root: Node) -> Option<Node> {
+        let read = self.reaction(step)?.parameters.iter().filter(|parameter| !parameter.effect);
         let nodes = read.filter_map(|parameter| match parameter.variable {
-            Variable::Port(port) => Some(self.nodes(tree, self.steps[step].instance, port)),
+            Variable::Port(port) => Some(self.nodes(self.steps[step].instance, port)),
             _ => None,
         });
         nodes.flatten().find(|node| self.root[*node] == root)
@@ -395,16 +407,20 @@ impl Graph {
         found
     }
 
-    fn place_reactions(&mut self, classes: &[Class<'_>], tree: &Tree, parts: &Participants) {
-        self.writers = vec![Vec::new(); self.instance.len()];
-        self.readers = vec![Vec::new(); self.instance.len()];
-        for (position, instance) in tree.instances.iter().enumerate() {
+    fn place_reactions(&mut self) {
+        let program = self.program;
+        let tree = &program.tree;
+        self.writers = Arena::of(&self.instance, Vec::new());
+        self.readers = Arena::of(&self.instance, Vec::new());
+        for (position, instance) in tree.instances.iter() {
             self.first_steps.push(self.steps.len());
-            let is_split = tree.is_share(position) || parts.of[position].is_none();
-            for (index, reaction) in classes[instance.class.0].reactions.iter().enumerate() {
+            let is_split = tree.is_share(position) || program.part(position).is_none();
+            for (index, reaction) in program.class(position).reactions.iter().enumerate() {
                 // A federate has those reactions of the federated reactor that name no other one.
                 let mut children = reaction.children().into_keys();
-                if is_split && (position == 0 || children.any(|child| instance.children[child].is_empty())) {
+                if is_split
+                    && (position == InstanceId::MAIN || children.any(|child| instance.children[child].is_empty()))
+                {
                     continue;
                 }
                 let step = self.steps.len();
@@ -417,7 +433,7 @@ impl Graph {
                         self.resets.extend(tree.mode_of(position, Some(mode)));
                     }
                     let Variable::Port(port) = parameter.variable else { continue };
-                    for node in self.nodes(tree, position, port) {
+                    for node in self.nodes(position, port) {
                         let root = self.root[node];
                         // Several channels can have one source.
                         if parameter.effect {
@@ -431,7 +447,7 @@ impl Graph {
         }
         self.first_steps.push(self.steps.len());
         // Resetting a mode resets what is in it, and that begins in its initial mode.
-        for (position, mode) in tree.modes.iter().enumerate().filter(|(_, mode)| mode.initial) {
+        for (position, mode) in tree.modes.iter().filter(|(_, mode)| mode.initial) {
             if tree.instances[mode.instance].mode.is_some_and(|around| self.resets.contains(&around)) {
                 self.resets.insert(position);
             }
@@ -446,36 +462,31 @@ impl Graph {
     }
 
     /// The steps of an instance's reactions, in the order of their declarations.
-    pub(super) fn reactions_of(&self, instance: usize) -> Range<usize> {
-        self.first_steps[instance]..self.first_steps[instance + 1]
+    pub(super) fn reactions_of(&self, instance: InstanceId) -> Range<usize> {
+        self.first_steps[instance]..self.first_steps[InstanceId::at(instance.position() + 1)]
     }
 
     /// The reaction of a step; nothing for a connection that copies.
-    pub(super) fn reaction<'c>(
-        &self,
-        step: usize,
-        tree: &Tree,
-        classes: &'c [Class<'c>],
-    ) -> Option<&'c CheckedReaction<'c>> {
+    pub(super) fn reaction(&self, step: usize) -> Option<&'a CheckedReaction<'a>> {
         let Step { instance, work: Work::Reaction(reaction), .. } = self.steps[step] else { return None };
-        classes[tree.instances[instance].class.0].reactions.get(reaction)
+        self.program.class(instance).reactions.get(reaction)
     }
 
     /// The name of a connection: `a.x -> b.y`.
-    pub(super) fn link_name(&self, link: usize, tree: &Tree, classes: &[Class<'_>]) -> String {
+    pub(super) fn link_name(&self, link: usize) -> String {
         let link = &self.links[link];
-        format!("{} -> {}", self.path(link.from, tree, classes), self.path(link.to, tree, classes))
+        format!("{} -> {}", self.path(link.from), self.path(link.to))
     }
 
     /// The name of a reaction: `unit_a.sensor.reaction_1`, or with its own name in place of the last part.
-    pub(super) fn step_name(&self, step: usize, tree: &Tree, classes: &[Class<'_>]) -> String {
+    pub(super) fn step_name(&self, step: usize) -> String {
         let Step { instance, work, .. } = self.steps[step];
         let reaction = match work {
             Work::Reaction(reaction) => reaction,
-            Work::Copy(link) => return self.link_name(link, tree, classes),
+            Work::Copy(link) => return self.link_name(link),
         };
-        let instance = &tree.instances[instance];
-        let reactions = &classes[instance.class.0].reactions;
+        let reactions = &self.program.class(instance).reactions;
+        let instance = &self.program.tree.instances[instance];
         // Handlers of watchdogs have names, and do not count.
         let counts = |reaction: &&CheckedReaction<'_>| reaction.ast.kind != ReactionKeyword::Watchdog;
         match &reactions[reaction].ast.name {

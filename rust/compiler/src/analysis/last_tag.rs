@@ -10,19 +10,20 @@ use std::collections::BTreeSet;
 
 use super::followers::{Followers, Reason, Vertex};
 use super::graph::{Graph, Node, Step, Work};
-use crate::instances::Tree;
-use crate::resolve::{Class, Variable};
+use crate::instances::InstanceId;
+use crate::resolve::Variable;
 
 /// Adds that order to who follows whom, which has no cycles. Returns whether there are such reactions.
-pub(super) fn order(graph: &Graph, tree: &Tree, classes: &[Class<'_>], followers: &mut Followers) -> bool {
+pub(super) fn order(graph: &Graph<'_>, followers: &mut Followers) -> bool {
+    let tree = &graph.program.tree;
     let outlasts = |position: usize| graph.steps[position].confined != graph.steps[position].mode;
     let last: Vec<_> = (0..graph.steps.len()).filter(|position| outlasts(*position)).collect();
     if last.is_empty() {
         return false;
     }
     let mut common = followers.clone();
-    join_shares(graph, tree, &mut common);
-    join_around(graph, tree, classes, &mut common);
+    join_shares(graph, &mut common);
+    join_around(graph, &mut common);
     for position in last {
         let step = graph.steps[position];
         for other in graph.reactions_of(step.instance) {
@@ -41,9 +42,9 @@ pub(super) fn order(graph: &Graph, tree: &Tree, classes: &[Class<'_>], followers
 }
 
 /// Unfederated, the reactions of the federated reactor are those of one instance, and follow each other.
-fn join_shares(graph: &Graph, tree: &Tree, followers: &mut Followers) {
+fn join_shares(graph: &Graph<'_>, followers: &mut Followers) {
     let declared = |(position, step): (usize, &Step)| match step.work {
-        Work::Reaction(reaction) if tree.is_share(step.instance) => Some((reaction, position)),
+        Work::Reaction(reaction) if graph.program.tree.is_share(step.instance) => Some((reaction, position)),
         _ => None,
     };
     let mut shared: Vec<_> = graph.steps.iter().enumerate().filter_map(declared).collect();
@@ -55,13 +56,12 @@ fn join_shares(graph: &Graph, tree: &Tree, followers: &mut Followers) {
 
 /// Federated, nobody knows in which mode something was sent that comes back by connections of the federated reactor, so
 /// reactions of other modes follow that, too.
-fn join_around(graph: &Graph, tree: &Tree, classes: &[Class<'_>], followers: &mut Followers) {
+fn join_around(graph: &Graph<'_>, followers: &mut Followers) {
     for (position, step) in graph.steps.iter().enumerate().filter(|(_, step)| step.mode.is_some()) {
-        for node in reads(graph, tree, classes, position).into_iter().filter(|node| is_from_around(graph, tree, *node))
-        {
+        for node in reads(graph, position).into_iter().filter(|node| is_from_around(graph, *node)) {
             let root = graph.root[node];
             for writer in &graph.writers[root] {
-                if tree.exclude(graph.steps[*writer].confined, step.confined) {
+                if graph.program.tree.exclude(graph.steps[*writer].confined, step.confined) {
                     followers[*writer].push((position, Reason::Port(root)));
                 }
             }
@@ -70,22 +70,22 @@ fn join_around(graph: &Graph, tree: &Tree, classes: &[Class<'_>], followers: &mu
 }
 
 /// The ports that a step reads, as it sees them.
-fn reads(graph: &Graph, tree: &Tree, classes: &[Class<'_>], position: usize) -> Vec<Node> {
+fn reads(graph: &Graph<'_>, position: usize) -> Vec<Node> {
     let step = graph.steps[position];
     if let Work::Copy(link) = step.work {
         return vec![graph.links[link].from];
     }
-    let parameters = graph.reaction(position, tree, classes).map_or(&[][..], |reaction| &reaction.parameters);
+    let parameters = graph.reaction(position).map_or(&[][..], |reaction| &reaction.parameters);
     let ports = parameters.iter().filter(|it| !it.effect).filter_map(|parameter| match parameter.variable {
         Variable::Port(port) => Some(port),
         _ => None,
     });
-    ports.flat_map(|port| graph.nodes(tree, step.instance, port)).collect()
+    ports.flat_map(|port| graph.nodes(step.instance, port)).collect()
 }
 
 /// Whether a port is fed by a connection between two instances in the main reactor, without a delay.
-fn is_from_around(graph: &Graph, tree: &Tree, node: Node) -> bool {
-    let is_top = |node: Node| tree.instances[graph.instance[node]].parent == Some(0);
+fn is_from_around(graph: &Graph<'_>, node: Node) -> bool {
+    let is_top = |node: Node| graph.program.tree.instances[graph.instance[node]].parent == Some(InstanceId::MAIN);
     let mut at = node;
     while at != graph.root[at] {
         let Some(link) = graph.into[at].map(|link| &graph.links[link]) else { return false };

@@ -22,8 +22,8 @@ pub(crate) use rate::{direct_capacity, in_flight};
 pub use triggers::NETWORK_CAPACITY;
 
 use crate::diagnostics::{Code, Diagnostic, Diagnostics};
-use crate::federates::Participants;
-use crate::instances::Tree;
+use crate::elaborated::Elaborated;
+use crate::instances::InstanceId;
 use crate::plan::{self, Plan};
 use crate::resolve::{Class, Program, Unit, program_name};
 use builder::Context;
@@ -39,21 +39,19 @@ const RTI_PORT: u16 = 15_045;
 /// Works out the plan. Nothing if the diagnostics have errors.
 pub(crate) fn analyse(
     program: &Program,
-    classes: &[Class<'_>],
-    tree: &Tree,
-    parts: &Participants,
+    elaborated: &Elaborated<'_>,
     mut target: plan::Target,
     diagnostics: &mut Diagnostics,
 ) -> Option<Plan> {
-    let mut graph = Graph::build(classes, tree, parts, diagnostics)?;
-    sending::check(&mut graph, program, classes, tree, diagnostics);
-    let order = order::order(&graph, tree, classes, diagnostics);
-    idle_properties(program, parts, diagnostics);
-    if !parts.federated {
+    let mut graph = Graph::build(elaborated, diagnostics)?;
+    sending::check(&mut graph, program, diagnostics);
+    let order = order::order(&graph, diagnostics);
+    idle_properties(program, elaborated.parts.federated, diagnostics);
+    if !elaborated.parts.federated {
         target.coordination = plan::Coordination::Centralized;
     }
-    let network = network::number(&graph, tree, parts, classes);
-    let waits = waits::waits(&graph, &network, tree, parts, classes, &target, diagnostics);
+    let network = network::number(&graph);
+    let waits = waits::waits(&graph, &network, &target, diagnostics);
     if diagnostics.has_errors() {
         return None;
     }
@@ -61,15 +59,13 @@ pub(crate) fn analyse(
     let sources = diagnostics.sources().clone();
     let places = Places::new(&sources);
     let decentralized = target.coordination == plan::Coordination::Decentralized;
-    let described = classes::describe(classes, tree, decentralized, &places);
-    let zero_delay = Cycles::without_delay(&graph, parts);
-    let cycles = Cycles::of_any_delay(&graph, parts);
+    let described = classes::describe(elaborated, decentralized, &places);
+    let zero_delay = Cycles::without_delay(&graph);
+    let cycles = Cycles::of_any_delay(&graph);
     let mut federates = Vec::new();
-    for part in 0..parts.list.len() {
+    for part in 0..elaborated.parts.list.len() {
         let context = Context {
-            classes,
-            tree,
-            parts,
+            program: elaborated,
             graph: &graph,
             levels: &levels,
             network: &network,
@@ -84,17 +80,17 @@ pub(crate) fn analyse(
     }
     let files = program.units.iter().enumerate().map(|(index, unit)| plan::SourceFile {
         path: unit.path.clone(),
-        language: Some(program.language(index).name().to_owned()).filter(|name| *name != target.language),
+        language: Some(program.language(index)).filter(|language| *language != target.language),
         imports: imports(index, unit),
         preambles: unit.ast.preambles.iter().map(|preamble| places.code(&preamble.code)).collect(),
     });
-    let main = described.index[&tree.instances[0].class];
+    let main = described.index[&elaborated.tree.instances[InstanceId::MAIN].class];
     let name = program_name(program).to_owned();
-    let rti = parts.federated.then(|| rti(&classes[tree.instances[0].class.0], &name, &target, diagnostics));
+    let rti = elaborated.parts.federated.then(|| rti(elaborated.main(), &name, &target, diagnostics));
     let mut classes = described.classes;
     // All times have been asked for by now.
     for (index, parameter) in classes[main.0].parameters.iter_mut().enumerate() {
-        parameter.fixed = tree.fixed(index);
+        parameter.fixed = elaborated.tree.fixed(index);
     }
     Some(Plan { files: files.collect(), target, rti, main, classes, federates, name })
 }
@@ -121,9 +117,9 @@ fn rti(main: &Class<'_>, name: &str, target: &plan::Target, diagnostics: &mut Di
 }
 
 /// Properties of federations say nothing in a program that is none.
-fn idle_properties(program: &Program, parts: &Participants, diagnostics: &mut Diagnostics) {
+fn idle_properties(program: &Program, is_federated: bool, diagnostics: &mut Diagnostics) {
     const FEDERATED: [&str; 5] = ["coordination", "clock-sync", "clock-sync-options", "joint-rti", "joint-rti-options"];
-    if parts.federated {
+    if is_federated {
         return;
     }
     let Some(target) = program.units.first().and_then(|unit| unit.ast.target.as_ref()) else { return };

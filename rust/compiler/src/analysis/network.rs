@@ -7,9 +7,9 @@
 use std::collections::BTreeSet;
 
 use super::graph::{Graph, Link, Node};
-use crate::federates::Participants;
-use crate::instances::Tree;
-use crate::resolve::{Class, Variable};
+use crate::arena::Arena;
+use crate::instances::InstanceId;
+use crate::resolve::Variable;
 use crate::syntax::ast::Direction;
 
 /// The connections that leave and enter each federate, by their positions in the graph.
@@ -30,29 +30,29 @@ pub(super) struct NetworkPorts {
 ///
 /// A receiver's connections are numbered by their sending federates, then by the declarations of the sending ports,
 /// then by the text. Connections from a federate to itself count, though here they do not leave it.
-pub(super) fn number(graph: &Graph, tree: &Tree, parts: &Participants, classes: &[Class<'_>]) -> NetworkPorts {
-    let uses = Uses::of(graph, tree, classes);
+pub(super) fn number(graph: &Graph<'_>) -> NetworkPorts {
+    let (uses, count) = (Uses::of(graph), graph.program.parts.list.len());
     let mut network = NetworkPorts {
-        outputs: vec![Vec::new(); parts.list.len()],
-        inputs: vec![Vec::new(); parts.list.len()],
-        own_ports: vec![Vec::new(); parts.list.len()],
+        outputs: vec![Vec::new(); count],
+        inputs: vec![Vec::new(); count],
+        own_ports: vec![Vec::new(); count],
         used: graph.links.iter().map(|link| link.network && uses.is_used(link)).collect(),
     };
     for (position, link) in graph.links.iter().enumerate() {
-        let is_own = !link.network && uses.is_between_federates(link, classes) && uses.is_used(link);
+        let is_own = !link.network && uses.is_between_federates(link) && uses.is_used(link);
         // LF's own compiler sees no readers behind a delay, and gives such a connection no number.
         let is_numbered = network.used[position] || is_own && !uses.is_read_late(link);
-        if let Some(part) = parts.of[graph.instance[link.from]].filter(|_| network.used[position]) {
+        if let Some(part) = graph.part(link.from).filter(|_| network.used[position]) {
             network.outputs[part].push(position);
         }
-        if let Some(part) = parts.of[graph.instance[link.to]].filter(|_| is_numbered) {
+        if let Some(part) = graph.part(link.to).filter(|_| is_numbered) {
             network.inputs[part].push(position);
         }
     }
     for (inputs, own_ports) in network.inputs.iter_mut().zip(&mut network.own_ports) {
         inputs.sort_by_key(|position| {
             let link = &graph.links[*position];
-            (uses.is_read_late(link), parts.of[graph.instance[link.from]], graph.port_of(link.from), *position)
+            (uses.is_read_late(link), graph.part(link.from), graph.port_of(link.from), *position)
         });
         let is_own = |position: usize| !graph.links[position].network;
         let last = inputs.iter().rposition(|position| !is_own(*position)).unwrap_or_default();
@@ -68,8 +68,7 @@ type Declared = (Option<usize>, usize);
 
 /// Which ports of federates have reactions before or behind them, in the same federate or beyond other ones.
 struct Uses<'a> {
-    graph: &'a Graph,
-    tree: &'a Tree,
+    graph: &'a Graph<'a>,
     written: BTreeSet<Declared>,
     read: BTreeSet<Declared>,
     /// Those of them that are read without a delay on the way.
@@ -77,14 +76,13 @@ struct Uses<'a> {
 }
 
 impl<'a> Uses<'a> {
-    fn of(graph: &'a Graph, tree: &'a Tree, classes: &[Class<'_>]) -> Self {
-        let (written, read) = named(graph, tree, classes);
+    fn of(graph: &'a Graph<'a>) -> Self {
+        let (written, read) = named(graph);
         let at_once = |link: &&Link| link.delay.is_none() && !link.physical;
         let forth: Vec<_> = graph.links.iter().map(|link| (link.from, link.to)).collect();
         let back: Vec<_> = graph.links.iter().map(|link| (link.to, link.from)).collect();
         let back_at_once: Vec<_> = graph.links.iter().filter(at_once).map(|link| (link.to, link.from)).collect();
-        let mut uses =
-            Self { graph, tree, written: BTreeSet::new(), read: BTreeSet::new(), read_at_once: BTreeSet::new() };
+        let mut uses = Self { graph, written: BTreeSet::new(), read: BTreeSet::new(), read_at_once: BTreeSet::new() };
         uses.written = uses.declared(&reached(written, &forth));
         uses.read = uses.declared(&reached(read.clone(), &back));
         uses.read_at_once = uses.declared(&reached(read, &back_at_once));
@@ -92,22 +90,25 @@ impl<'a> Uses<'a> {
     }
 
     /// Those of these ports that are of federates.
-    fn declared(&self, ports: &[bool]) -> BTreeSet<Declared> {
-        let ports = (0..ports.len()).filter(|node| ports[*node]);
-        let of_federates = ports.filter(|node| self.tree.instances[self.graph.instance[*node]].parent == Some(0));
+    fn declared(&self, ports: &Arena<Node, bool>) -> BTreeSet<Declared> {
+        let ports = ports.ids().filter(|node| ports[*node]);
+        let of_federates = ports.filter(|node| {
+            self.graph.program.tree.instances[self.graph.instance[*node]].parent == Some(InstanceId::MAIN)
+        });
         of_federates.map(|node| self.declaration(node)).collect()
     }
 
     fn declaration(&self, node: Node) -> Declared {
-        (self.tree.instances[self.graph.instance[node]].child, self.graph.port_of(node))
+        (self.graph.program.tree.instances[self.graph.instance[node]].child, self.graph.port_of(node))
     }
 
     /// Whether it is a connection of the federated reactor itself.
-    fn is_between_federates(&self, link: &Link, classes: &[Class<'_>]) -> bool {
-        let instances = [link.from, link.to].map(|node| &self.tree.instances[self.graph.instance[node]]);
-        let source = &classes[instances[0].class.0].ports[self.graph.port_of(link.from)];
+    fn is_between_federates(&self, link: &Link) -> bool {
+        let instances = [link.from, link.to].map(|node| &self.graph.program.tree.instances[self.graph.instance[node]]);
+        let source = self.graph.port(link.from);
         // What leads through a federate begins at an input of it.
-        instances.iter().all(|instance| instance.parent == Some(0)) && source.direction == Direction::Output
+        instances.iter().all(|instance| instance.parent == Some(InstanceId::MAIN))
+            && source.direction == Direction::Output
     }
 
     fn is_used(&self, link: &Link) -> bool {
@@ -120,26 +121,26 @@ impl<'a> Uses<'a> {
 }
 
 /// The ports that reactions name: whether they write them, and whether they read them.
-fn named(graph: &Graph, tree: &Tree, classes: &[Class<'_>]) -> (Vec<bool>, Vec<bool>) {
-    let (mut written, mut read) = (vec![false; graph.root.len()], vec![false; graph.root.len()]);
+fn named(graph: &Graph<'_>) -> (Arena<Node, bool>, Arena<Node, bool>) {
+    let (mut written, mut read) = (Arena::of(&graph.root, false), Arena::of(&graph.root, false));
     for (position, step) in graph.steps.iter().enumerate() {
-        let reaction = graph.reaction(position, tree, classes);
+        let reaction = graph.reaction(position);
         for parameter in reaction.iter().flat_map(|reaction| &reaction.parameters) {
             let Variable::Port(port) = parameter.variable else { continue };
             let named = if parameter.effect { &mut written } else { &mut read };
-            graph.nodes(tree, step.instance, port).into_iter().for_each(|node| named[node] = true);
+            graph.nodes(step.instance, port).into_iter().for_each(|node| named[node] = true);
         }
     }
     (written, read)
 }
 
 /// What can be reached over these steps, the starting points included.
-fn reached(mut found: Vec<bool>, steps: &[(Node, Node)]) -> Vec<bool> {
-    let mut next: Vec<Vec<Node>> = vec![Vec::new(); found.len()];
+fn reached(mut found: Arena<Node, bool>, steps: &[(Node, Node)]) -> Arena<Node, bool> {
+    let mut next: Arena<Node, Vec<Node>> = Arena::of(&found, Vec::new());
     for (from, to) in steps {
         next[*from].push(*to);
     }
-    let mut open: Vec<Node> = (0..found.len()).filter(|node| found[*node]).collect();
+    let mut open: Vec<Node> = found.ids().filter(|node| found[*node]).collect();
     while let Some(at) = open.pop() {
         for to in &next[at] {
             if !std::mem::replace(&mut found[*to], true) {

@@ -13,9 +13,9 @@ use super::followers::{Followers, Reason, Vertex};
 use super::graph::{Graph, Node, Step, Work};
 use super::last_tag;
 use super::zero_delay::is_immediate;
+use crate::arena::Arena;
 use crate::diagnostics::{Code, Diagnostic, Diagnostics, Span};
-use crate::instances::Tree;
-use crate::resolve::Class;
+use crate::instances::InstanceId;
 
 /// The levels of all that runs.
 #[derive(Debug)]
@@ -28,31 +28,26 @@ pub(super) struct Levels {
 
 /// The level of every reaction and of every connection to another federate. Nothing, with a diagnostic, if some wait
 /// for each other.
-pub(super) fn order(
-    graph: &Graph,
-    tree: &Tree,
-    classes: &[Class<'_>],
-    diagnostics: &mut Diagnostics,
-) -> Option<Levels> {
-    let mut followers = collect_followers(graph, tree);
+pub(super) fn order(graph: &Graph<'_>, diagnostics: &mut Diagnostics) -> Option<Levels> {
+    let mut followers = collect_followers(graph);
     let mut sorted = sort(&followers);
     if sorted.order.len() < followers.len() {
         if let Some(cycle) = find_cycle(&followers, &sorted.missing) {
-            diagnostics.push(CycleNames { graph, tree, classes }.report(&cycle));
+            diagnostics.push(CycleNames { graph }.report(&cycle));
         }
         return None;
     }
-    if last_tag::order(graph, tree, classes, &mut followers) {
+    if last_tag::order(graph, &mut followers) {
         sorted = sort(&followers);
     }
     let Sorted { order, mut levels, .. } = sorted;
-    let deadlines = inherited(deadlines(graph, tree, classes), &order, &followers);
+    let deadlines = inherited(deadlines(graph), &order, &followers);
     by_deadline(&mut levels, &deadlines);
     // The highest number stands for "no level".
     let level = |level: usize| u16::try_from(level).ok().filter(|level| *level < u16::MAX);
     let Some(mut steps) = levels.into_iter().map(level).collect::<Option<Vec<_>>>() else {
         let message = "this program has more than 65535 levels of reactions";
-        diagnostics.push(Diagnostic::new(Code::TooLarge, tree.instances[0].span, message));
+        diagnostics.push(Diagnostic::new(Code::TooLarge, graph.program.tree.instances[InstanceId::MAIN].span, message));
         return None;
     };
     let sends = steps.split_off(graph.steps.len());
@@ -92,13 +87,13 @@ fn sort(followers: &Followers) -> Sorted {
 
 /// The deadlines by which reactions come first, in nanoseconds; the highest number for none. What is not known is told
 /// elsewhere.
-fn deadlines(graph: &Graph, tree: &Tree, classes: &[Class<'_>]) -> Vec<i64> {
+fn deadlines(graph: &Graph<'_>) -> Vec<i64> {
     let deadline = |step: &Step| {
         let Work::Reaction(reaction) = step.work else { return None };
-        let class = &classes[tree.instances[step.instance].class.0];
+        let class = graph.program.class(step.instance);
         let deadline = class.reactions[reaction].ast.deadline.as_ref();
-        let value = &deadline.filter(|_| class.language.deadlines_come_first())?.value;
-        tree.time(step.instance, value, classes, &mut Diagnostics::default())
+        let value = &deadline.filter(|_| class.language.facts().deadlines_come_first)?.value;
+        graph.program.time(step.instance, value, &mut Diagnostics::default())
     };
     graph.steps.iter().map(|step| deadline(step).unwrap_or(i64::MAX)).collect()
 }
@@ -130,13 +125,14 @@ fn by_deadline(levels: &mut [usize], deadlines: &[i64]) {
     }
 }
 
-fn collect_followers(graph: &Graph, tree: &Tree) -> Followers {
+fn collect_followers(graph: &Graph<'_>) -> Followers {
+    let tree = &graph.program.tree;
     let sends = graph.steps.len();
     let mut followers: Followers = vec![Vec::new(); sends + graph.links.len()];
-    declared_order(graph, tree, &mut followers);
+    declared_order(graph, &mut followers);
     // What reads or sends each storing port.
-    let mut behind: Vec<Vec<Vertex>> =
-        graph.readers.iter().map(|readers| readers.iter().map(|(reader, _)| *reader).collect()).collect();
+    let mut behind: Arena<Node, Vec<Vertex>> =
+        graph.readers.values().map(|readers| readers.iter().map(|(reader, _)| *reader).collect()).collect();
     for (position, link) in graph.links.iter().enumerate().filter(|(_, link)| link.network) {
         behind[graph.root[link.from]].push(sends + position);
     }
@@ -146,7 +142,7 @@ fn collect_followers(graph: &Graph, tree: &Tree) -> Followers {
         let behind = behind[node].iter().filter(|follower| !tree.exclude(mode(vertex), mode(**follower)));
         followers[vertex].extend(behind.map(|follower| (*follower, Reason::Port(node))));
     };
-    for (node, writers) in graph.writers.iter().enumerate() {
+    for (node, writers) in graph.writers.iter() {
         for writer in writers {
             follow(*writer, node);
         }
@@ -154,14 +150,15 @@ fn collect_followers(graph: &Graph, tree: &Tree) -> Followers {
     for (position, link) in graph.links.iter().enumerate().filter(|(_, link)| is_immediate(link)) {
         follow(sends + position, link.to);
     }
-    order_copies(graph, tree, &mut followers);
+    order_copies(graph, &mut followers);
     followers
 }
 
 /// A connection of a mode and a reaction to `shutdown` of another mode can set a port at one tag. The connection does
 /// that last.
-fn order_copies(graph: &Graph, tree: &Tree, followers: &mut Followers) {
-    for writers in &graph.writers {
+fn order_copies(graph: &Graph<'_>, followers: &mut Followers) {
+    let tree = &graph.program.tree;
+    for writers in graph.writers.values() {
         let copies = |writer: usize| matches!(graph.steps[writer].work, Work::Copy(_));
         for reaction in writers.iter().copied().filter(|writer| !copies(*writer)) {
             let apart = |copy: usize| tree.exclude(graph.steps[reaction].confined, graph.steps[copy].confined);
@@ -173,7 +170,8 @@ fn order_copies(graph: &Graph, tree: &Tree, followers: &mut Followers) {
 
 /// The reactions of an instance follow each other as they are declared, as far as they are not in different modes. For
 /// the last tag, [`last_tag`] has more.
-fn declared_order(graph: &Graph, tree: &Tree, followers: &mut Followers) {
+fn declared_order(graph: &Graph<'_>, followers: &mut Followers) {
+    let tree = &graph.program.tree;
     // The last reactions of the instance so far: any other one is before one of them.
     let mut last: Vec<usize> = Vec::new();
     let reactions = graph.steps.iter().enumerate().filter(|(_, step)| matches!(step.work, Work::Reaction(_)));
@@ -191,9 +189,7 @@ fn declared_order(graph: &Graph, tree: &Tree, followers: &mut Followers) {
 
 /// Says where a cycle is.
 struct CycleNames<'a> {
-    graph: &'a Graph,
-    tree: &'a Tree,
-    classes: &'a [Class<'a>],
+    graph: &'a Graph<'a>,
 }
 
 impl CycleNames<'_> {
@@ -252,7 +248,7 @@ impl CycleNames<'_> {
     fn connections(&self, root: Node, reader: Vertex) -> Vec<usize> {
         let end = match self.link(reader) {
             Some(link) => Some(self.graph.links[link].from),
-            None => self.graph.node_read(reader, root, self.tree, self.classes),
+            None => self.graph.node_read(reader, root),
         };
         end.map_or(Vec::new(), |end| self.graph.connections_to(end))
     }
@@ -287,14 +283,14 @@ impl CycleNames<'_> {
     }
 
     fn path(&self, node: Node) -> String {
-        self.graph.path(node, self.tree, self.classes)
+        self.graph.path(node)
     }
 
     /// The name of a reaction, or of the port at a connection's end.
     fn name(&self, vertex: Vertex) -> String {
         match self.link(vertex) {
             Some(link) => self.path(self.graph.links[link].to),
-            None => self.graph.step_name(vertex, self.tree, self.classes),
+            None => self.graph.step_name(vertex),
         }
     }
 
@@ -303,8 +299,8 @@ impl CycleNames<'_> {
             return self.graph.links[link].span;
         }
         let step = self.graph.steps[vertex];
-        let class = &self.classes[self.tree.instances[step.instance].class.0];
-        self.graph.reaction(vertex, self.tree, self.classes).map_or(class.ast.span(), |reaction| reaction.ast.keyword)
+        let class = self.graph.program.class(step.instance);
+        self.graph.reaction(vertex).map_or(class.ast.span(), |reaction| reaction.ast.keyword)
     }
 }
 

@@ -4,6 +4,7 @@
 use super::builder::Context;
 use super::graph::{Node, Work};
 use crate::diagnostics::Diagnostics;
+use crate::instances::{InstanceId, ModeInstanceId};
 use crate::resolve::{ReactionVariable, Variable};
 use crate::syntax::ast::ActionKind;
 
@@ -66,7 +67,7 @@ fn least_delay_to_output(paths: &PhysicalSearch<'_>, count: usize) -> Option<i64
         for effect in paths.parameters(step).iter().filter(|parameter| parameter.effect) {
             match effect.variable {
                 Variable::Mode(mode, _) => {
-                    let entered = context.tree.mode_of(paths.instance(step), Some(mode));
+                    let entered = context.program.tree.mode_of(paths.instance(step), Some(mode));
                     paths.steps_in(entered).for_each(|to| reach(to, 0));
                 }
                 Variable::Action(action) => {
@@ -88,52 +89,51 @@ struct PhysicalSearch<'a> {
 }
 
 impl PhysicalSearch<'_> {
-    fn instance(&self, step: usize) -> usize {
+    fn instance(&self, step: usize) -> InstanceId {
         self.context.graph.steps[step].instance
     }
 
     fn parameters(&self, step: usize) -> &[ReactionVariable] {
-        let Context { graph, tree, classes, .. } = *self.context;
-        graph.reaction(step, tree, classes).map_or(&[], |reaction| &reaction.parameters)
+        self.context.graph.reaction(step).map_or(&[], |reaction| &reaction.parameters)
     }
 
     /// The ports that a step writes.
     fn written(&self, step: usize) -> Vec<Node> {
-        let (graph, tree) = (self.context.graph, self.context.tree);
+        let graph = self.context.graph;
         if let Work::Copy(link) = graph.steps[step].work {
             return vec![graph.links[link].to];
         }
         let effects = self.parameters(step).iter().filter(|parameter| parameter.effect);
         let nodes = effects.filter_map(|effect| match effect.variable {
-            Variable::Port(port) => Some(graph.nodes(tree, self.instance(step), port)),
+            Variable::Port(port) => Some(graph.nodes(self.instance(step), port)),
             _ => None,
         });
         nodes.flatten().collect()
     }
 
     /// What can run because a mode is entered.
-    fn steps_in(&self, mode: Option<usize>) -> impl Iterator<Item = usize> {
-        let (graph, tree) = (self.context.graph, self.context.tree);
+    fn steps_in(&self, mode: Option<ModeInstanceId>) -> impl Iterator<Item = usize> {
+        let (graph, tree) = (self.context.graph, &self.context.program.tree);
         let is_in = move |step: &usize| tree.modes_around(graph.steps[*step].mode).any(|around| Some(around) == mode);
         (0..graph.steps.len()).filter(is_in)
     }
 
-    fn min_delay(&self, instance: usize, action: usize) -> i64 {
-        let class = &self.context.classes[self.context.tree.instances[instance].class.0];
+    fn min_delay(&self, instance: InstanceId, action: usize) -> i64 {
+        let class = self.context.program.class(instance);
         let value = class.actions[action].ast.min_delay.as_ref();
         // What is not a time has been reported with the trigger.
         let mut ignored = Diagnostics::default();
-        let time = |value| self.context.tree.time(instance, value, self.context.classes, &mut ignored);
+        let time = |value| self.context.program.time(instance, value, &mut ignored);
         value.and_then(time).unwrap_or_default()
     }
 
     /// The delay with which a reaction of this federate is triggered by a physical action directly.
     fn physical_start(&self, step: usize) -> Option<i64> {
         let instance = self.instance(step);
-        if self.context.parts.of[instance] != Some(self.federate) {
+        if self.context.program.part(instance) != Some(self.federate) {
             return None;
         }
-        let class = &self.context.classes[self.context.tree.instances[instance].class.0];
+        let class = self.context.program.class(instance);
         let triggers = self.parameters(step).iter().filter(|parameter| parameter.triggers);
         let physical = triggers.filter_map(|parameter| match parameter.variable {
             Variable::Action(action) if class.actions[action].ast.kind == ActionKind::Physical => {
@@ -148,11 +148,11 @@ impl PhysicalSearch<'_> {
     fn physical_ends(&self) -> impl Iterator<Item = (Node, i64)> {
         let graph = self.context.graph;
         let links = graph.links.iter().filter(|link| link.physical);
-        let own = links.filter(|link| self.context.parts.of[graph.instance[link.to]] == Some(self.federate));
+        let own = links.filter(|link| graph.part(link.to) == Some(self.federate));
         own.map(|link| (link.to, link.delay.unwrap_or_default()))
     }
 
-    fn triggered_by(&self, instance: usize, action: usize) -> Vec<usize> {
+    fn triggered_by(&self, instance: InstanceId, action: usize) -> Vec<usize> {
         let is_triggered = |step: &usize| {
             self.instance(*step) == instance
                 && self.parameters(*step).iter().any(|it| it.triggers && it.variable == Variable::Action(action))

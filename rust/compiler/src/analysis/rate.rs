@@ -7,10 +7,11 @@
 
 use std::collections::BTreeSet;
 
-use super::graph::{Graph, Work};
+use super::graph::{Graph, Node, Work};
+use crate::arena::Arena;
 use crate::diagnostics::Diagnostics;
-use crate::instances::Tree;
-use crate::resolve::{Class, Variable};
+use crate::instances::{InstanceId, ModeInstanceId};
+use crate::resolve::Variable;
 use crate::syntax::ast::ActionKind;
 
 /// How many streams are told apart; more count as not known.
@@ -30,14 +31,14 @@ pub(super) struct Rate {
     /// Whether these are all.
     pub(super) complete: bool,
     /// The innermost modes that their timers and actions are in, or none: they keep these distances in its time.
-    modes: BTreeSet<Option<usize>>,
+    modes: BTreeSet<Option<ModeInstanceId>>,
 }
 
 impl Rate {
     const NONE: Rate = Rate { streams: Vec::new(), complete: true, modes: BTreeSet::new() };
     const UNKNOWN: Rate = Rate { streams: Vec::new(), complete: false, modes: BTreeSet::new() };
 
-    fn one(stream: Stream, mode: Option<usize>) -> Self {
+    fn one(stream: Stream, mode: Option<ModeInstanceId>) -> Self {
         // What happens once in all is no distance.
         let counts = stream.is_some() || mode.is_some();
         let modes = counts.then_some(mode).into_iter().collect();
@@ -57,26 +58,25 @@ impl Rate {
 
 /// Answers how often the ports of a program can have events.
 pub(super) struct Rates<'a> {
-    graph: &'a Graph,
-    tree: &'a Tree,
-    classes: &'a [Class<'a>],
+    graph: &'a Graph<'a>,
     /// Per storing port: the answer, if it has been asked for.
-    known: Vec<Option<Rate>>,
+    known: Arena<Node, Option<Rate>>,
     depth: usize,
 }
 
 impl<'a> Rates<'a> {
-    pub(super) fn new(graph: &'a Graph, tree: &'a Tree, classes: &'a [Class<'a>]) -> Self {
-        Self { graph, tree, classes, known: vec![None; graph.instance.len()], depth: 0 }
+    pub(super) fn new(graph: &'a Graph<'a>) -> Self {
+        Self { graph, known: Arena::of(&graph.instance, None), depth: 0 }
     }
 
     /// The events at a storing port, at their distances in the time of a mode, or of the program.
-    pub(super) fn of_port_in(&mut self, root: usize, mode: Option<usize>) -> Rate {
+    pub(super) fn of_port_in(&mut self, root: Node, mode: Option<ModeInstanceId>) -> Rate {
         let mut rate = self.of_port(root);
         // The time of another mode stands still at other times. What is entered by history only is never earlier.
-        let keeps = |origin: &Option<usize>| {
-            let mut inner = self.tree.modes_around(*origin).take_while(|around| Some(*around) != mode);
-            let contains = mode.is_none() || self.tree.modes_around(*origin).any(|around| Some(around) == mode);
+        let keeps = |origin: &Option<ModeInstanceId>| {
+            let mut inner = self.graph.program.tree.modes_around(*origin).take_while(|around| Some(*around) != mode);
+            let contains =
+                mode.is_none() || self.graph.program.tree.modes_around(*origin).any(|around| Some(around) == mode);
             contains && inner.all(|around| !self.graph.resets.contains(&around))
         };
         rate.complete &= rate.modes.iter().all(keeps);
@@ -84,7 +84,7 @@ impl<'a> Rates<'a> {
     }
 
     /// The events at a storing port.
-    fn of_port(&mut self, root: usize) -> Rate {
+    fn of_port(&mut self, root: Node) -> Rate {
         if let Some(known) = &self.known[root] {
             return known.clone();
         }
@@ -117,7 +117,7 @@ impl<'a> Rates<'a> {
             if let Work::Copy(link) = self.graph.steps[*step].work {
                 rate.add(self.of_port(self.graph.root[self.graph.links[link].from]));
             }
-            let Some(reaction) = self.graph.reaction(*step, self.tree, self.classes) else { continue };
+            let Some(reaction) = self.graph.reaction(*step) else { continue };
             let instance = self.graph.steps[*step].instance;
             for parameter in reaction.parameters.iter().filter(|parameter| parameter.triggers) {
                 rate.add(self.of_variable(instance, parameter.variable));
@@ -126,12 +126,12 @@ impl<'a> Rates<'a> {
         rate
     }
 
-    fn of_variable(&mut self, instance: usize, variable: Variable) -> Rate {
+    fn of_variable(&mut self, instance: InstanceId, variable: Variable) -> Rate {
         // What is not a time has been reported before.
         let mut ignored = Diagnostics::default();
-        let class = &self.classes[self.tree.instances[instance].class.0];
+        let class = self.graph.program.class(instance);
         let mut time = |value: Option<&_>| {
-            let time = value.and_then(|value| self.tree.time(instance, value, self.classes, &mut ignored));
+            let time = value.and_then(|value| self.graph.program.time(instance, value, &mut ignored));
             time.filter(|ns| *ns > 0)
         };
         match variable {
@@ -139,7 +139,7 @@ impl<'a> Rates<'a> {
             // As often as a mode is entered.
             Variable::Reset | Variable::Mode(..) => Rate::UNKNOWN,
             Variable::Timer(timer) => {
-                let mode = self.tree.mode_of(instance, class.timers[timer].mode);
+                let mode = self.graph.program.tree.mode_of(instance, class.timers[timer].mode);
                 Rate::one(time(class.timers[timer].period.as_ref()), mode)
             }
             Variable::Action(action) => {
@@ -147,12 +147,12 @@ impl<'a> Rates<'a> {
                 // What starts a watchdog again comes after it has expired.
                 let is_watchdog = declared.kind == ActionKind::Watchdog;
                 let spacing = if is_watchdog { &declared.min_delay } else { &declared.min_spacing };
-                let mode = self.tree.mode_of(instance, declared.mode);
+                let mode = self.graph.program.tree.mode_of(instance, declared.mode);
                 time(spacing.as_ref()).map_or(Rate::UNKNOWN, |spacing| Rate::one(Some(spacing), mode))
             }
             Variable::Port(port) => {
                 let mut rate = Rate::NONE;
-                for node in self.graph.nodes(self.tree, instance, port) {
+                for node in self.graph.nodes(instance, port) {
                     rate.add(self.of_port(self.graph.root[node]));
                 }
                 rate

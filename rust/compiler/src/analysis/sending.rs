@@ -5,7 +5,6 @@ use std::collections::BTreeSet;
 
 use super::graph::{Graph, Link, Node};
 use crate::diagnostics::{Code, Diagnostic, Diagnostics, Span};
-use crate::instances::Tree;
 use crate::languages::{Preambles, Unsendable};
 use crate::plan::{Serializer, Shape};
 use crate::resolve::{CheckedPort, Class, ClassId, Program};
@@ -20,19 +19,12 @@ const GOES: &str = "it goes to another federate here";
 /// Reports ports whose values cannot go to another federate, and connections that cannot copy them, as far as that is
 /// known without the target languages' own compilers; each declaration of a port once. Connections between federates in
 /// different languages are told what values are at both ends.
-pub(super) fn check(
-    graph: &mut Graph,
-    program: &Program,
-    classes: &[Class<'_>],
-    tree: &Tree,
-    diagnostics: &mut Diagnostics,
-) {
+pub(super) fn check(graph: &mut Graph<'_>, program: &Program, diagnostics: &mut Diagnostics) {
     let all = program.units.iter().flat_map(|unit| {
         let inner = unit.ast.reactors.iter().flat_map(|reactor| texts(&reactor.body.preambles));
         texts(&unit.ast.preambles).into_iter().chain(inner)
     });
-    let mut ends =
-        Ends { program, classes, tree, all: all.collect(), seen: BTreeSet::new(), told: BTreeSet::new(), diagnostics };
+    let mut ends = Ends { program, all: all.collect(), seen: BTreeSet::new(), told: BTreeSet::new(), diagnostics };
     let mut shapes = Vec::new();
     for link in &graph.links {
         let mut between = None;
@@ -82,14 +74,12 @@ impl TypedEnd<'_> {
     }
 
     fn language_differs(&self, other: &Self) -> bool {
-        self.class.language.name() != other.class.language.name()
+        self.class.language != other.class.language
     }
 }
 
 struct Ends<'a> {
     program: &'a Program,
-    classes: &'a [Class<'a>],
-    tree: &'a Tree,
     /// All preambles.
     all: Vec<String>,
     /// The ports of classes that have been looked at, with what says how their values become bytes.
@@ -100,15 +90,15 @@ struct Ends<'a> {
 }
 
 impl Ends<'_> {
-    fn end(&self, graph: &Graph, node: Node) -> TypedEnd<'_> {
-        let id = self.tree.instances[graph.instance[node]].class;
-        let class = &self.classes[id.0];
+    fn end<'e>(&'e self, graph: &'e Graph<'_>, node: Node) -> TypedEnd<'e> {
+        let instance = graph.instance[node];
+        let (id, class) = (graph.program.tree.instances[instance].class, graph.program.class(instance));
         let of_file = &self.program.units[class.id.unit].ast.preambles;
         let visible: Vec<_> = of_file.iter().chain(&class.ast.body.preambles).map(|it| &it.code).collect();
         TypedEnd {
             id: (id, graph.port_of(node)),
             class,
-            port: &class.ports[graph.port_of(node)],
+            port: graph.port(node),
             visible_texts: visible.iter().map(|code| code.text.clone()).collect(),
             visible,
             all: &self.all,
@@ -116,14 +106,14 @@ impl Ends<'_> {
     }
 
     /// Reports a port whose values cannot go over a connection to another federate.
-    fn check(&mut self, graph: &Graph, node: Node, link: &Link) {
+    fn check(&mut self, graph: &Graph<'_>, node: Node, link: &Link) {
         let end = self.end(graph, node);
         let id = (end.id.0, end.id.1, link.serializer.clone());
         if self.seen.contains(&id) {
             return;
         }
         let port = end.port.ty_span;
-        let found = end.class.language.unsendable(&end.port.ty, link.serializer.as_ref(), end.of());
+        let found = (end.class.language.facts().unsendable)(&end.port.ty, link.serializer.as_ref(), end.of());
         let found: Vec<_> = found.into_iter().map(|why| (end.span_of(&why), why)).collect();
         self.seen.insert(id);
         for (span, why) in found {
@@ -137,10 +127,10 @@ impl Ends<'_> {
     }
 
     /// Reports a connection that cannot copy its values.
-    fn check_copies(&mut self, graph: &Graph, link: &Link) {
+    fn check_copies(&mut self, graph: &Graph<'_>, link: &Link) {
         let end = self.end(graph, link.from);
         let span = end.port.ty_span;
-        let Some(why) = end.class.language.uncopyable(&end.port.ty, end.of()) else { return };
+        let Some(why) = (end.class.language.facts().uncopyable)(&end.port.ty, end.of()) else { return };
         if self.told.insert((span, why.message.clone())) {
             let diagnostic = Diagnostic::new(Code::Uncopyable, link.span, why.message).hint(why.hint);
             self.diagnostics.push(diagnostic.also(span, "the type of the source"));
@@ -149,11 +139,11 @@ impl Ends<'_> {
 
     /// What values are at both ends of a connection between two languages; nothing where they do not fit, which is
     /// reported.
-    fn shapes(&mut self, graph: &Graph, link: &Link) -> Option<(Shape, Shape)> {
+    fn shapes(&mut self, graph: &Graph<'_>, link: &Link) -> Option<(Shape, Shape)> {
         let (from, to) = (self.end(graph, link.from), self.end(graph, link.to));
         let mut found = Vec::new();
         let mut shape = |end: &TypedEnd<'_>| {
-            let shape = end.class.language.shape(&end.port.ty, end.of());
+            let shape = (end.class.language.facts().shape)(&end.port.ty, end.of());
             let refused = |why: Unsendable| {
                 Diagnostic::new(Code::Unsendable, end.port.ty_span, why.message)
                     .also(link.span, "it goes to a federate in another language here")

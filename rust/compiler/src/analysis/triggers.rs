@@ -12,9 +12,10 @@
 //! `@capacity(n)` before the action, the connection or the input replaces these numbers. What is on its way follows
 //! from the periods of timers and the minimum spacings of actions.
 
-use super::builder::{Context, FederateBuilder, Source};
+use super::builder::{FederateBuilder, Source};
 use super::rate::{Rate, Rates, direct_capacity, in_flight};
 use crate::diagnostics::{Code, Diagnostic, Diagnostics, Span};
+use crate::instances::InstanceId;
 use crate::plan::{self, InputIndex, SpacingPolicy, TriggerIndex, TriggerKind};
 use crate::resolve::{CAPACITY_MAX, Variable};
 use crate::syntax::ast::ActionKind;
@@ -34,7 +35,7 @@ impl FederateBuilder<'_> {
     /// Adds every trigger that a reaction names, every delayed connection and every network input.
     pub(super) fn add_triggers(&mut self, diagnostics: &mut Diagnostics) {
         let context = self.context;
-        let mut rates = Rates::new(context.graph, context.tree, context.classes);
+        let mut rates = Rates::new(context.graph);
         self.add_ends();
         let named = self.named_sources();
         for source in named {
@@ -60,11 +61,11 @@ impl FederateBuilder<'_> {
     }
 
     /// The variables of all reactions of this federate, with the instances.
-    fn variables(&self) -> Vec<(usize, Variable)> {
-        let (graph, tree) = (self.context.graph, self.context.tree);
+    fn variables(&self) -> Vec<(InstanceId, Variable)> {
+        let graph = self.context.graph;
         let mut variables = Vec::new();
         for (position, step) in graph.steps.iter().enumerate().filter(|(_, step)| self.owns(step.instance)) {
-            let reaction = graph.reaction(position, tree, self.context.classes);
+            let reaction = graph.reaction(position);
             let parameters = reaction.into_iter().flat_map(|reaction| &reaction.parameters);
             variables.extend(parameters.map(|parameter| (step.instance, parameter.variable)));
         }
@@ -103,10 +104,11 @@ impl FederateBuilder<'_> {
         sources.into_iter().map(|(_, source)| source).collect()
     }
 
-    fn add_timer(&mut self, instance: usize, timer: usize, diagnostics: &mut Diagnostics) {
-        let (tree, classes) = (self.context.tree, self.context.classes);
-        let declared = classes[tree.instances[instance].class.0].timers[timer];
-        let mut time = |value: Option<&_>| value.and_then(|value| tree.time(instance, value, classes, diagnostics));
+    fn add_timer(&mut self, instance: InstanceId, timer: usize, diagnostics: &mut Diagnostics) {
+        let program = self.context.program;
+        let tree = &program.tree;
+        let declared = program.class(instance).timers[timer];
+        let mut time = |value: Option<&_>| value.and_then(|value| program.time(instance, value, diagnostics));
         let offset_ns = time(declared.offset.as_ref()).unwrap_or_default();
         let period = time(declared.period.as_ref());
         let kind = TriggerKind::Timer {
@@ -121,15 +123,22 @@ impl FederateBuilder<'_> {
         self.add(Source::Timer(instance, timer), trigger);
     }
 
-    fn add_action(&mut self, instance: usize, action: usize, rates: &mut Rates<'_>, diagnostics: &mut Diagnostics) {
-        let (tree, classes) = (self.context.tree, self.context.classes);
-        let class = &classes[tree.instances[instance].class.0];
+    fn add_action(
+        &mut self,
+        instance: InstanceId,
+        action: usize,
+        rates: &mut Rates<'_>,
+        diagnostics: &mut Diagnostics,
+    ) {
+        let program = self.context.program;
+        let tree = &program.tree;
+        let class = program.class(instance);
         let declared = &class.actions[action];
-        let mut time = |value: Option<&_>| value.and_then(|value| tree.time(instance, value, classes, diagnostics));
+        let mut time = |value: Option<&_>| value.and_then(|value| program.time(instance, value, diagnostics));
         let (span, kind) = (declared.ast.name.span, declared.ast.kind);
         let min_delay_ns = time(declared.ast.min_delay.as_ref()).unwrap_or_default();
         let min_spacing_ns = time(declared.ast.min_spacing.as_ref()).filter(|ns| *ns > 0);
-        let replaces = class.language.replaces_events();
+        let replaces = class.language.facts().replaces_events;
         let policy = match declared.ast.policy.as_ref().map(|policy| policy.text.as_str()) {
             Some("drop") => SpacingPolicy::Drop,
             Some("replace") => SpacingPolicy::Replace,
@@ -165,11 +174,10 @@ impl FederateBuilder<'_> {
     }
 
     /// The reactions that can schedule an action.
-    fn schedulers(&self, instance: usize, action: usize) -> Vec<usize> {
-        let Context { graph, tree, classes, .. } = *self.context;
+    fn schedulers(&self, instance: InstanceId, action: usize) -> Vec<usize> {
+        let graph = self.context.graph;
         let schedules = |step: &usize| {
-            let mut effects =
-                graph.reaction(*step, tree, classes).into_iter().flat_map(|reaction| &reaction.parameters);
+            let mut effects = graph.reaction(*step).into_iter().flat_map(|reaction| &reaction.parameters);
             effects.any(|it| it.effect && it.variable == Variable::Action(action))
         };
         graph.reactions_of(instance).filter(schedules).collect()
@@ -177,10 +185,9 @@ impl FederateBuilder<'_> {
 
     /// The capacity that the program gives to a connection, at itself or at its destination.
     fn given_capacity(&self, link: usize) -> Option<usize> {
-        let (graph, tree) = (self.context.graph, self.context.tree);
+        let graph = self.context.graph;
         let link = &graph.links[link];
-        let class = &self.context.classes[tree.instances[graph.instance[link.to]].class.0];
-        link.capacity.or(class.ports[graph.port_of(link.to)].capacity)
+        link.capacity.or(graph.port(link.to).capacity)
     }
 
     fn add_delay(&mut self, position: usize, rates: &mut Rates<'_>, diagnostics: &mut Diagnostics) {
@@ -288,14 +295,14 @@ impl FederateBuilder<'_> {
     /// Whether what this connection carries can come back to the federate that sends it.
     fn is_in_cycle(&self, link: usize) -> bool {
         let graph = self.context.graph;
-        let from = self.context.parts.of[graph.instance[graph.links[link].from]];
+        let from = graph.part(graph.links[link].from);
         from.is_some_and(|from| self.context.cycles.is_common(from, self.part))
     }
 
     fn add_link(&mut self, position: usize, kind: TriggerKind, capacity: usize) {
-        let (graph, tree) = (self.context.graph, self.context.tree);
+        let graph = self.context.graph;
         let link = &graph.links[position];
-        let path = graph.path(link.to, tree, self.context.classes);
+        let path = graph.path(link.to);
         let at = Some(self.context.places.at(link.span));
         let mode = self.mode_index(link.mode);
         let trigger = plan::Trigger { path, kind, capacity, reactions: Vec::new(), mode, at };

@@ -11,11 +11,10 @@ use super::graph::Graph;
 use super::network::NetworkPorts;
 use super::zero_delay::Cycles;
 use crate::diagnostics::{Code, Diagnostic, Diagnostics, Span};
-use crate::federates::Participants;
-use crate::instances::Tree;
+use crate::instances::InstanceId;
 use crate::plan::Time;
 use crate::plan::{Coordination, Target};
-use crate::resolve::{Class, Wait};
+use crate::resolve::Wait;
 
 /// Names of the parameter by which older programs set the `@maxwait` of a federate, in small letters.
 const OLDER_PARAMETERS: [&str; 2] = ["sta", "stp_offset"];
@@ -30,27 +29,24 @@ pub(super) struct Waits {
 
 /// Works out the waits of every connection of the graph; 0 where a connection has none.
 pub(super) fn waits(
-    graph: &Graph,
+    graph: &Graph<'_>,
     network: &NetworkPorts,
-    tree: &Tree,
-    parts: &Participants,
-    classes: &[Class<'_>],
     target: &Target,
     diagnostics: &mut Diagnostics,
 ) -> Vec<Waits> {
-    let mut search = WaitSearch { graph, tree, parts, classes, diagnostics, older: BTreeMap::new() };
+    let mut search = WaitSearch { graph, diagnostics, older: BTreeMap::new() };
     if target.coordination == Coordination::Centralized {
         search.report_idle();
         return vec![Waits::default(); graph.links.len()];
     }
     search.report_idle_connections();
     search.report_older_handlers();
-    let federates: Vec<i64> = (0..parts.list.len()).map(|part| search.max_wait(part)).collect();
+    let federates: Vec<i64> = (0..graph.program.parts.list.len()).map(|part| search.max_wait(part)).collect();
     search.report_older_parameters();
     let handlers: Vec<i64> = (0..graph.steps.len()).map(|step| search.absent_after(step)).collect();
     let mut waits = Vec::new();
     for link in &graph.links {
-        let receiver = parts.of[graph.instance[link.to]].filter(|_| link.is_logical_network());
+        let receiver = graph.part(link.to).filter(|_| link.is_logical_network());
         waits.push(receiver.map_or_else(Waits::default, |receiver| {
             let readers = graph.readers[link.to].iter().map(|(reader, _)| handlers[*reader]);
             let absent_after = link.absent_after.or_else(|| readers.max()).unwrap_or_default();
@@ -70,10 +66,7 @@ fn less(time_ns: i64, taken_ns: i64) -> i64 {
 }
 
 struct WaitSearch<'a> {
-    graph: &'a Graph,
-    tree: &'a Tree,
-    parts: &'a Participants,
-    classes: &'a [Class<'a>],
+    graph: &'a Graph<'a>,
     diagnostics: &'a mut Diagnostics,
     /// The older parameters by their places.
     older: BTreeMap<Span, Older<'a>>,
@@ -85,7 +78,7 @@ type Older<'a> = (&'a str, Vec<(usize, i64)>);
 impl<'a> WaitSearch<'a> {
     /// The instances and connections of the main or federated reactor, with what they are and their attributes.
     fn attributes(&self) -> Vec<(&'static str, Wait<'a>)> {
-        let main = &self.classes[self.tree.instances[0].class.0];
+        let main = self.graph.program.main();
         let mut found: BTreeMap<Span, (&'static str, Wait<'a>)> = BTreeMap::new();
         let mut add = |name, wait: Option<Wait<'a>>| {
             if let Some(wait) = wait {
@@ -102,7 +95,7 @@ impl<'a> WaitSearch<'a> {
 
     /// Says what has no effect because the coordination is not decentralized.
     fn report_idle(&mut self) {
-        let (reason, hint) = if self.parts.federated {
+        let (reason, hint) = if self.graph.program.parts.federated {
             (
                 "the RTI lets no federate go on too early",
                 "remove it, or write `coordination: decentralized` in the target",
@@ -123,8 +116,9 @@ impl<'a> WaitSearch<'a> {
     /// The handlers of the reactors that are instantiated, each once, with the position of the reaction's class.
     fn handlers(&self) -> Vec<(usize, &'a crate::syntax::ast::TardySyntax)> {
         let mut found: BTreeMap<Span, _> = BTreeMap::new();
-        for instance in &self.tree.instances {
-            for reaction in &self.classes[instance.class.0].reactions {
+        let program = self.graph.program;
+        for instance in program.tree.instances.values() {
+            for reaction in &program.classes[instance.class.0].reactions {
                 if let Some(tardy) = &reaction.ast.tardy {
                     found.insert(tardy.word.span, (instance.class.0, tardy));
                 }
@@ -135,7 +129,7 @@ impl<'a> WaitSearch<'a> {
 
     /// Says which connections have attributes that mean nothing there.
     fn report_idle_connections(&mut self) {
-        let main = &self.classes[self.tree.instances[0].class.0];
+        let main = self.graph.program.main();
         let counts = |span: Span| self.graph.links.iter().any(|link| link.span == span && link.is_logical_network());
         let mut idle: BTreeMap<Span, (&str, bool)> = BTreeMap::new();
         for connection in main.connections.iter().filter(|connection| !counts(connection.span)) {
@@ -170,16 +164,16 @@ impl<'a> WaitSearch<'a> {
 
     /// The `@maxwait` of a federate. An older parameter goes before the attribute, as in LF.
     fn max_wait(&mut self, part: usize) -> i64 {
-        let (tree, classes) = (self.tree, self.classes);
-        let top = self.parts.list[part].top;
-        let instance = &tree.instances[top];
-        let class = &classes[instance.class.0];
-        let child = instance.child.map(|child| &classes[tree.instances[0].class.0].children[child]);
+        let program = self.graph.program;
+        let top = self.graph.program.parts.list[part].top;
+        let instance = &program.tree.instances[top];
+        let class = program.class(top);
+        let child = instance.child.map(|child| &program.main().children[child]);
         let attribute = child.and_then(|child| child.max_wait);
         let is_older = |name: &str| OLDER_PARAMETERS.contains(&name.to_lowercase().as_str());
         let older = class.parameters.iter().position(|it| it.is_time && is_older(&it.name.text));
         let Some(older) = older else {
-            let known = attribute.and_then(|wait| tree.time(0, wait.value, classes, self.diagnostics));
+            let known = attribute.and_then(|wait| program.time(InstanceId::MAIN, wait.value, self.diagnostics));
             if let Some(wait) = attribute.filter(|_| !self.has_logical_input(part)) {
                 let message = format!("`@maxwait` has no effect: `{}` gets no messages to wait for", instance.path);
                 self.diagnostics.push(Diagnostic::new(Code::NoEffect, wait.span, message).hint("remove it"));
@@ -195,7 +189,7 @@ impl<'a> WaitSearch<'a> {
             let diagnostic = Diagnostic::new(Code::NoEffect, wait.span, message).hint("remove the parameter");
             self.diagnostics.push(diagnostic.also(parameter.span, "the parameter"));
         }
-        let Some(max_wait_ns) = tree.parameter(top, older) else {
+        let Some(max_wait_ns) = program.tree.parameter(top, older) else {
             let message = format!("how long `{}` waits is not known when the program is compiled", instance.path);
             let hint = "the parameter is given as code somewhere; write a time there, like `10 ms`";
             self.diagnostics.push(Diagnostic::new(Code::NotATime, parameter.span, message).hint(hint));
@@ -212,7 +206,11 @@ impl<'a> WaitSearch<'a> {
             let waiting = federates.iter().filter(|(part, _)| self.has_logical_input(*part));
             let attributes: Vec<_> = waiting
                 .map(|(part, ns)| {
-                    format!("`@maxwait({})` before the instance `{}`", Time(*ns), self.parts.list[*part].name)
+                    format!(
+                        "`@maxwait({})` before the instance `{}`",
+                        Time(*ns),
+                        self.graph.program.parts.list[*part].name
+                    )
                 })
                 .collect();
             let hint = match &attributes[..] {
@@ -226,14 +224,14 @@ impl<'a> WaitSearch<'a> {
 
     /// Names the federates of each cycle that nobody can leave: all wait for ever for what would come at once.
     fn report_deadlocks(&mut self, network: &NetworkPorts, waits: &[Waits]) {
-        let (graph, parts) = (self.graph, self.parts);
-        let cycles = Cycles::over(graph, parts, |position, link| {
+        let (graph, parts) = (self.graph, &self.graph.program.parts);
+        let cycles = Cycles::over(graph, |position, link| {
             let is_awaited = network.used[position] && waits[position].max_wait_ns == i64::MAX;
             is_awaited && link.is_logical_network() && link.delay.unwrap_or_default() == 0
         });
         let mut told = vec![false; parts.list.len()];
         for link in graph.links.iter().filter(|link| link.is_logical_network()) {
-            let ends = (parts.of[graph.instance[link.from]], parts.of[graph.instance[link.to]]);
+            let ends = (graph.part(link.from), graph.part(link.to));
             let (Some(from), Some(to)) = ends else { continue };
             if !cycles.is_common(from, to) || told[from] {
                 continue;
@@ -252,16 +250,16 @@ impl<'a> WaitSearch<'a> {
 
     fn has_logical_input(&self, part: usize) -> bool {
         let mut links = self.graph.links.iter().filter(|link| link.is_logical_network());
-        links.any(|link| self.parts.of[self.graph.instance[link.to]] == Some(part))
+        links.any(|link| self.graph.part(link.to) == Some(part))
     }
 
     /// The offset of a reaction's older handler, 0 if it has none.
     fn absent_after(&mut self, step: usize) -> i64 {
         let instance = self.graph.steps[step].instance;
-        let reaction = self.graph.reaction(step, self.tree, self.classes);
+        let reaction = self.graph.reaction(step);
         let tardy = reaction.and_then(|reaction| reaction.ast.tardy.as_ref());
         let offset = tardy.and_then(|tardy| tardy.absent_after.as_ref());
-        let known = |value| self.tree.time(instance, value, self.classes, self.diagnostics);
+        let known = |value| self.graph.program.time(instance, value, self.diagnostics);
         offset.and_then(known).unwrap_or_default()
     }
 }

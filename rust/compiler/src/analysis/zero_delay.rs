@@ -5,7 +5,6 @@
 //! are none. This is sound as long as no reactions wait for each other, which the order of reactions has shown.
 
 use super::graph::{Graph, Link};
-use crate::federates::Participants;
 
 /// Which federates are in cycles.
 #[derive(Debug)]
@@ -16,22 +15,21 @@ pub(super) struct Cycles {
 
 impl Cycles {
     /// The zero-delay cycles.
-    pub(super) fn without_delay(graph: &Graph, parts: &Participants) -> Self {
-        Self::over(graph, parts, |_, link| is_immediate(link))
+    pub(super) fn without_delay(graph: &Graph<'_>) -> Self {
+        Self::over(graph, |_, link| is_immediate(link))
     }
 
     /// All cycles, whatever the delays.
-    pub(super) fn of_any_delay(graph: &Graph, parts: &Participants) -> Self {
-        Self::over(graph, parts, |_, link| link.network)
+    pub(super) fn of_any_delay(graph: &Graph<'_>) -> Self {
+        Self::over(graph, |_, link| link.network)
     }
 
     /// The cycles over those connections that count, by their positions in the graph.
-    pub(super) fn over(graph: &Graph, parts: &Participants, counts: impl Fn(usize, &Link) -> bool) -> Self {
-        let count = parts.list.len();
-        let part = |node: usize| parts.of[graph.instance[node]];
+    pub(super) fn over(graph: &Graph<'_>, counts: impl Fn(usize, &Link) -> bool) -> Self {
+        let count = graph.program.parts.list.len();
         let mut next: Vec<Vec<usize>> = vec![Vec::new(); count];
         for (_, link) in graph.links.iter().enumerate().filter(|(position, link)| counts(*position, link)) {
-            if let (Some(from), Some(to)) = (part(link.from), part(link.to)) {
+            if let (Some(from), Some(to)) = (graph.part(link.from), graph.part(link.to)) {
                 next[from].push(to);
             }
         }

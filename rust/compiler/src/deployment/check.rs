@@ -8,10 +8,10 @@ use serde_saphyr::{Location, Spanned};
 
 use super::raw::RawPlace;
 use super::{BoardNetwork, Mac, Place, Platform, RtiHome, RtiPlace};
+use crate::boards::ethernet_label;
 use crate::diagnostics::did_you_mean;
 use crate::plan::Plan;
 use crate::yaml::{FileError, place};
-use crate::zephyr::ethernet_label;
 
 /// What the RTI is called where a federate has a name; no federate can have this one.
 pub(super) const RTI: &str = "the RTI";

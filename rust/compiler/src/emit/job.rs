@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-//! What a target language is given to emit, and what it gives back.
-
-use core::fmt;
+//! What is to be emitted.
 
 use crate::deployment::Deployment;
-use crate::plan::{Federate, Location, Plan};
+use crate::plan::{Federate, Plan};
+
+use super::view::View;
 
 /// What the caller decides about the generated crates.
 #[derive(Clone, Copy, Debug)]
@@ -13,6 +13,8 @@ pub struct Settings<'a> {
     pub lf_linux: &'a str,
     /// The folder of the crate `lf-zephyr`, absolute or relative to a generated crate.
     pub lf_zephyr: &'a str,
+    /// The folder of the crate `lf-c-build`, absolute or relative to a generated crate.
+    pub lf_c_build: &'a str,
     /// The version of all packages. Cargo tells packages of one name apart by it, so two programs whose crates share
     /// cargo's intermediate results must not have the same.
     pub version: &'a str,
@@ -32,7 +34,8 @@ impl Settings<'_> {
 /// The program of one participant, to be emitted.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Job<'a> {
-    pub(crate) plan: &'a Plan,
+    /// The plan as its language sees it.
+    pub(crate) view: &'a View<'a>,
     pub(crate) settings: &'a Settings<'a>,
     /// The participant.
     pub(crate) name: &'a str,
@@ -50,45 +53,15 @@ pub(crate) struct Job<'a> {
     pub(crate) package: &'a str,
 }
 
-impl Job<'_> {
-    /// How many threads run reactions. Images have one.
+impl<'a> Job<'a> {
+    /// The plan as a whole.
+    pub(crate) fn plan(&self) -> &'a Plan {
+        self.view.plan
+    }
+
+    /// Returns how many threads run reactions. Images have one.
     pub(crate) fn workers(&self) -> u16 {
-        if self.is_image { 1 } else { self.plan.target.workers }
+        let is_one = self.is_image || !self.view.language.facts().workers;
+        if is_one { 1 } else { self.plan().target.workers }
     }
 }
-
-/// A generated file.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct File {
-    /// The path below the output folder, with `/` between its parts.
-    pub path: String,
-    /// The text.
-    pub text: String,
-}
-
-/// Something in the program of which no crate can be made.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct EmitError {
-    /// The LF file.
-    pub path: String,
-    /// The line, from 1.
-    pub line: usize,
-    /// The column, from 1.
-    pub column: usize,
-    /// What is wrong.
-    pub message: String,
-}
-
-impl EmitError {
-    pub(crate) fn new(plan: &Plan, at: Location, message: String) -> Self {
-        Self { path: plan.path(at).to_owned(), line: at.line, column: at.column, message }
-    }
-}
-
-impl fmt::Display for EmitError {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "{}:{}:{}: error: {}", self.path, self.line, self.column, self.message)
-    }
-}
-
-impl core::error::Error for EmitError {}

@@ -1,24 +1,33 @@
 // SPDX-License-Identifier: Apache-2.0
-//! From a plan to text: a crate per federate by the target language and, for Zephyr, a Kconfig fragment and a
-//! devicetree overlay.
+//! From a plan to text: a crate per federate and, for Zephyr, a Kconfig fragment and a devicetree overlay.
+//!
+//! `host` writes the crates and knows no language; `rust` and `c` write the bodies, and know nothing of each other.
 //!
 //! Nothing here reads or writes files; the caller does that with the [`Emitted`] it gets.
 
+mod c;
+mod file;
+mod host;
 mod job;
-mod language;
 pub(crate) mod names;
+mod rust;
 mod source_map;
 #[cfg(test)]
 mod tests;
+mod view;
 
+use crate::boards::ethernet_label;
 use crate::deployment::{Place, Platform, RtiHome};
+use crate::lexical::Language;
 use crate::plan::{Federate, Plan};
 use crate::stack::with_stack;
-use crate::zephyr::{ethernet_label, federate_kconfig, overlay, rti_kconfig};
+use crate::zephyr::{federate_kconfig, overlay, rti_kconfig};
 use names::{Names, package_name, shortened};
+use view::View;
 
+pub use file::{EmitError, File};
 pub(crate) use job::Job;
-pub use job::{EmitError, File, Settings};
+pub use job::Settings;
 pub use source_map::SourceMap;
 pub(crate) use source_map::{Anchor, FileMap, Lines, Origin, Piece};
 
@@ -91,7 +100,6 @@ pub fn emit(plan: &Plan, settings: &Settings<'_>) -> Result<Emitted, Vec<EmitErr
 fn emitted(plan: &Plan, settings: &Settings<'_>) -> Result<Emitted, Vec<EmitError>> {
     let paths = plan.files.iter().map(|file| file.path.clone()).collect();
     let emitted = Emitted { files: Vec::new(), participants: Vec::new(), source_map: SourceMap::new(paths) };
-    let language = plan.language(plan.main);
     let mut work = Emitter { plan, settings, emitted, errors: Vec::new() };
     let (mut folders, mut packages) = (Names::default(), Names::default());
     for federate in &plan.federates {
@@ -113,7 +121,7 @@ fn emitted(plan: &Plan, settings: &Settings<'_>) -> Result<Emitted, Vec<EmitErro
     let folders: Vec<String> =
         emitted.participants.iter().filter(is_host).map(|participant| participant.folder.clone()).collect();
     if !folders.is_empty() {
-        emitted.files.insert(0, language.workspace(plan, &folders));
+        emitted.files.insert(0, host::of_workspace(plan, &folders));
     }
     if errors.is_empty() { Ok(emitted) } else { Err(errors) }
 }
@@ -151,8 +159,8 @@ impl Emitter<'_> {
         let (package, artifact) = match &place.platform {
             Platform::Host => (package, Artifact::Host),
             Platform::Zephyr(board) => {
-                let plan = plan.in_language(plan.language_of(federate));
-                let text = federate_kconfig(&plan, federate, deployment);
+                let is_cpp = View::new(plan, plan.language_of(federate)).native.is_cpp;
+                let text = federate_kconfig(plan, federate, deployment, is_cpp);
                 (ZEPHYR_PACKAGE.to_owned(), self.image(&name, &folder, board, &place, text))
             }
         };
@@ -182,23 +190,27 @@ impl Emitter<'_> {
     /// Adds the program of a participant.
     fn program(&mut self, participant: Participant, federate: Option<&Federate>) -> Participant {
         let rti = matches!(participant.role, Role::Rti | Role::Federate { joint_rti: true, .. });
-        let language = federate.map_or_else(|| self.plan.language(self.plan.main), |it| self.plan.language_of(it));
-        let plan = self.plan.in_language(language);
+        let main = self.plan.language_of_class(self.plan.main);
+        let language = federate.map_or(main, |federate| self.plan.language_of(federate));
+        let view = View::new(self.plan, language);
         let passed_on = if rti { self.plan.lengths_beside(language) } else { Ok(Vec::new()) };
         let result = passed_on.and_then(|passed_on| {
             let job = Job {
-                plan: &plan,
+                view: &view,
                 settings: self.settings,
                 name: &participant.name,
-                // Nothing of a federate but its place among the others differs.
-                federate: federate.and_then(|federate| plan.federates.iter().find(|it| it.id == federate.id)),
+                federate,
                 rti,
                 passed_on: &passed_on,
                 is_image: participant.artifact != Artifact::Host,
                 folder: &participant.folder,
                 package: &participant.package,
             };
-            language.emit(&job, &mut self.emitted.files, &mut self.emitted.source_map)
+            let bodies: Box<dyn host::Bodies + '_> = match language {
+                Language::Rust => Box::new(rust::RustBodies::new(&job)),
+                Language::C => Box::new(c::CBodies::new(&job)),
+            };
+            host::emit(&job, &*bodies, &mut self.emitted.files, &mut self.emitted.source_map)
         });
         if let Err(error) = result
             && !self.errors.contains(&error)

@@ -52,6 +52,28 @@ impl ReactorClass {
     pub fn has_resets(&self, mode: Option<usize>) -> bool {
         !self.reactions.is_empty() && self.state.iter().any(|state| state.resets && state.mode == mode)
     }
+
+    /// Returns the class without what code runs in it: it has its ports, and makes what it contains.
+    pub(crate) fn only_containing(&self) -> Self {
+        Self {
+            name: self.name.clone(),
+            at: self.at,
+            docs: self.docs.clone(),
+            types: self.types.clone(),
+            files: self.files.clone(),
+            users: self.users.clone(),
+            preambles: Vec::new(),
+            parameters: Vec::new(),
+            state: Vec::new(),
+            ports: self.ports.clone(),
+            actions: Vec::new(),
+            timers: Vec::new(),
+            watchdogs: Vec::new(),
+            children: self.children.clone(),
+            methods: Vec::new(),
+            reactions: Vec::new(),
+        }
+    }
 }
 
 /// A method of a reactor.

@@ -14,6 +14,7 @@ mod source;
 
 use serde::{Deserialize, Serialize};
 
+pub use crate::lexical::Language;
 pub use cargo::{BuildType, Cargo, Dependency, Module};
 pub use class::{
     ActionDeclaration, BANK_INDEX, Child, ChildPort, Fixed, Method, Parameter, PortDeclaration, PortDirection,
@@ -62,8 +63,8 @@ const CLOCK_SYNC_PERIOD_NS_DEFAULT: i64 = 5_000_000;
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[allow(clippy::struct_excessive_bools, reason = "these are switches, each of its own")]
 pub struct Target {
-    /// The language of bodies, types and values, as the compiler writes its name.
-    pub language: String,
+    /// The language of bodies, types and values.
+    pub language: Language,
     /// `timeout` in nanoseconds.
     pub timeout_ns: Option<i64>,
     /// `fast`: do not wait for physical time.
@@ -132,7 +133,7 @@ fn is_one_worker(workers: &u16) -> bool {
 impl Default for Target {
     fn default() -> Self {
         Self {
-            language: String::new(),
+            language: Language::default(),
             timeout_ns: None,
             fast: false,
             keepalive: false,

@@ -42,14 +42,15 @@ impl NativeCode {
         *self == Self::default()
     }
 
-    /// Leaves out what is said at other places than these.
-    pub(crate) fn retain(&mut self, is_kept: impl Fn(Location) -> bool) {
+    /// Returns what is said at these places, and what is said about all code.
+    pub(crate) fn of(mut self, is_kept: impl Fn(Location) -> bool) -> Self {
         for files in [&mut self.files, &mut self.sources, &mut self.headers, &mut self.folders] {
             files.retain(|file| is_kept(file.at));
         }
         self.cmake.retain(|file| is_kept(file.at));
         self.definitions.retain(|definition| is_kept(definition.at));
         self.flags.retain(|flag| is_kept(flag.at));
+        self
     }
 }
 

@@ -4,8 +4,9 @@
 use core::fmt::{self, Display, Formatter};
 
 use super::{
-    ADVANCE_INTERVAL_NS_DEFAULT, Argument, BANK_INDEX, Coordination, Federate, InputIndex, NetworkInput, NetworkOutput,
-    Plan, Port, ReactionIndex, ReactionKind, ScheduledReaction, Serializer, Tardy, Target, Trigger, TriggerKind, Value,
+    ADVANCE_INTERVAL_NS_DEFAULT, Argument, BANK_INDEX, Coordination, Federate, InputIndex, Language, NetworkInput,
+    NetworkOutput, Plan, Port, ReactionIndex, ReactionKind, ScheduledReaction, Serializer, Tardy, Target, Trigger,
+    TriggerKind, Value,
 };
 
 /// A duration in the largest unit that divides it: `25 ms`.
@@ -70,7 +71,7 @@ impl Display for Plan {
                 Some(language) => writeln!(f, "  file {}, in {language}", file.path)?,
             }
         }
-        render_target(&self.target, f)?;
+        render_target(&self.target, self.target.language, f)?;
         if let Some(rti) = &self.rti {
             writeln!(f, "  rti at {}:{}, federation id \"{}\"", rti.host, rti.port, rti.federation_id)?;
         }
@@ -83,13 +84,13 @@ impl Display for Plan {
 }
 
 /// What a federate is, in a few lines.
-struct Summary<'a>(&'a Plan, &'a Federate);
+struct Summary<'a>(&'a Plan, &'a Federate, Language);
 
 impl Display for Summary<'_> {
     fn fmt(&self, f: &mut Formatter<'_>) -> fmt::Result {
-        let Self(plan, federate) = self;
+        let Self(plan, federate, language) = self;
         plan.render_head(federate, f)?;
-        render_target(&plan.target, f)?;
+        render_target(&plan.target, *language, f)?;
         plan.render_instances(federate, f)?;
         plan.render_neighbours(federate, f)?;
         let (reactions, triggers, ports) = (federate.reactions.len(), federate.triggers.len(), federate.ports.len());
@@ -98,7 +99,7 @@ impl Display for Summary<'_> {
     }
 }
 
-fn render_target(target: &Target, f: &mut Formatter<'_>) -> fmt::Result {
+fn render_target(target: &Target, language: Language, f: &mut Formatter<'_>) -> fmt::Result {
     let mut words = Vec::new();
     match target.timeout_ns {
         Some(ns) => words.push(format!("timeout {}", Time(ns))),
@@ -126,13 +127,13 @@ fn render_target(target: &Target, f: &mut Formatter<'_>) -> fmt::Result {
     if !target.dnet {
         words.push("no DNET".to_owned());
     }
-    writeln!(f, "  target {}: {}", target.language, words.join(", "))
+    writeln!(f, "  target {}: {}", language, words.join(", "))
 }
 
 impl Plan {
-    /// A federate in a few lines, which are some of those of the whole plan.
-    pub(crate) fn summary(&self, federate: &Federate) -> String {
-        Summary(self, federate).to_string()
+    /// Returns a federate in a few lines, which are some of those of the whole plan; its bodies are in this language.
+    pub(crate) fn summary(&self, federate: &Federate, language: Language) -> String {
+        Summary(self, federate, language).to_string()
     }
 
     fn render_head(&self, federate: &Federate, f: &mut Formatter<'_>) -> fmt::Result {

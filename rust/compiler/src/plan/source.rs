@@ -3,6 +3,8 @@
 
 use serde::{Deserialize, Serialize};
 
+use crate::lexical::Language;
+
 /// Declares a position in one of the plan's lists.
 macro_rules! index {
     ($(#[$doc:meta] $name:ident;)*) => {$(
@@ -47,7 +49,7 @@ pub struct SourceFile {
     pub path: String,
     /// The language of its bodies, where it is not that of the main file.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub language: Option<String>,
+    pub language: Option<Language>,
     /// The files whose reactors it has imported.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub imports: Vec<FileIndex>,

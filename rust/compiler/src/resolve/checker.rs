@@ -4,14 +4,14 @@
 use super::load::Program;
 use super::model::{Class, PortRef};
 use crate::diagnostics::{Code, Diagnostic, did_you_mean};
-use crate::languages::Language;
+use crate::lexical::Language;
 use crate::syntax::ast;
 
 /// What all checks share.
 pub(super) struct Checker<'p> {
     pub(super) program: &'p Program,
     /// That of the reactor that is being checked.
-    pub(super) language: &'static dyn Language,
+    pub(super) language: Language,
     pub(super) found: Vec<Diagnostic>,
 }
 

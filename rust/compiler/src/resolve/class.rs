@@ -227,7 +227,7 @@ impl<'p> Checker<'p> {
                 && matches!(&given.init.value.kind, ast::ExpressionKind::Name(name) if name == BANK_INDEX);
             let mut value = &given.init.value;
             if !member || container.parameters.iter().any(|parameter| parameter.name.text == BANK_INDEX) {
-                if container.language.name() != class.language.name() {
+                if container.language != class.language {
                     value = self.translatable(value, container, class);
                 }
                 // The value is one of the contained reactor's language.
@@ -264,7 +264,7 @@ impl<'p> Checker<'p> {
             (found, earlier) = (default, &earlier[..position]);
         }
         if matches!(found.kind, ast::ExpressionKind::Code(_)) {
-            let (outer, inner) = (container.language.name(), class.language.name());
+            let (outer, inner) = (container.language, class.language);
             let message = format!("this value is code of {outer}, and `{}` has bodies in {inner}", class.name);
             let mut diagnostic = Diagnostic::new(Code::WrongValue, value.span, message);
             if found.span != value.span {

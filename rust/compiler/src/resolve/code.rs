@@ -5,7 +5,7 @@ use std::thread;
 
 use super::load::Program;
 use crate::diagnostics::{Diagnostic, Diagnostics, Span};
-use crate::languages::{CodeKind, Language};
+use crate::lexical::{CodeKind, Language};
 use crate::stack::{STACK_BYTES, joined};
 use crate::syntax::ast;
 
@@ -37,11 +37,11 @@ pub(crate) fn check(program: &Program, diagnostics: &mut Diagnostics) {
     });
 }
 
-fn problems(codes: &[(&(ast::CodeBlock, CodeKind), &dyn Language)]) -> Vec<Diagnostic> {
+fn problems(codes: &[(&(ast::CodeBlock, CodeKind), Language)]) -> Vec<Diagnostic> {
     codes.iter().filter_map(|((code, kind), language)| problem(code, *kind, *language)).collect()
 }
 
-fn problem(code: &ast::CodeBlock, kind: CodeKind, language: &dyn Language) -> Option<Diagnostic> {
+fn problem(code: &ast::CodeBlock, kind: CodeKind, language: Language) -> Option<Diagnostic> {
     let problem = language.code_problem(&code.text, kind)?;
     let at = |range: &core::ops::Range<usize>| {
         Span::new(code.span.file, code.span.start + range.start, code.span.start + range.end)

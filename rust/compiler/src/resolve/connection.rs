@@ -191,9 +191,7 @@ pub(crate) fn type_mismatch(
     let (source, destination) = (class.port(from.port, classes)?, class.port(to.port, classes)?);
     let language = class.language_at(from.port, classes);
     // What two languages have in common is compared where the federates are known.
-    if language.name() != class.language_at(to.port, classes).name()
-        || language.is_same_type(&source.ty, &destination.ty)
-    {
+    if language != class.language_at(to.port, classes) || (language.facts().is_same_type)(&source.ty, &destination.ty) {
         return None;
     }
     let message = format!(

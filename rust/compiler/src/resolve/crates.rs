@@ -2,7 +2,7 @@
 //! The target properties that are about cargo: crates and modules that bodies use, and how all is compiled.
 
 use super::paths::beside;
-use super::target::{TargetReader, text_of};
+use super::reader::{TargetReader, text_of};
 use crate::diagnostics::{Code, Diagnostic, Span};
 use crate::plan::{BuildType, Dependency, FileIndex, Location, Module};
 use crate::syntax::ast::{Literal, Name, Property, PropertyKind, PropertyValue};
@@ -71,7 +71,7 @@ impl TargetReader<'_> {
                 "features" => found.features = self.items(key, value).into_iter().map(|(text, _)| text).collect(),
                 "default-features" => found.default_features = self.boolean(key, value).unwrap_or(true),
                 "optional" => found.optional = self.boolean(key, value).unwrap_or_default(),
-                _ => self.unknown(key, KEYS.into_iter()),
+                _ => self.unknown(key, KEYS.into_iter(), &[]),
             }
         }
         let is_found = found.version.is_some() || found.path.is_some() || found.git.is_some();
@@ -98,9 +98,7 @@ impl TargetReader<'_> {
     }
 
     /// Reads `cargo-features`, when the dependencies are known. That of the command line all programs have anyway.
-    pub(super) fn features(&mut self, properties: &[Property]) {
-        let property = properties.iter().find(|property| property.key.text == "cargo-features");
-        let Some(Property { key, value }) = property else { return };
+    pub(super) fn features(&mut self, key: &Name, value: &PropertyValue) {
         for (feature, span) in self.items(key, value).into_iter().filter(|(feature, _)| feature != "cli") {
             let (name, is_of_it) = feature.split_once('/').map_or((feature.as_str(), false), |(name, _)| (name, true));
             let name = name.strip_suffix('?').unwrap_or(name);

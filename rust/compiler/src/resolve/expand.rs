@@ -8,7 +8,7 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use super::load::{Program, ReactorId};
 use crate::diagnostics::{Code, Diagnostic, Diagnostics, Span, did_you_mean};
-use crate::languages::Language;
+use crate::lexical::Language;
 use crate::syntax::ast::{
     ActionSyntax, ConnectionSyntax, Instantiation, Name, ParameterSyntax, ReactionSyntax, Reactor, ReactorBody,
     StateSyntax, Timer, TypeKind, TypeSyntax,
@@ -87,7 +87,7 @@ impl<'a> Expander<'a> {
     /// The position of a reactor with these types; it is expanded if it is not known yet.
     fn add(&mut self, id: ReactorId, arguments: &[TypeSyntax], user: Option<usize>) -> usize {
         let language = self.program.language(id.unit);
-        let texts: Vec<String> = arguments.iter().map(|ty| language.type_text(ty)).collect();
+        let texts: Vec<String> = arguments.iter().map(|ty| (language.facts().type_text)(ty)).collect();
         if let Some(known) = self.known.get(&(id, texts.clone())).copied() {
             let users = &mut self.list[known].users;
             users.extend(user.filter(|user| !users.contains(user)));
@@ -143,7 +143,7 @@ impl<'a> Expander<'a> {
         let (given, needed) = (instance.type_arguments.len(), declared.type_parameters.len());
         let name = &instance.class.text;
         let mut arguments = &instance.type_arguments[..];
-        if given > 0 && needed == 0 && language.allows_superfluous_types() {
+        if given > 0 && needed == 0 && language.facts().superfluous_types {
             let message = format!("`{name}` has no type parameters, so these types have no effect");
             let diagnostic = Diagnostic::new(Code::NoEffect, instance.class.span, message);
             self.diagnostics.push(diagnostic.hint(format!("write `new {name}(…)`")));
@@ -160,7 +160,7 @@ impl<'a> Expander<'a> {
             self.diagnostics.push(diagnostic.also(declared.span(), "its declaration"));
             return None;
         }
-        if arguments.iter().any(|ty| language.type_text(ty).len() > TYPE_MAX) {
+        if arguments.iter().any(|ty| (language.facts().type_text)(ty).len() > TYPE_MAX) {
             let message = format!("the name of a type is longer than {TYPE_MAX} bytes here");
             let hint = "a reactor cannot contain itself with another type";
             self.diagnostics.push(Diagnostic::new(Code::TooLarge, instance.class.span, message).hint(hint));
@@ -201,8 +201,8 @@ impl<'a> Expander<'a> {
                 let message = format!("`{}` inherits from itself", name.text);
                 let hint = "a reactor cannot extend itself, neither directly nor through others";
                 self.diagnostics.push(Diagnostic::new(Code::CyclicInstantiation, name.span, message).hint(hint));
-            } else if self.program.language(base.unit).name() != self.program.language(id.unit).name() {
-                let language = self.program.language(base.unit).name();
+            } else if self.program.language(base.unit) != self.program.language(id.unit) {
+                let language = self.program.language(base.unit);
                 let message = format!("`{}` has bodies in {language}, so nothing else can inherit from it", name.text);
                 let hint = "only federates of one federation can be in different languages";
                 self.diagnostics.push(Diagnostic::new(Code::WrongTarget, name.span, message).hint(hint));
@@ -234,12 +234,12 @@ impl<'a> Expander<'a> {
 }
 
 /// Puts types in place of type parameters.
-fn substitute(ty: &mut TypeSyntax, types: &[(&str, &TypeSyntax)], language: &dyn Language) {
+fn substitute(ty: &mut TypeSyntax, types: &[(&str, &TypeSyntax)], language: Language) {
     match &mut ty.kind {
         TypeKind::Time => {}
         TypeKind::Code(text) => {
             for (name, by) in types {
-                *text = replace_word(text, name, &language.type_text(by));
+                *text = replace_word(text, name, &(language.facts().type_text)(by));
             }
         }
         TypeKind::Path { segments, arguments, c_suffix } => {
@@ -247,7 +247,7 @@ fn substitute(ty: &mut TypeSyntax, types: &[(&str, &TypeSyntax)], language: &dyn
                 && let Some((_, by)) = types.iter().find(|(name, _)| name == one)
             {
                 ty.kind = match c_suffix {
-                    Some(suffix) => TypeKind::Code(language.type_text(by) + &suffix.text),
+                    Some(suffix) => TypeKind::Code((language.facts().type_text)(by) + &suffix.text),
                     None => by.kind.clone(),
                 };
                 return;

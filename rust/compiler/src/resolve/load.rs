@@ -6,8 +6,9 @@ use std::path::{Path, PathBuf};
 
 use super::paths::{PACKAGE_FOLDERS, identity, in_package, join, normalize};
 use super::sources::{SourceProvider, read};
+use crate::characters::cleaned;
 use crate::diagnostics::{Code, Diagnostic, Diagnostics, Span, did_you_mean};
-use crate::languages::{self, Language};
+use crate::lexical::Language;
 use crate::syntax::ast::{Import, ImportSource, ImportedReactor, Name, SourceUnit};
 use crate::syntax::parse;
 
@@ -38,17 +39,17 @@ pub(crate) struct Program {
 
 impl Program {
     /// The language of a file: that of its own target declaration, or else that of the main file.
-    pub(crate) fn language(&self, unit: usize) -> &'static dyn Language {
+    pub(crate) fn language(&self, unit: usize) -> Language {
         let target = |unit: usize| self.units.get(unit)?.ast.target.as_ref();
-        let named = [unit, 0].into_iter().find_map(|unit| languages::named(&target(unit)?.name.text));
-        named.unwrap_or_else(languages::default)
+        let named = [unit, 0].into_iter().find_map(|unit| Language::named(&target(unit)?.name.text));
+        named.unwrap_or_default()
     }
 
     /// The name that the target declaration has which counts for the language of a file: the main file's, where that
     /// has the same language.
     pub(crate) fn target_name(&self, unit: usize) -> &str {
         let named = |unit: usize| self.units.get(unit)?.ast.target.as_ref().map(|target| target.name.text.as_str());
-        let is_main = self.language(unit).name() == self.language(0).name();
+        let is_main = self.language(unit) == self.language(0);
         [if is_main { 0 } else { unit }, unit].into_iter().find_map(named).unwrap_or_default()
     }
 }
@@ -76,6 +77,15 @@ pub(crate) fn load(path: &str, sources: &dyn SourceProvider, diagnostics: &mut D
             None
         }
     }
+}
+
+/// Reads one file without its imports.
+pub(crate) fn alone(path: &str, text: &str, diagnostics: &mut Diagnostics) -> Program {
+    let text = cleaned(text);
+    let file = diagnostics.sources_mut().add(path.to_owned(), text.clone().into_owned());
+    let (ast, found) = parse(file, &text);
+    diagnostics.extend(found);
+    Program { units: vec![Unit { path: path.to_owned(), ast, scope: BTreeMap::new() }] }
 }
 
 struct Loader<'a> {

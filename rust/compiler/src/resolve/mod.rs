@@ -20,10 +20,12 @@ mod model;
 mod modes;
 mod names;
 mod native;
+mod options;
 mod paths;
 mod properties;
 mod reaction;
 mod reactors;
+mod reader;
 mod sending;
 mod sources;
 mod supported;
@@ -38,13 +40,13 @@ pub(crate) use code::check as check_code;
 
 pub(crate) use connection::type_mismatch;
 pub(crate) use expand::expand;
-pub(crate) use load::{Program, Unit, load};
+pub(crate) use load::{Program, ReactorId, Unit, alone, load};
 pub(crate) use mains::program_name;
 pub(crate) use model::{
     CheckedConnection, CheckedMethod, CheckedPort, CheckedReaction, Class, ClassId, ConnectionEnd, Given, PortRef,
     ReactionVariable, Variable, Wait,
 };
-pub use properties::TargetProperty;
+pub use properties::{PropertyScope, TargetProperty};
 pub(crate) use reaction::signature;
 pub(crate) use reactors::check;
 pub use sources::SourceProvider;

@@ -6,7 +6,7 @@ use std::collections::BTreeMap;
 use super::expand::TypeArgument;
 pub(crate) use super::load::ReactorId;
 use crate::diagnostics::Span;
-use crate::languages::Language;
+use crate::lexical::Language;
 use crate::syntax::ast;
 
 /// The position of a checked reactor.
@@ -18,7 +18,7 @@ pub(crate) struct ClassId(pub(crate) usize);
 pub(crate) struct Class<'p> {
     pub(crate) id: ReactorId,
     /// The language of its bodies, types and values.
-    pub(crate) language: &'static dyn Language,
+    pub(crate) language: Language,
     pub(crate) types: &'p [TypeArgument],
     /// The files in which names of its code may be declared, beside its own.
     pub(crate) files: &'p [usize],
@@ -47,7 +47,7 @@ impl Class<'_> {
     }
 
     /// The language of a port as this reactor sees it.
-    pub(crate) fn language_at(&self, port: PortRef, classes: &[Class<'_>]) -> &'static dyn Language {
+    pub(crate) fn language_at(&self, port: PortRef, classes: &[Class<'_>]) -> Language {
         let child = match port {
             PortRef::Own(_) => None,
             PortRef::Child(child, _) => self.children.get(child).and_then(|child| child.class),

@@ -4,11 +4,11 @@
 use std::collections::BTreeMap;
 
 use crate::diagnostics::{Code, Diagnostic, Span};
-use crate::languages::Language;
+use crate::lexical::Language;
 use crate::syntax::ast::{Name, ReactionKeyword, Reactor};
 
 /// Reports double names and names that the target language cannot have.
-pub(super) fn check(reactor: &Reactor, language: &dyn Language, target: &str, diagnostics: &mut Vec<Diagnostic>) {
+pub(super) fn check(reactor: &Reactor, language: Language, target: &str, diagnostics: &mut Vec<Diagnostic>) {
     let body = &reactor.body;
     let parameters = reactor.parameters.iter().map(|it| (&it.name, "parameter"));
     // A state variable may have a parameter's name: it usually keeps the parameter's value.
@@ -60,10 +60,10 @@ fn unique(names: &[(&Name, &str)], diagnostics: &mut Vec<Diagnostic>) {
 }
 
 /// What is said about a name that cannot be, for a reason.
-fn problem(name: &Name, what: &str, reason: Option<&str>, language: &dyn Language) -> Option<Diagnostic> {
+fn problem(name: &Name, what: &str, reason: Option<&str>, language: Language) -> Option<Diagnostic> {
     let reason = reason?;
     let article = if what.starts_with(['a', 'i']) { "an" } else { "a" };
     let message = format!("{article} {what} cannot be called `{}`: {reason}", name.text);
     let hint = format!("choose another name, for example `the_{}`", name.text.to_lowercase().trim_matches('_'));
-    Some(Diagnostic::new(language.name_code(), name.span, message).hint(hint))
+    Some(Diagnostic::new(language.facts().name_code, name.span, message).hint(hint))
 }

@@ -7,78 +7,35 @@ use std::path::Path;
 use super::cmake;
 use super::linking;
 use super::paths::beside;
+use super::reader::{TargetReader, text_of};
 use super::sources::read;
-use super::target::{TargetReader, text_of};
 use crate::diagnostics::{Code, Diagnostic, Span};
 use crate::plan::{CmakeFile, CompilerFlag, Definition, IncludedFile};
-use crate::syntax::ast::{Literal, Name, Property, PropertyKind, PropertyValue, TargetSyntax};
+use crate::syntax::ast::{Literal, Name, Property, PropertyKind, PropertyValue};
 
 /// What LF's own compiler brings with it begins so.
 const OF_LFC: &str = "/lib/c/";
-
-/// What programs whose bodies are not C can say about C.
-pub(super) const BESIDE: [&str; 5] =
-    ["c-sources", "c-headers", "c-include-directories", "cmake-include", "compile-definitions"];
 
 /// The schedulers of LF.
 const SCHEDULERS: [&str; 5] = ["NP", "GEDF_NP", "GEDF_NP_CI", "ADAPTIVE", "STATIC"];
 
 impl TargetReader<'_> {
-    /// What an imported file says for whoever imports it.
-    pub(super) fn imported(&mut self, target: &TargetSyntax, language: &str) {
-        let is_other = self.target.language != language;
-        self.target.c.is_cpp |= is_other && target.name.text.eq_ignore_ascii_case("CCpp");
-        for Property { key, value } in &target.properties {
-            match (language, key.text.as_str()) {
-                ("C", "files") => self.files(key, value),
-                ("C", "cmake-include") => self.cmake_include(key, value),
-                ("C", "compile-definitions") => self.definitions(key, value),
-                ("Rust", name) if BESIDE.contains(&name) => self.beside(key, value),
-                ("C", "compiler-flags") if is_other => self.flags(key, value),
-                ("Rust", "cargo-dependencies") if is_other => self.dependencies(key, value),
-                ("Rust", "rust-include") if is_other => self.modules(key, value),
-                _ => {}
-            }
-        }
-        if is_other && language == "Rust" {
-            self.features(&target.properties);
-        }
+    pub(super) fn c_sources(&mut self, key: &Name, value: &PropertyValue) {
+        let wrong = "files of C end with `.c`, and headers are named in `c-headers`; what else there is to compile, a \
+                     file for CMake can say (`cmake-include`)";
+        let files = self.existing(key, value, Some(("c", wrong)));
+        self.target.c.sources.extend(files);
     }
 
-    /// One of [`BESIDE`].
-    pub(super) fn beside(&mut self, key: &Name, value: &PropertyValue) {
-        match key.text.as_str() {
-            "c-sources" => {
-                let files = self.existing(
-                    key,
-                    value,
-                    Some((
-                        "c",
-                        "files of C end with `.c`, and headers are named in \
-                     `c-headers`; what else there is to compile, a file for CMake can say (`cmake-include`)",
-                    )),
-                );
-                self.target.c.sources.extend(files);
-            }
-            "c-headers" => {
-                let files = self.existing(
-                    key,
-                    value,
-                    Some((
-                        "h",
-                        "headers end with `.h`, and files that are compiled \
-                     are named in `c-sources`",
-                    )),
-                );
-                self.target.c.headers.extend(files);
-            }
-            "c-include-directories" => {
-                let folders = self.existing(key, value, None);
-                self.target.c.folders.extend(folders);
-            }
-            "cmake-include" => self.cmake_include(key, value),
-            _ => self.definitions(key, value),
-        }
+    pub(super) fn c_headers(&mut self, key: &Name, value: &PropertyValue) {
+        let wrong = "headers end with `.h`, and files that are compiled are named in `c-sources`";
+        let files = self.existing(key, value, Some(("h", wrong)));
+        self.target.c.headers.extend(files);
+    }
+
+    pub(super) fn c_folders(&mut self, key: &Name, value: &PropertyValue) {
+        let folders = self.existing(key, value, None);
+        self.target.c.folders.extend(folders);
     }
 
     /// The files, or folders, that a property names: those that there are and whose names end in this way, of which

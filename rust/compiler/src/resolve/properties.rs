@@ -1,7 +1,16 @@
 // SPDX-License-Identifier: Apache-2.0
 //! The target properties that there are, and those that are refused.
+#![allow(
+    clippy::redundant_closure_for_method_calls,
+    reason = "a method of a type with a lifetime is no function for every lifetime"
+)]
 
-/// A target property that is honoured, as the documents describe it.
+use super::reader::{Read, TargetReader};
+use crate::lexical::Language;
+use crate::plan;
+use crate::syntax::ast::{Name, PropertyValue};
+
+/// A target property that is honoured, as the documents describe it and as it is read.
 #[derive(Clone, Copy, Debug)]
 pub struct TargetProperty {
     /// Its name.
@@ -10,34 +19,127 @@ pub struct TargetProperty {
     pub values: &'static [&'static str],
     /// What it does, in Markdown.
     pub does: &'static str,
+    /// Which programs have it.
+    pub scope: PropertyScope,
+    pub(super) imported: Imported,
+    /// Whether it is read when all others have been.
+    pub(super) is_late: bool,
+    pub(super) read: Read,
 }
 
-const fn property(name: &'static str, values: &'static [&'static str], does: &'static str) -> TargetProperty {
-    TargetProperty { name, values, does }
+/// Which programs have a target property.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum PropertyScope {
+    /// Federations: it says how federates work together.
+    Coordination,
+    /// All programs.
+    Program,
+    /// Those with bodies in a language.
+    Bodies(Language),
 }
+
+/// Whether a target property of an imported file has an effect.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Imported {
+    Never,
+    /// In a file whose language is not that of the main file.
+    OfOtherLanguage,
+    Always,
+}
+
+const fn property(
+    scope: PropertyScope,
+    name: &'static str,
+    values: &'static [&'static str],
+    does: &'static str,
+    read: Read,
+) -> TargetProperty {
+    TargetProperty { name, values, does, scope, imported: Imported::Never, is_late: false, read }
+}
+
+impl TargetProperty {
+    const fn imported(self, imported: Imported) -> Self {
+        Self { imported, ..self }
+    }
+
+    const fn late(self) -> Self {
+        Self { is_late: true, ..self }
+    }
+
+    /// Whether programs with bodies in a language have it.
+    pub(super) fn is_of(&self, language: Language) -> bool {
+        match self.scope {
+            PropertyScope::Coordination | PropertyScope::Program => true,
+            PropertyScope::Bodies(own) => own == language,
+        }
+    }
+}
+
+/// Returns the property of a name in programs with bodies in a language.
+pub(super) fn named(name: &str, language: Language) -> Option<&'static TargetProperty> {
+    honoured(language).find(|property| property.name == name)
+}
+
+/// Returns all properties that programs with bodies in a language have.
+pub(super) fn honoured(language: Language) -> impl Iterator<Item = &'static TargetProperty> + Clone {
+    PROPERTIES.iter().filter(move |property| property.is_of(language))
+}
+
+/// Reads a property that other compilers need, and that changes nothing here by itself.
+fn switch(reader: &mut TargetReader<'_>, key: &Name, value: &PropertyValue) {
+    reader.boolean(key, value);
+}
+
+/// The most threads that a program can have.
+const WORKERS_MAX: u64 = 1024;
 
 const SWITCH: &[&str] = &["true", "false"];
 
-/// Properties that are honoured and say how federates work together.
-pub(super) const COORDINATION: &[TargetProperty] = &[
+const CMAKE_INCLUDE: &str = "what is told to CMake: everything for an image; for this computer sources, definitions, \
+                             folders of headers, options and libraries";
+
+/// All target properties that are honoured. Those of a scope are in the order in which people read them.
+pub(super) const PROPERTIES: &[TargetProperty] = &[
     property(
+        PropertyScope::Coordination,
         "coordination",
         &["centralized", "decentralized"],
         "who decides when a tag begins: the RTI, or each federate when its waits are over",
+        |reader, key, value| {
+            if reader.word(key, value, &["centralized", "decentralized"]) == Some("decentralized") {
+                reader.target.coordination = plan::Coordination::Decentralized;
+            }
+        },
     ),
     property(
+        PropertyScope::Coordination,
         "coordination-options",
         &["{ log-waits: 500 ms }", "{ advance-message-interval: 10 ms }"],
         "who waits for longer than `log-waits` says for whom; how often a federate with physical actions tells its \
          progress",
+        |reader, key, value| reader.coordination_options(key, value),
     ),
-    property("DNET", SWITCH, "whether the RTI may tell federates which progress nobody needs to know"),
     property(
+        PropertyScope::Coordination,
+        "DNET",
+        SWITCH,
+        "whether the RTI may tell federates which progress nobody needs to know",
+        |reader, key, value| reader.target.dnet = reader.boolean(key, value).unwrap_or(true),
+    ),
+    property(
+        PropertyScope::Coordination,
         "clock-sync",
         &["off", "init", "on"],
         "when clocks are compared with the RTI's: never, before the start, all the time",
+        |reader, key, value| match reader.word(key, value, &["off", "init", "on"]) {
+            Some("off") => reader.target.clock_sync = plan::ClockSync::Off,
+            Some("init") => reader.target.clock_sync = plan::ClockSync::Init,
+            Some("on") => reader.target.clock_sync = plan::ClockSync::On,
+            _ => {}
+        },
     ),
     property(
+        PropertyScope::Coordination,
         "clock-sync-options",
         &[
             "{ trials: 10 }",
@@ -48,106 +150,248 @@ pub(super) const COORDINATION: &[TargetProperty] = &[
             "{ collect-stats: true }",
         ],
         "how often they are compared, and what is made of it",
+        |reader, key, value| reader.clock_sync_options(key, value),
     ),
-    property("auth", SWITCH, "whether the RTI and the federates prove to each other that they know the federation id"),
     property(
+        PropertyScope::Coordination,
+        "auth",
+        SWITCH,
+        "whether the RTI and the federates prove to each other that they know the federation id",
+        |reader, key, value| reader.target.authentication = reader.boolean(key, value).unwrap_or_default(),
+    ),
+    property(
+        PropertyScope::Coordination,
         "joint-rti",
         SWITCH,
         "whether the RTI is part of a board's image: of the board with the RTI's address, or of the only board",
+        |reader, key, value| reader.target.joint_rti = reader.boolean(key, value).unwrap_or_default(),
     ),
     property(
+        PropertyScope::Coordination,
         "joint-rti-options",
         &["{ port: 15045 }", "{ federation-id: \"grid\" }"],
         "the port of the RTI, and the federation id",
+        |reader, key, value| reader.joint_rti_options(key, value),
     ),
-];
-
-/// All other properties that are honoured.
-pub(super) const PROGRAM: &[TargetProperty] = &[
     property(
+        PropertyScope::Program,
         "platform",
         &["Zephyr", "Linux", "Native", "{ name: Zephyr, board: \"qemu_cortex_m3\", user-threads: 2 }"],
         "where the program runs unless a deployment says otherwise, and how many threads its bodies may start",
+        |reader, key, value| reader.platform(key, value),
     ),
-    property("timeout", &["10 sec"], "stop when so much logical time has passed"),
-    property("fast", SWITCH, "do not wait for physical time"),
     property(
+        PropertyScope::Program,
+        "timeout",
+        &["10 sec"],
+        "stop when so much logical time has passed",
+        |reader, key, value| reader.target.timeout_ns = reader.time(key, value),
+    ),
+    property(PropertyScope::Program, "fast", SWITCH, "do not wait for physical time", |reader, key, value| {
+        reader.target.fast = reader.boolean(key, value).unwrap_or_default();
+    }),
+    property(
+        PropertyScope::Program,
         "keepalive",
         SWITCH,
         "in C, go on while there are no events, because of threads that nobody knows of; in Rust a program goes on as \
          long as a thread or another federate can make one",
+        |reader, key, value| {
+            let given = reader.boolean(key, value);
+            reader.target.keepalive = given.unwrap_or_default();
+            if reader.target.language.facts().unknown_threads {
+                reader.target.c.keepalive = given;
+            }
+        },
     ),
-    property("logging", &["error", "warn", "info", "log", "debug"], "which log messages are shown"),
-    property("threading", SWITCH, "with `false`, one thread runs all reactions, whatever `workers` says"),
-    property("single-threaded", SWITCH, "with `true`, the same"),
     property(
+        PropertyScope::Program,
+        "logging",
+        &["error", "warn", "info", "log", "debug"],
+        "which log messages are shown",
+        |reader, key, value| reader.logging(key, value),
+    ),
+    property(
+        PropertyScope::Program,
+        "threading",
+        SWITCH,
+        "with `false`, one thread runs all reactions, whatever `workers` says",
+        switch,
+    ),
+    property(PropertyScope::Program, "single-threaded", SWITCH, "with `true`, the same", switch),
+    property(
+        PropertyScope::Program,
         "workers",
         &["1", "4"],
         "how many threads run reactions of different reactors side by side on Linux, with the same results as one",
+        |reader, key, value| {
+            // As many as the runtime likes, which is what 0 stands for, are one.
+            if let Some(workers) = reader.number(key, value, WORKERS_MAX) {
+                reader.target.workers = u16::try_from(workers.max(1)).unwrap_or(u16::MAX);
+            }
+        },
     ),
     property(
+        PropertyScope::Program,
         "build-type",
         &["Debug", "Test", "Release", "RelWithDebInfo", "MinSizeRel"],
         "how programs for this computer are compiled; images are configured by Zephyr",
+        |reader, key, value| reader.build_type(key, value),
     ),
-    property("single-file-project", SWITCH, "no effect: nobody edits what is generated"),
-    property("export-dependency-graph", SWITCH, "no effect: `lfz plan` prints what is connected to what"),
-    property("no-compile", &["false"], "no effect: `lfz check` and `lfz plan` compile nothing"),
-];
-
-const CMAKE_INCLUDE: &str = "what is told to CMake: everything for an image; for this computer sources, definitions, \
-                             folders of headers, options and libraries";
-
-/// Properties of programs whose bodies are Rust.
-pub(super) const RUST: &[TargetProperty] = &[
     property(
+        PropertyScope::Program,
+        "single-file-project",
+        SWITCH,
+        "no effect: nobody edits what is generated",
+        switch,
+    ),
+    property(
+        PropertyScope::Program,
+        "export-dependency-graph",
+        SWITCH,
+        "no effect: `lfz plan` prints what is connected to what",
+        switch,
+    ),
+    property(
+        PropertyScope::Program,
+        "no-compile",
+        &["false"],
+        "no effect: `lfz check` and `lfz plan` compile nothing",
+        |reader, key, value| {
+            reader.must_be_false(key, value, "remove it; `lfz check` and `lfz plan` compile nothing");
+        },
+    ),
+    property(
+        PropertyScope::Bodies(Language::Rust),
         "cargo-dependencies",
         &["{ libm: \"0.2\" }", "{ rand: { version: \"0.8\", default-features: false, features: [\"small_rng\"] } }"],
         "crates that bodies can use, see [crates and modules](crates.md)",
-    ),
-    property("cargo-features", &["[\"cli\"]"], "features of generated crates: those of their dependencies"),
-    property("rust-include", &["[]"], "files of Rust that are modules of generated crates: `\"filters.rs\"`"),
-    property("edition", &["\"2024\"", "\"2021\"", "\"2018\""], "the edition of Rust of bodies; 2024 when not given"),
-    property("c-sources", &["[]"], "files of C that are compiled with the program, see [C beside Rust](c-code.md)"),
-    property("c-headers", &["[]"], "headers whose declarations bodies find in the module `c`: `\"driver/fan.h\"`"),
+        |reader, key, value| reader.dependencies(key, value),
+    )
+    .imported(Imported::OfOtherLanguage),
     property(
+        PropertyScope::Bodies(Language::Rust),
+        "cargo-features",
+        &["[\"cli\"]"],
+        "features of generated crates: those of their dependencies",
+        |reader, key, value| reader.features(key, value),
+    )
+    .imported(Imported::OfOtherLanguage)
+    .late(),
+    property(
+        PropertyScope::Bodies(Language::Rust),
+        "rust-include",
+        &["[]"],
+        "files of Rust that are modules of generated crates: `\"filters.rs\"`",
+        |reader, key, value| reader.modules(key, value),
+    )
+    .imported(Imported::OfOtherLanguage),
+    property(
+        PropertyScope::Bodies(Language::Rust),
+        "edition",
+        &["\"2024\"", "\"2021\"", "\"2018\""],
+        "the edition of Rust of bodies; 2024 when not given",
+        |reader, key, value| reader.edition(key, value),
+    ),
+    property(
+        PropertyScope::Bodies(Language::Rust),
+        "c-sources",
+        &["[]"],
+        "files of C that are compiled with the program, see [C beside Rust](c-code.md)",
+        |reader, key, value| reader.c_sources(key, value),
+    )
+    .imported(Imported::Always),
+    property(
+        PropertyScope::Bodies(Language::Rust),
+        "c-headers",
+        &["[]"],
+        "headers whose declarations bodies find in the module `c`: `\"driver/fan.h\"`",
+        |reader, key, value| reader.c_headers(key, value),
+    )
+    .imported(Imported::Always),
+    property(
+        PropertyScope::Bodies(Language::Rust),
         "c-include-directories",
         &["[]"],
         "folders in which C looks for headers, beside those of LF files and of `c-headers`",
-    ),
-    property("cmake-include", &["[]"], CMAKE_INCLUDE),
-    property("compile-definitions", &["{ LIMIT: 3 }"], "macros that files and headers of C have"),
-];
-
-/// Properties of programs whose bodies are C.
-pub(super) const C: &[TargetProperty] = &[
+        |reader, key, value| reader.c_folders(key, value),
+    )
+    .imported(Imported::Always),
+    property(PropertyScope::Bodies(Language::Rust), "cmake-include", &["[]"], CMAKE_INCLUDE, |reader, key, value| {
+        reader.cmake_include(key, value);
+    })
+    .imported(Imported::Always),
     property(
+        PropertyScope::Bodies(Language::Rust),
+        "compile-definitions",
+        &["{ LIMIT: 3 }"],
+        "macros that files and headers of C have",
+        |reader, key, value| reader.definitions(key, value),
+    )
+    .imported(Imported::Always),
+    property(
+        PropertyScope::Bodies(Language::C),
         "files",
         &["\"include/hello.h\"", "[\"../c\", \"array.h\"]"],
         "files and folders that bodies can include by their own names; those of imported files count as well",
+        |reader, key, value| reader.files(key, value),
+    )
+    .imported(Imported::Always),
+    property(
+        PropertyScope::Bodies(Language::C),
+        "cmake-include",
+        &["\"sources.cmake\""],
+        CMAKE_INCLUDE,
+        |reader, key, value| reader.cmake_include(key, value),
+    )
+    .imported(Imported::Always),
+    property(
+        PropertyScope::Bodies(Language::C),
+        "compile-definitions",
+        &["{ LIMIT: 3 }"],
+        "macros that all files of C have",
+        |reader, key, value| reader.definitions(key, value),
+    )
+    .imported(Imported::Always),
+    property(
+        PropertyScope::Bodies(Language::C),
+        "compiler",
+        &["\"clang\""],
+        "the compiler of programs for this computer; `cc` when not given",
+        |reader, key, value| {
+            reader.target.c.compiler = reader.text(key, value, "the name of a compiler in quotes");
+        },
     ),
-    property("cmake-include", &["\"sources.cmake\""], CMAKE_INCLUDE),
-    property("compile-definitions", &["{ LIMIT: 3 }"], "macros that all files of C have"),
-    property("compiler", &["\"clang\""], "the compiler of programs for this computer; `cc` when not given"),
-    property("compiler-flags", &["\"-O2\"", "[\"-Wall\", \"-lm\"]"], "what else that compiler is told"),
-    property("no-source-mapping", SWITCH, "with `true`, the compiler names lines of the generated files"),
-    property("scheduler", &["NP", "GEDF_NP", "ADAPTIVE"], "no effect: one thread runs all reactions in their order"),
-    property("tracing", SWITCH, "no effect: `lfz run --trace FOLDER` records what happens"),
+    property(
+        PropertyScope::Bodies(Language::C),
+        "compiler-flags",
+        &["\"-O2\"", "[\"-Wall\", \"-lm\"]"],
+        "what else that compiler is told",
+        |reader, key, value| reader.flags(key, value),
+    )
+    .imported(Imported::OfOtherLanguage),
+    property(
+        PropertyScope::Bodies(Language::C),
+        "no-source-mapping",
+        SWITCH,
+        "with `true`, the compiler names lines of the generated files",
+        |reader, key, value| reader.target.c.no_lines = reader.boolean(key, value).unwrap_or_default(),
+    ),
+    property(
+        PropertyScope::Bodies(Language::C),
+        "scheduler",
+        &["NP", "GEDF_NP", "ADAPTIVE"],
+        "no effect: one thread runs all reactions in their order",
+        |reader, key, value| reader.scheduler(key, value),
+    ),
+    property(
+        PropertyScope::Bodies(Language::C),
+        "tracing",
+        SWITCH,
+        "no effect: `lfz run --trace FOLDER` records what happens",
+        |reader, key, _| reader.idle(key, "`lfz run --trace FOLDER` records what happens"),
+    ),
 ];
-
-/// The language that a property belongs to which programs in this one do not have.
-pub(super) fn language_of(name: &str, language: &str) -> Option<&'static str> {
-    let has = |table: &[TargetProperty]| table.iter().any(|known| known.name == name);
-    let mut owners = [("Rust", RUST), ("C", C)].into_iter().filter(|(_, table)| has(table)).map(|(owner, _)| owner);
-    let first = owners.next()?;
-    (first != language && owners.all(|owner| owner != language)).then_some(first)
-}
-
-/// The names of all properties that are honoured in programs of a language.
-pub(super) fn honoured(language: &str) -> impl Iterator<Item = &'static str> + Clone {
-    let own = if language == "C" { C } else { RUST };
-    COORDINATION.iter().chain(PROGRAM).chain(own).map(|known| known.name)
-}
 
 /// Properties of LF that are not, with what to do instead.
 pub(super) const REFUSED: &[(&str, &str)] = &[

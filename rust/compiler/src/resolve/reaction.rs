@@ -26,10 +26,10 @@ impl<'p> Checker<'p> {
                 let hint = "write what triggers it: `reaction(startup)`, or a timer, an action or an input";
                 self.report(Diagnostic::new(Code::MissingTrigger, declared.keyword, message).hint(hint));
             }
-            let is_external = declared.name.is_some() && self.language.has_external_bodies();
+            let is_external = declared.name.is_some() && self.language.facts().external_bodies;
             if declared.code.is_none() && !is_external {
                 let message = "this reaction has no body, so it does nothing";
-                let hint = if self.language.has_external_bodies() {
+                let hint = if self.language.facts().external_bodies {
                     "write `{= … =}` behind the effects, or the name of a function that is the body: `reaction name(…)`"
                 } else {
                     "write `{= … =}` behind the effects"
@@ -72,7 +72,9 @@ impl<'p> Checker<'p> {
         }
         let name = match (&reference.alias, &reference.container) {
             (Some(alias), _) => alias.text.clone(),
-            (None, Some(container)) => self.language.port_of_child(&container.text, &reference.name.text),
+            (None, Some(container)) => {
+                format!("{}{}{}", container.text, self.language.facts().between_child_and_port, reference.name.text)
+            }
             (None, None) => reference.name.text.clone(),
         };
         let known = parameters.iter_mut().find(|parameter| parameter.variable == variable);
@@ -174,7 +176,7 @@ impl<'p> Checker<'p> {
 
     fn unknown_dependency(&mut self, reference: &Reference, class: &Class<'p>) {
         let name = reference.name.text.as_str();
-        let member = |name| self.language.member_of_self(name);
+        let member = |name| format!("{}{name}", self.language.facts().before_member);
         let hint = if class.ast.body.states.iter().any(|state| state.name.text == name) {
             Some(format!("state variables are not declared with reactions: the body has `{}`", member(name)))
         } else if class.parameters.iter().any(|parameter| parameter.name.text == name) {

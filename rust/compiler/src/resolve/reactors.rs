@@ -28,7 +28,7 @@ pub(crate) fn check<'p>(
         names::check(&reactor.ast, checker.language, target, &mut checker.found);
         unsupported::check(&reactor.ast, &mut checker.found);
         modes::check(&reactor.ast, &mut checker.found);
-        if checker.language.name() == "C" {
+        if checker.language.facts().preprocessor {
             macros::check(program, reactor.id.unit, &reactor.ast, &mut checker.found);
         }
         classes.push(checker.declare(reactor));
@@ -76,7 +76,7 @@ impl<'p> Checker<'p> {
 
     /// Reports a contained reactor in another language than that of what contains it: only federates can be.
     fn check_language(&mut self, instance: &ast::Instantiation, class: &Class<'p>, contained: &Class<'p>) {
-        let (outer, inner) = (class.language.name(), contained.language.name());
+        let (outer, inner) = (class.language, contained.language);
         if outer == inner || class.ast.kind == ast::ReactorKind::Federated {
             return;
         }

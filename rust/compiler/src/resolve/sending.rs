@@ -43,7 +43,7 @@ impl<'p> Checker<'p> {
         } else if let Some(Literal::Text(text)) = literal {
             sending.serializer = self.serializer(text.trim_matches('"'), span);
         } else {
-            let known = self.language.serializers().last().copied().unwrap_or_default();
+            let known = self.language.facts().serializers.last().copied().unwrap_or_default();
             let hint = format!("write `@serializer(\"{known}\")`");
             let diagnostic = Diagnostic::new(Code::BadAttribute, span, "a serializer is named by a text");
             self.report(diagnostic.hint(hint));
@@ -61,7 +61,7 @@ impl<'p> Checker<'p> {
     }
 
     fn serializer(&mut self, name: &'p str, span: Span) -> Option<Given<&'p str>> {
-        let known = self.language.serializers();
+        let known = self.language.facts().serializers;
         if known.contains(&name) {
             return Some(Given { value: name, span });
         }

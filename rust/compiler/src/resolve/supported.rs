@@ -9,14 +9,8 @@ use super::{attributes, properties};
 pub struct Supported {
     /// Parts of the language that are refused, each with what to do instead.
     pub refused: Vec<(String, &'static str)>,
-    /// Target properties that say how federates work together.
-    pub coordination: &'static [properties::TargetProperty],
-    /// All other target properties that programs of any language have.
-    pub program: &'static [properties::TargetProperty],
-    /// Those of programs in Rust.
-    pub rust: &'static [properties::TargetProperty],
-    /// Those of programs in C.
-    pub c: &'static [properties::TargetProperty],
+    /// Target properties that are honoured.
+    pub properties: &'static [properties::TargetProperty],
     /// Target properties that are refused, each with what to do instead.
     pub refused_properties: &'static [(&'static str, &'static str)],
 }
@@ -30,10 +24,7 @@ pub fn supported() -> Supported {
     let features = Feature::ALL.iter().map(|feature| (feature.name().to_owned(), feature.instead()));
     Supported {
         refused: features.chain(attributes).collect(),
-        coordination: properties::COORDINATION,
-        program: properties::PROGRAM,
-        rust: properties::RUST,
-        c: properties::C,
+        properties: properties::PROPERTIES,
         refused_properties: properties::REFUSED,
     }
 }

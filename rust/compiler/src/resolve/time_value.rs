@@ -60,8 +60,8 @@ impl Checker<'_> {
     pub(super) fn unknown_parameter(&mut self, name: &str, span: Span, scope: &[CheckedParameter<'_>]) {
         let message = format!("there is no parameter `{name}` here");
         let hint = did_you_mean(name, scope.iter().map(|parameter| parameter.name.text.as_str()));
-        let hint = hint
-            .or_else(|| Some(format!("other {} expressions are written as code: `{{= … =}}`", self.language.name())));
+        let hint =
+            hint.or_else(|| Some(format!("other {} expressions are written as code: `{{= … =}}`", self.language)));
         self.report(Diagnostic::new(Code::UnknownName, span, message).hint_maybe(hint));
     }
 

@@ -20,7 +20,7 @@ impl Checker<'_> {
     pub(super) fn signal_type(&mut self, ty: Option<&TypeSyntax>, name: &Name) -> Resolved {
         match ty {
             Some(ty) => self.written(ty),
-            None => Resolved { text: self.language.empty_type().to_owned(), span: name.span, is_time: false },
+            None => Resolved { text: self.language.facts().empty_type.to_owned(), span: name.span, is_time: false },
         }
     }
 
@@ -43,16 +43,16 @@ impl Checker<'_> {
         // A value that names something unknown has its own diagnostic.
         if !unknown_name {
             let message = format!("`{}` needs a type", name.text);
-            let integer = self.language.type_of_literal(&Literal::Int(String::new()));
+            let integer = (self.language.facts().type_of_literal)(&Literal::Int(String::new()));
             let hint = format!("write it behind the name: `{}: {integer}`", name.text);
             self.report(Diagnostic::new(Code::MissingType, name.span, message).hint(hint));
         }
-        Resolved { text: self.language.empty_type().to_owned(), span: name.span, is_time: false }
+        Resolved { text: self.language.facts().empty_type.to_owned(), span: name.span, is_time: false }
     }
 
     fn written(&mut self, ty: &TypeSyntax) -> Resolved {
         self.check_type(ty);
-        Resolved { text: self.language.type_text(ty), span: ty.span, is_time: ty.is_time() }
+        Resolved { text: (self.language.facts().type_text)(ty), span: ty.span, is_time: ty.is_time() }
     }
 
     fn check_type(&mut self, ty: &TypeSyntax) {
@@ -61,7 +61,7 @@ impl Checker<'_> {
                 self.check_type(argument);
             }
         }
-        if let Some(diagnostic) = self.language.type_problem(ty) {
+        if let Some(diagnostic) = (self.language.facts().type_problem)(ty) {
             self.report(diagnostic);
         }
     }
@@ -69,12 +69,14 @@ impl Checker<'_> {
     /// The type of a value that says it by itself, and whether it is a time.
     fn infer(&self, value: &Expression, scope: &[CheckedParameter<'_>]) -> Option<(String, bool)> {
         match &value.kind {
-            ExpressionKind::Time(_) => Some((self.language.time_type().to_owned(), true)),
+            ExpressionKind::Time(_) => Some((self.language.facts().time_type.to_owned(), true)),
             ExpressionKind::Name(name) => scope
                 .iter()
                 .find(|parameter| parameter.name.text == *name)
                 .map(|parameter| (parameter.ty.clone(), parameter.is_time)),
-            ExpressionKind::Literal(literal) => Some((self.language.type_of_literal(literal).to_owned(), false)),
+            ExpressionKind::Literal(literal) => {
+                Some(((self.language.facts().type_of_literal)(literal).to_owned(), false))
+            }
             ExpressionKind::Code(_) | ExpressionKind::List(_) => None,
         }
     }

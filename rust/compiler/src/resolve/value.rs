@@ -22,7 +22,7 @@ pub(super) struct Destination<'a> {
 impl Checker<'_> {
     /// Reports a value that cannot have the type of its place.
     pub(super) fn check_value(&mut self, value: &Expression, place: Destination<'_>, scope: &[CheckedParameter<'_>]) {
-        if place.is_time && self.language.has_negative_times() && is_before_zero(value) {
+        if place.is_time && self.language.facts().negative_times && is_before_zero(value) {
             return;
         }
         if place.is_time {
@@ -53,7 +53,7 @@ impl Checker<'_> {
                 Some(_) => {}
             },
             ExpressionKind::Literal(literal) => {
-                let Some(kind) = self.language.literals_of(place.ty) else { return };
+                let Some(kind) = (self.language.facts().literals_of)(place.ty) else { return };
                 if let Some(found) = mismatch(literal, kind) {
                     self.wrong_value(value.span, place, found);
                 }
@@ -63,12 +63,12 @@ impl Checker<'_> {
 
     /// Whether a type takes only literals and values of its own kind, as far as is known.
     fn converts_nothing(&self, ty: &str) -> bool {
-        self.language.literals_of(ty).is_some_and(|kind| kind != LiteralKind::Number)
+        (self.language.facts().literals_of)(ty).is_some_and(|kind| kind != LiteralKind::Number)
     }
 
     fn wrong_value(&mut self, span: Span, place: Destination<'_>, found: &str) {
         let message = format!("{} has type `{}`, but this value is {found}", place.what, place.ty);
-        let hint = format!("give a value of that type, or {} code: `{{= … =}}`", self.language.name());
+        let hint = format!("give a value of that type, or {} code: `{{= … =}}`", self.language);
         let diagnostic = Diagnostic::new(Code::WrongValue, span, message).hint(hint);
         self.report(diagnostic.also(place.ty_span, "the type"));
     }

@@ -1,32 +1,33 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Values as they are written.
+#![allow(missing_docs, reason = "fields and variants are called as the grammar calls what they hold")]
 
 use crate::diagnostics::Span;
 
 /// A name with its place.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub(crate) struct Name {
-    pub(crate) text: String,
-    pub(crate) span: Span,
+pub struct Name {
+    pub text: String,
+    pub span: Span,
 }
 
 /// The text between `{=` and `=}`, and its place without these marks.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub(crate) struct CodeBlock {
-    pub(crate) text: String,
-    pub(crate) span: Span,
+pub struct CodeBlock {
+    pub text: String,
+    pub span: Span,
 }
 
 /// A value with its place.
 #[derive(Clone, Debug)]
-pub(crate) struct Expression {
-    pub(crate) kind: ExpressionKind,
-    pub(crate) span: Span,
+pub struct Expression {
+    pub kind: ExpressionKind,
+    pub span: Span,
 }
 
 /// The kinds of values.
 #[derive(Clone, Debug)]
-pub(crate) enum ExpressionKind {
+pub enum ExpressionKind {
     Literal(Literal),
     Time(TimeValue),
     /// A parameter.
@@ -38,7 +39,7 @@ pub(crate) enum ExpressionKind {
 
 /// A literal; numbers and strings are kept as they are written.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub(crate) enum Literal {
+pub enum Literal {
     /// With its quotes.
     Text(String),
     /// With its quotes.
@@ -50,7 +51,7 @@ pub(crate) enum Literal {
 
 /// A number with a unit, or a word for an end of time.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub(crate) enum TimeValue {
+pub enum TimeValue {
     Interval { negative: bool, digits: String, unit: Name },
     Forever,
     Never,
@@ -58,6 +59,6 @@ pub(crate) enum TimeValue {
 
 /// The initial value in a declaration.
 #[derive(Clone, Debug)]
-pub(crate) struct Initialiser {
-    pub(crate) value: Expression,
+pub struct Initialiser {
+    pub value: Expression,
 }

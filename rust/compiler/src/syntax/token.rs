@@ -8,7 +8,7 @@ use logos::{FilterResult, Lexer, Logos};
 
 use crate::characters::{is_directing, shown};
 use crate::diagnostics::{Code, Diagnostic, FileId, Span};
-use crate::languages::{self, BlockEnd, Language};
+use crate::lexical::{BlockEnd, Language};
 
 /// What a token is.
 #[derive(Logos, Clone, Copy, Debug, PartialEq, Eq)]
@@ -100,7 +100,7 @@ pub(super) struct Reading {
     /// What hides the end of the code block that begins at a place.
     hiding: HashMap<usize, Range<usize>>,
     /// The language of code blocks.
-    language: &'static dyn Language,
+    language: Language,
     /// Whether the next word names it.
     names_language: bool,
 }
@@ -129,7 +129,7 @@ pub(super) struct Tokens {
 /// Cuts a text into tokens.
 pub(super) fn tokens(file: FileId, text: &str) -> Tokens {
     let reading =
-        Reading { problems: Vec::new(), hiding: HashMap::new(), language: languages::default(), names_language: false };
+        Reading { problems: Vec::new(), hiding: HashMap::new(), language: Language::default(), names_language: false };
     let mut lexer = TokenKind::lexer_with_extras(text, reading);
     let mut tokens = Vec::new();
     let (mut comments, mut directing) = (Vec::new(), Vec::new());
@@ -181,7 +181,7 @@ fn directing(file: FileId, text: &str, range: Range<usize>) -> impl Iterator<Ite
 fn word(lexer: &mut Lexer<'_, TokenKind>) {
     let text = lexer.slice();
     if lexer.extras.names_language
-        && let Some(language) = languages::named(text)
+        && let Some(language) = Language::named(text)
     {
         lexer.extras.language = language;
     }

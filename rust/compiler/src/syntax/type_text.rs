@@ -1,19 +1,20 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Types as they are written.
+#![allow(missing_docs, reason = "fields and variants are called as the grammar calls what they hold")]
 
 use super::expression::Name;
 use crate::diagnostics::Span;
 
 /// A type with its place.
 #[derive(Clone, Debug)]
-pub(crate) struct TypeSyntax {
-    pub(crate) kind: TypeKind,
-    pub(crate) span: Span,
+pub struct TypeSyntax {
+    pub kind: TypeKind,
+    pub span: Span,
 }
 
 /// The kinds of types.
 #[derive(Clone, Debug)]
-pub(crate) enum TypeKind {
+pub enum TypeKind {
     /// `time`
     Time,
     /// A path with type arguments.
@@ -29,7 +30,7 @@ pub(crate) enum TypeKind {
 
 impl TypeSyntax {
     /// Whether it is LF's `time`.
-    pub(crate) fn is_time(&self) -> bool {
+    pub fn is_time(&self) -> bool {
         matches!(self.kind, TypeKind::Time)
     }
 }

@@ -32,8 +32,9 @@ impl Fragment {
     }
 }
 
-/// The Kconfig fragment of a federate, or of an unfederated program.
-pub(crate) fn federate_kconfig(plan: &Plan, federate: &Federate, deployment: &Deployment) -> String {
+/// The Kconfig fragment of a federate, or of an unfederated program; `is_cpp` says whether its
+/// bodies are compiled as C++.
+pub(crate) fn federate_kconfig(plan: &Plan, federate: &Federate, deployment: &Deployment, is_cpp: bool) -> String {
     let place = deployment.place(&federate.name);
     let is_joint = plan.rti.is_some() && deployment.is_joint(&federate.name);
     let mut fragment = Fragment(header("#", plan, &federate.name));
@@ -55,7 +56,7 @@ pub(crate) fn federate_kconfig(plan: &Plan, federate: &Federate, deployment: &De
         fragment.set("MAIN_THREAD_PRIORITY", 1);
         fragment.set("LF_USER_THREAD_PRIORITY", 2);
     }
-    if plan.target.c.is_cpp {
+    if is_cpp {
         fragment.comment("Bodies are C++.");
         fragment.set("CPP", "y");
         fragment.set("STD_CPP17", "y");

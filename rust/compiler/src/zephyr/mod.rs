@@ -1,9 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-//! What Zephyr is told about an image, whatever its program is written in: boards, Kconfig fragments, overlays.
+//! What Zephyr is told about an image, whatever its program is written in: Kconfig fragments and overlays.
 
-mod boards;
 mod kconfig;
 mod network_buffers;
 
-pub(crate) use boards::ethernet_label;
 pub(crate) use kconfig::{federate_kconfig, overlay, rti_kconfig};

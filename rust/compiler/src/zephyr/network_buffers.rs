@@ -6,7 +6,7 @@
 //! a connection that is not read for a while must not keep the others from hearing anything. So each connection gets a
 //! window that its own share of the pool can hold.
 
-use super::boards::is_roomy;
+use crate::boards::is_roomy;
 
 /// Bytes of one of Zephyr's buffers (`CONFIG_NET_BUF_DATA_SIZE`), and of the headers of Ethernet, IP and TCP.
 const BUFFER_BYTES: usize = 128;

@@ -14,10 +14,19 @@ use super::sources::{is_conditional, sources};
 use super::tree::Tree;
 
 /// The path of a module within its crate.
-type Name = Vec<String>;
+pub(super) type Name = Vec<String>;
 
-/// Every crate's files.
+/// Finds the circles in each crate.
 pub(super) fn no_circles(tree: &Tree) -> Vec<Finding> {
+    let (crates, mut findings) = read(tree);
+    for modules in crates.values() {
+        findings.extend(circles(modules));
+    }
+    findings
+}
+
+/// Returns the files of every crate, and those that are no Rust.
+pub(super) fn read(tree: &Tree) -> (BTreeMap<&str, BTreeMap<Name, Module>>, Vec<Finding>) {
     let mut crates: BTreeMap<&str, BTreeMap<Name, Module>> = BTreeMap::new();
     let mut findings = Vec::new();
     for source in sources(tree) {
@@ -30,21 +39,18 @@ pub(super) fn no_circles(tree: &Tree) -> Vec<Finding> {
             Err(error) => findings.push(Finding { place: place.clone(), what: format!("is no Rust: {error}") }),
         }
     }
-    for modules in crates.values() {
-        findings.extend(circles(modules));
-    }
-    findings
+    (crates, findings)
 }
 
 /// What a file defines and names.
 #[derive(Default)]
-struct Module {
-    path: String,
+pub(super) struct Module {
+    pub(super) path: String,
     defined: BTreeSet<String>,
     /// What `use` brings in: the name here, and where it comes from.
     imported: BTreeMap<String, Name>,
     /// What is named by a path, and is no re-export.
-    named: Vec<Name>,
+    pub(super) named: Vec<Name>,
 }
 
 impl Module {
@@ -116,7 +122,7 @@ fn defines(item: &Item) -> Option<String> {
 }
 
 /// The module in which this path ends, seen from a module.
-fn resolve(modules: &BTreeMap<Name, Module>, from: &Name, path: &[String], depth: usize) -> Option<Name> {
+pub(super) fn resolve(modules: &BTreeMap<Name, Module>, from: &Name, path: &[String], depth: usize) -> Option<Name> {
     let (mut at, mut rest) = match path.first()?.as_str() {
         "crate" => (Name::new(), &path[1..]),
         "self" | "super" => (from.clone(), path),

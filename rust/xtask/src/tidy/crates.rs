@@ -85,11 +85,11 @@ fn read(manifest: &str) -> Crate {
 }
 
 /// The cells of a line that is a row of a table.
-fn cells(line: &str) -> Option<Vec<&str>> {
+pub(super) fn cells(line: &str) -> Option<Vec<&str>> {
     line.strip_prefix('|').map(|row| row.split('|').map(str::trim).collect())
 }
 
-fn quoted(cell: &str) -> impl Iterator<Item = &str> {
+pub(super) fn quoted(cell: &str) -> impl Iterator<Item = &str> {
     cell.split('`').skip(1).step_by(2)
 }
 

@@ -6,6 +6,7 @@ mod circles;
 mod crates;
 mod documents;
 mod finding;
+mod layers;
 mod names;
 mod rules;
 mod sources;
@@ -33,6 +34,7 @@ const RULES: &[(&str, Rule)] = &[
     ("crates in the map", crates::map_complete),
     ("what crates may know", crates::known_crates),
     ("circles of files", circles::no_circles),
+    ("layers of crates", layers::layers),
     ("names of types", names::unique),
 ];
 

@@ -7,6 +7,7 @@ mod c_beside;
 mod crates;
 mod deployments;
 mod fixture;
+mod source_maps;
 mod workers;
 
 use std::collections::BTreeMap;
@@ -21,6 +22,7 @@ fn settings(deployment: &Deployment) -> Settings<'_> {
     Settings {
         lf_linux: "../../rust/linux",
         lf_zephyr: "../../rust/zephyr",
+        lf_c_build: "../../rust/c-build",
         version: "0.0.0",
         current: "/work",
         deployment,

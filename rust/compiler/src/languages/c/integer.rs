@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Integers that can be worked out when the program is compiled.
 
-use super::code_block::skip;
 use crate::languages::integer::operation;
+use crate::lexical::Language;
 
 /// The value of an expression of integers and parameters, which can be written as members of `self`; nothing for any
 /// other one.
@@ -15,17 +15,8 @@ pub(super) fn value(code: &str, parameter: &dyn Fn(&str) -> Option<i64>) -> Opti
 
 /// Names, numbers and marks.
 fn words(code: &str) -> Vec<&str> {
-    let (mut words, mut at) = (Vec::new(), 0);
-    while at < code.len() {
-        let end = skip(code, at);
-        let word = &code[at..end];
-        let is_comment = word.starts_with("//") || word.starts_with("/*");
-        if !is_comment && !word.trim().is_empty() {
-            words.push(word);
-        }
-        at = end;
-    }
-    words
+    let is_comment = |piece: &str| piece.starts_with("//") || piece.starts_with("/*");
+    Language::C.pieces(code).filter(|piece| !is_comment(piece) && !piece.trim().is_empty()).collect()
 }
 
 struct IntegerParser<'a> {

@@ -2,7 +2,7 @@
 //! What C's types are in messages, as far as that can be told without a compiler.
 
 use super::types::{INTERVAL, VOID, spelled};
-use crate::languages::Unsendable;
+use crate::languages::facts::Unsendable;
 use crate::plan::Shape;
 
 /// C's types whose sizes are the same everywhere.

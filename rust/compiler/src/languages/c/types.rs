@@ -2,11 +2,11 @@
 //! Types as C spells them, and what is known of them without asking a compiler.
 
 use crate::diagnostics::{Code, Diagnostic};
-use crate::languages::{LiteralKind, Unsendable};
+use crate::languages::facts::{LiteralKind, Unsendable};
 use crate::syntax::ast::{Literal, TypeKind, TypeSyntax};
 
 /// C's type for LF's `time`.
-pub(super) const INTERVAL: &str = "interval_t";
+pub(crate) const INTERVAL: &str = "interval_t";
 
 /// The type of what has no value.
 pub(super) const VOID: &str = "void";
@@ -83,7 +83,7 @@ const NUMBERS: [&str; 24] = [
 ];
 
 /// The literals that a simple type takes.
-pub(super) fn literals(ty: &str) -> Option<LiteralKind> {
+pub(crate) fn literals(ty: &str) -> Option<LiteralKind> {
     ty.split(' ').all(|word| NUMBERS.contains(&word)).then_some(LiteralKind::Number)
 }
 

@@ -4,7 +4,7 @@
 use proc_macro2::{TokenStream, TokenTree};
 use syn::{Attribute, Field, Fields, File, Item, Type};
 
-use crate::languages::Preambles;
+use crate::languages::facts::Preambles;
 
 /// The preambles of a program, parsed.
 pub(super) struct Declarations {

@@ -5,9 +5,9 @@
 use syn::spanned::Spanned as _;
 use syn::{GenericArgument, Generics, Item, PathArguments, Type, TypePath};
 
-use super::code_syntax::byte_of;
 use super::declared::{Declarations, TypeDeclaration, derives, fields};
-use crate::languages::{PlaceInPreamble, Preambles, Unsendable};
+use crate::languages::facts::{PlaceInPreamble, Preambles, Unsendable};
+use crate::lexical::byte_of;
 use crate::plan::Serializer;
 
 const NO_BOUND: &str = "has no bound, by which buffers could be sized";
@@ -78,13 +78,13 @@ pub(super) fn uncopyable(ty: &str, preambles: Preambles<'_>) -> Option<Unsendabl
 }
 
 /// `String` or `Vec<T>`, which take as much memory as they need.
-pub(super) enum Growing<'t> {
+pub(crate) enum Growing<'t> {
     Text,
     List(&'t Type),
 }
 
 /// Whether a type is one of those.
-pub(super) fn growing(ty: &Type) -> Option<Growing<'_>> {
+pub(crate) fn growing(ty: &Type) -> Option<Growing<'_>> {
     let Type::Path(path) = ty else { return None };
     if path.path.segments.first()?.ident == "heapless" {
         return None;

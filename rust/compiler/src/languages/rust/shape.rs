@@ -5,7 +5,7 @@ use syn::{Expr, ExprLit, Fields, GenericArgument, Item, Lit, Type, TypePath};
 
 use super::declared::{Declarations, TypeDeclaration, derives};
 use super::sendable::{Growing, arguments, growing, text};
-use crate::languages::{Preambles, Unsendable};
+use crate::languages::facts::{Preambles, Unsendable};
 use crate::plan::Shape;
 
 /// Types of which each value takes a fixed number of bytes.
@@ -173,7 +173,7 @@ fn named(ty: &Type) -> String {
 #[cfg(test)]
 mod tests {
     use super::shape;
-    use crate::languages::Preambles;
+    use crate::languages::facts::Preambles;
     use crate::plan::Shape::{self, Array, Bool, Float, List, Nothing, Signed, Struct, Text, Unsigned};
 
     const PREAMBLE: &str = "

@@ -2,11 +2,11 @@
 //! Types as Rust spells them, and what is known of them without asking Rust.
 
 use crate::diagnostics::{Code, Diagnostic};
-use crate::languages::LiteralKind;
+use crate::languages::facts::LiteralKind;
 use crate::syntax::ast::{Literal, TypeKind, TypeSyntax};
 
 /// Rust's type for LF's `time`.
-pub(super) const DURATION: &str = "core::time::Duration";
+pub(crate) const DURATION: &str = "core::time::Duration";
 
 /// C's types with what Rust calls them.
 const C_TYPES: &[(&str, &str)] = &[
@@ -74,7 +74,7 @@ pub(super) fn of_literal(literal: &Literal) -> &'static str {
 }
 
 /// The literals that a simple type takes.
-pub(super) fn literals(ty: &str) -> Option<LiteralKind> {
+pub(crate) fn literals(ty: &str) -> Option<LiteralKind> {
     Some(match ty {
         "i8" | "i16" | "i32" | "i64" | "i128" | "isize" => LiteralKind::Signed,
         "u8" | "u16" | "u32" | "u64" | "u128" | "usize" => LiteralKind::Unsigned,
@@ -87,7 +87,7 @@ pub(super) fn literals(ty: &str) -> Option<LiteralKind> {
 }
 
 /// Whether a type is surely `Copy`, and can be named anywhere.
-pub(super) fn is_copy(ty: &str) -> bool {
+pub(crate) fn is_copy(ty: &str) -> bool {
     const OTHERS: [&str; 3] = ["()", DURATION, "&'static str"];
     OTHERS.contains(&ty) || !matches!(literals(ty), None | Some(LiteralKind::Text))
 }

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Values of parameters and state variables, written as Rust.
 
-use super::names::raw;
 use super::types::{DURATION, literals};
-use crate::languages::LiteralKind;
+use crate::languages::facts::LiteralKind;
+use crate::lexical::raw;
 use crate::syntax::ast::{Expression, ExpressionKind, Literal};
 use crate::syntax::literal_ns;
 

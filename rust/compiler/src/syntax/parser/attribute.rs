@@ -5,7 +5,7 @@ use super::super::ast::{Attribute, AttributeParameter, Name, Preamble};
 use super::super::token::TokenKind;
 use super::{Parsed, Parser};
 use crate::diagnostics::Span;
-use crate::languages::CodeKind;
+use crate::lexical::CodeKind;
 
 impl Parser<'_> {
     pub(super) fn preamble(&mut self) -> Parsed<Preamble> {

@@ -8,7 +8,7 @@ use super::super::token::TokenKind;
 use super::super::words::is_reserved;
 use super::{Parsed, Parser};
 use crate::diagnostics::{Code, Diagnostic, Span};
-use crate::languages::CodeKind;
+use crate::lexical::CodeKind;
 
 impl Parser<'_> {
     /// `= e`, or the older `(e)` and `{e}`, which get a warning; nothing if none of them is here. `kind` and `name` are

@@ -24,6 +24,7 @@ pub(crate) fn parse(file: FileId, text: &str) -> (SourceUnit, Vec<Diagnostic>) {
     };
     let mut unit = parser.source_unit();
     unit.codes = parser.codes;
+    unit.comments = parser.comments;
     (unit, parser.diagnostics)
 }
 

@@ -19,7 +19,7 @@ use super::token::{Token, TokenKind};
 use super::words::{FILE_STARTS, MEMBER_STARTS, is_reserved};
 use crate::characters::{instead, shown};
 use crate::diagnostics::{Code, Diagnostic, FileId, Span, did_you_mean};
-use crate::languages::CodeKind;
+use crate::lexical::CodeKind;
 
 pub(crate) use file::parse;
 
@@ -308,39 +308,4 @@ impl<'t> Parser<'t> {
         let Some(word) = self.word_ahead(0) else { return false };
         MEMBER_STARTS.contains(&word) || self.at_instance()
     }
-
-    /// The comment that ends directly before a place, without comment marks.
-    fn docs(&self, at: usize) -> Option<String> {
-        let mut lines = Vec::new();
-        let mut start = at;
-        let last = self.comments.partition_point(|comment| comment.end <= at);
-        for comment in self.comments[..last].iter().rev() {
-            let between = &self.text[comment.end..start];
-            let alone = self.text[..comment.start].chars().rev().find(|c| !matches!(c, ' ' | '\t'));
-            let trailing = alone.is_some_and(|c| c != '\n');
-            if !between.trim().is_empty() || between.matches('\n').count() > 1 || trailing {
-                break;
-            }
-            let text = &self.text[comment.clone()];
-            for line in uncommented(text).into_iter().rev() {
-                lines.push(line);
-            }
-            start = comment.start;
-            if text.starts_with("/*") || text.starts_with("'''") {
-                break;
-            }
-        }
-        lines.reverse();
-        let text = lines.join("\n").trim().to_owned();
-        (!text.is_empty()).then_some(text)
-    }
-}
-
-/// The lines of a comment without its marks.
-fn uncommented(comment: &str) -> Vec<&str> {
-    if let Some(line) = comment.strip_prefix("//").or_else(|| comment.strip_prefix('#')) {
-        return vec![line.trim()];
-    }
-    let inner = comment.trim_start_matches(['/', '*', '\'']).trim_end_matches(['/', '*', '\'']);
-    inner.lines().map(|line| line.trim().trim_start_matches('*').trim()).collect()
 }

@@ -4,16 +4,17 @@
 use super::super::ast::{
     Attribute, ModeSyntax, Name, ParameterSyntax, Reactor, ReactorBody, ReactorKind, TypeParameter,
 };
+use super::super::comments::comment_ending;
 use super::super::token::TokenKind;
 use super::super::words::MEMBER_STARTS;
 use super::{Parsed, Parser};
 use crate::diagnostics::{Code, Diagnostic, Span};
-use crate::languages::CodeKind;
+use crate::lexical::CodeKind;
 
 impl Parser<'_> {
     /// A reactor, from its first word on; `start` is where its attributes begin.
     pub(super) fn reactor(&mut self, attributes: Vec<Attribute>, start: usize) -> Parsed<Reactor> {
-        let docs = self.docs(start);
+        let docs = comment_ending(self.text, &self.comments, start);
         let mut kind = ReactorKind::Plain;
         let mut realtime = None;
         let keyword = loop {

@@ -6,7 +6,7 @@ use super::super::token::TokenKind;
 use super::super::words::is_reserved;
 use super::{Parsed, Parser};
 use crate::diagnostics::{Code, Diagnostic, Span};
-use crate::languages::CodeKind;
+use crate::lexical::CodeKind;
 
 impl Parser<'_> {
     /// `: T`, if it is here.

@@ -1,0 +1,176 @@
+// SPDX-License-Identifier: Apache-2.0
+//! How the host reaches bodies in C: by functions that take the number of a reaction, with cells of references to the
+//! values that C has.
+
+use proc_macro2::TokenStream;
+use quote::quote;
+
+use super::sizes::Sizes;
+use super::symbols::{Symbols, preamble_headers};
+use super::{class, counterparts, external, header, parameters, program};
+use crate::emit::host::{
+    Bodies, CompilerArguments, Members, NativeParts, Output, Owner, ReactionPart, Splices, push_methods,
+};
+use crate::emit::{EmitError, File, Job};
+use crate::plan::{FileIndex, Location, Port, ReactionKind, Serializer, Type};
+use crate::tables::Cell;
+
+/// Signatures of the methods by which C reaches cells, what each matches on, and what it answers for others.
+const ACTION: [&str; 3] =
+    ["action(&mut self, trigger: TriggerId) -> Option<&mut dyn Schedulable<Value = c::Token>>", "trigger", "None,"];
+const WATCHDOG: [&str; 3] = ["watchdog(&mut self, trigger: TriggerId) -> Option<&mut Watchdog>", "trigger", "None,"];
+const INBOX: [&str; 3] = ["inbox(trigger: TriggerId) -> Option<&'static dyn Inbox<c::Token>>", "trigger", "None,"];
+
+/// How many events an action holds at least in programs for this computer: C counts on queues that grow.
+const ROOM: usize = 256;
+
+/// The bodies of a participant in C.
+pub(in crate::emit) struct CBodies<'p> {
+    job: &'p Job<'p>,
+    sizes: Sizes<'p>,
+}
+
+impl<'p> CBodies<'p> {
+    pub(in crate::emit) fn new(job: &'p Job<'p>) -> Self {
+        Self { job, sizes: Sizes::new(job.view, job.federate, job.rti) }
+    }
+}
+
+impl Bodies for CBodies<'_> {
+    fn native_parts(&self) -> NativeParts {
+        NativeParts::Bodies
+    }
+
+    /// Has the C compiled, and its sizes measured. Zephyr's build compiles C itself, and asks for the sizes only.
+    fn build_files(&self) -> Result<Vec<File>, EmitError> {
+        let (job, mut files) = (self.job, Vec::new());
+        let (mut all, folder) = (CompilerArguments::of_bodies(job), job.folder);
+        let headers = if header::are_needed(job.view) { &header::FOLDERS[..] } else { &[] };
+        if job.is_image {
+            if let Some(word) = all.needs_library() {
+                let flag = job.view.native.flags.iter().find(|flag| flag.text == word);
+                let at = flag.map_or(Location { file: FileIndex(0), line: 1, column: 1 }, |flag| flag.at);
+                let hint =
+                    "remove it; on native_sim, `CONFIG_ASAN=y` and `CONFIG_UBSAN=y` in prj.conf look for mistakes";
+                let message = format!("`{word}` needs a library that images do not have: {hint}");
+                return Err(EmitError::new(job.plan(), at, message));
+            }
+            let own = headers.iter().map(|folder| format!("${{CMAKE_CURRENT_LIST_DIR}}/../{folder}"));
+            files.push(File { path: format!("{folder}/c/program.cmake"), text: all.cmake(job, own) });
+            all = CompilerArguments::default();
+        } else {
+            all.read_cmake(job)?;
+            all.folders.extend(headers.iter().map(|folder| (*folder).to_owned()));
+        }
+        files.push(File { path: format!("{folder}/build.rs"), text: all.build_script("program") });
+        Ok(files)
+    }
+
+    fn emit(&self, output: &mut Output) -> Result<(), EmitError> {
+        let (view, folder) = (self.job.view, self.job.folder);
+        let files = &mut output.files;
+        for (index, header) in preamble_headers(view.plan).iter().enumerate() {
+            files.push(class::preamble_header(view, FileIndex(index), header, folder));
+        }
+        files.push(self.sizes.file(folder));
+        if let Some(federate) = self.job.federate {
+            let symbols = Symbols::new(view, federate);
+            external::check(&symbols)?;
+            for (class, _) in symbols.classes() {
+                files.push(class::emit(&symbols, class, folder)?);
+            }
+            files.extend(header::emit(view, folder));
+            files.push(program::emit(&symbols, folder));
+            files.extend(counterparts::emit(view, federate, folder));
+        }
+        Ok(())
+    }
+
+    fn modules(&self) -> Vec<&str> {
+        Vec::new()
+    }
+
+    fn uses_devices(&self) -> bool {
+        false
+    }
+
+    fn parameters(&self) -> Option<TokenStream> {
+        parameters::of_main(self.job.view)
+    }
+
+    fn payload_lengths(&self) -> Result<Vec<String>, EmitError> {
+        Ok(self.sizes.all())
+    }
+
+    fn max_len(&self, port: &Port, _: &str, serializer: Option<&Serializer>) -> String {
+        self.sizes.max_len(port, serializer)
+    }
+
+    fn room(&self, capacity: usize) -> usize {
+        if self.job.is_image { capacity } else { capacity.max(ROOM) }
+    }
+
+    fn cell(&self, name: &str) -> String {
+        format!("c::{}", name.trim_end_matches("Queue"))
+    }
+
+    // So that the program shows them to bodies.
+    fn cells_know_triggers(&self) -> bool {
+        true
+    }
+
+    fn value_type(&self, _: &str, _: &Type) -> Result<String, EmitError> {
+        Ok(String::new())
+    }
+
+    fn instances(&self, _: &Owner<'_>, members: &mut Members, _: &mut Splices<'_>) -> Result<(), EmitError> {
+        members.locals.extend(quote! { c::construct(); });
+        Ok(())
+    }
+
+    fn reactions(&self, owner: &Owner<'_>, part: ReactionPart) -> Vec<String> {
+        let reactions = || owner.federate.reactions.iter().enumerate();
+        let copy = |(id, reaction): (usize, &crate::plan::ScheduledReaction)| match &reaction.kind {
+            ReactionKind::Copy { from, to } if part == ReactionPart::Body => {
+                let (from, to) = (owner.port_place(from.0), owner.port_place(to.0));
+                Some(format!("ReactionId({id}) => c::copy(ctx, &{from}, &mut {to})"))
+            }
+            _ => None,
+        };
+        let runs = reactions().any(|(_, reaction)| match &reaction.kind {
+            ReactionKind::Body { instance, reaction, .. } => {
+                let declared = &owner.plan.class(&owner.federate.instances[instance.0]).reactions[reaction - 1];
+                part.run(declared).is_some()
+            }
+            _ => false,
+        });
+        let all = runs.then(|| format!("_ => c::{}(self, reaction, ctx)", part.method()));
+        reactions().filter_map(copy).chain(all).collect()
+    }
+
+    fn shares(&self, _: &Owner<'_>) -> Vec<String> {
+        Vec::new()
+    }
+
+    fn resets(&self, _: &Owner<'_>) -> Vec<String> {
+        vec!["_ => c::reset_mode(mode)".to_owned()]
+    }
+
+    fn implementations(&self, owner: &Owner<'_>, name: &str) -> String {
+        let (triggers, symbols) = (&owner.tables.triggers, &owner.symbols);
+        let cells = |kinds: &[Cell]| {
+            let cells = triggers.iter().enumerate().filter(|(_, row)| kinds.contains(&row.cell));
+            cells.map(|(id, _)| format!("TriggerId({id}) => Some(&mut self.{})", symbols.triggers[id])).collect()
+        };
+        let inboxes = triggers.iter().enumerate().filter(|(_, row)| row.cell == Cell::Physical);
+        let inboxes = inboxes.map(|(id, _)| format!("TriggerId({id}) => Some(&{})", symbols.inboxes[id]));
+        let mut text = format!("\nimpl c::Bodies for {name} {{\n");
+        let actions = cells(&[Cell::Logical, Cell::Physical]);
+        push_methods(&mut text, [(ACTION, actions), (WATCHDOG, cells(&[Cell::Watchdog])), (INBOX, inboxes.collect())]);
+        text.replace(" {\n\n", " {\n") + "}\n"
+    }
+
+    fn imports(&self) -> String {
+        "use lf::c;\n".to_owned()
+    }
+}

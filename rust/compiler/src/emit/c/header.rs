@@ -1,0 +1,150 @@
+// SPDX-License-Identifier: Apache-2.0
+//! The headers by which a program's own files see reactors: for functions that are the bodies of reactions.
+//!
+//! They are at `include/FILE/Reactor.h`, with the names of LF's C target: `reactor_self_t`, `reactor_port_t`.
+
+use core::fmt::Write as _;
+
+use super::structs::{files, port_struct, self_struct};
+use super::symbols::preamble_headers;
+use super::text::{Text, name_of};
+use crate::emit::File;
+use crate::emit::view::View;
+use crate::plan::{ChildPort, ClassIndex, Reaction, ReactionParameter, ReactorClass, VariableKind};
+
+/// Whether there are headers: a function anywhere is the body of a reaction.
+pub(super) fn are_needed(view: &View<'_>) -> bool {
+    view.plan.classes.iter().flat_map(|class| &class.reactions).any(|reaction| reaction.external)
+}
+
+/// The headers of all reactors. A file of C is compiled for each federate, whatever reactors it has.
+pub(super) fn emit(view: &View<'_>, folder: &str) -> Vec<File> {
+    let count = if are_needed(view) { view.plan.classes.len() } else { 0 };
+    let own = (0..count).map(ClassIndex).filter(|class| view.is_own(*class));
+    own.map(|class| header(view, class, folder)).collect()
+}
+
+/// The folders of a crate from which its code includes headers: by `"../include/…"`, as from a folder beside that of
+/// the headers, which generated files lie in, by `"include/…"` and without either.
+pub(super) const FOLDERS: [&str; 2] = ["include", "."];
+
+/// Where the header of a class is, in a crate.
+pub(super) fn path(view: &View<'_>, class: &ReactorClass) -> String {
+    let file = name_of(view.plan.path(class.at));
+    format!("include/{}/{}{}.h", file.strip_suffix(".lf").unwrap_or(file), base_name(class), type_arguments(class))
+}
+
+/// The type of an instance.
+pub(super) fn self_type(class: &ReactorClass) -> String {
+    format!("{}_self_t", own_prefix(class))
+}
+
+/// The type of a variable of a reaction that is a port, without the `*` of the places between it and the reaction.
+pub(super) fn port_type(
+    view: &View<'_>,
+    class: &ReactorClass,
+    parameter: &ReactionParameter,
+) -> Option<(String, usize)> {
+    let stars = match &parameter.kind {
+        VariableKind::Port { .. } => 1,
+        VariableKind::Multiport { .. } => match &parameter.child {
+            Some(ChildPort { is_bank: true, is_wide: true, .. }) => 3,
+            _ => 2,
+        },
+        _ => return None,
+    };
+    let name = match &parameter.child {
+        Some(ChildPort { child, port, .. }) => {
+            let child = class.children.iter().find(|known| known.name == *child)?;
+            format!("{}_{port}_t", child_prefix(view.class(child.class)))
+        }
+        None => format!("{}_{}_t", own_prefix(class), parameter.name),
+    };
+    Some((name, stars))
+}
+
+/// The name in LF, without arguments of types.
+fn base_name(class: &ReactorClass) -> &str {
+    class.name.split('<').next().unwrap_or(&class.name).trim()
+}
+
+/// What types of a class begin with in its own header, and in that of a reactor that contains it.
+fn own_prefix(class: &ReactorClass) -> String {
+    child_prefix(class).to_lowercase()
+}
+
+fn child_prefix(class: &ReactorClass) -> String {
+    base_name(class).to_lowercase() + &type_arguments(class)
+}
+
+/// What tells apart the types of reactors that differ in the arguments for their type parameters: letters and digits
+/// of these, and a number for all else in them.
+fn type_arguments(class: &ReactorClass) -> String {
+    let (mut text, mut rest) = (String::new(), 0_i32);
+    for (_, ty) in &class.types {
+        text.push('_');
+        for (index, character) in (0_i32..).zip(ty.text.chars()) {
+            if character.is_alphanumeric() {
+                text.push(character);
+            } else {
+                rest = rest.wrapping_mul(31).wrapping_add(index);
+                rest = rest.wrapping_mul(31).wrapping_add(u32::from(character).cast_signed());
+            }
+        }
+    }
+    if rest != 0 {
+        // Writing to a String cannot fail.
+        let _ = write!(text, "_{rest:x}");
+    }
+    text
+}
+
+fn header(view: &View<'_>, index: ClassIndex, folder: &str) -> File {
+    let class = view.class(index);
+    let about = format!("Reactor `{}`, as functions see it that are bodies of reactions.", class.name);
+    let mut text = Text::new(view, format!("{folder}/{}", path(view, class)), &about);
+    text.line("#pragma once\n#include <lf.h>");
+    let preambles = preamble_headers(view.plan);
+    for file in files(view, class) {
+        text.line(format_args!("#include \"../../c/{}.h\"", preambles[file.0]));
+    }
+    for (name, ty) in &class.types {
+        text.line(format_args!("#undef {name}\n#define {name} {}", ty.text));
+    }
+    text.line("").line(self_struct(class, &self_type(class)));
+    for port in &class.ports {
+        let name = format!("{}_{}_t", own_prefix(class), port.name);
+        once(&mut text, index, &name, &port_struct(class, port, &name));
+    }
+    for child in &class.children {
+        let target = view.class(child.class);
+        for port in &target.ports {
+            let name = format!("{}_{}_t", child_prefix(target), port.name);
+            once(&mut text, child.class, &name, &port_struct(target, port, &name));
+        }
+    }
+    for reaction in class.reactions.iter().filter(|reaction| reaction.external) {
+        let signature = reaction.signature.replace("*/", "* /");
+        text.line(format_args!("\n/* `{signature}`, line {}. */", reaction.at.line));
+        text.line(declaration(view, class, reaction));
+    }
+    text.file()
+}
+
+/// A type that several headers have.
+fn once(text: &mut Text<'_>, class: ClassIndex, name: &str, declaration: &str) {
+    let guard = format!("LF_{}_{name}_", class.0);
+    text.line(format_args!("#ifndef {guard}\n#define {guard}\n{declaration}\n#endif"));
+}
+
+/// The function that is the body of a reaction.
+fn declaration(view: &View<'_>, class: &ReactorClass, reaction: &Reaction) -> String {
+    let mut text = format!("void {}({} *self", reaction.name.as_deref().unwrap_or_default(), self_type(class));
+    for parameter in &reaction.parameters {
+        if let Some((ty, stars)) = port_type(view, class, parameter) {
+            let name = parameter.name.replace('.', "_");
+            let _ = write!(text, ", {ty} {}{name}", "*".repeat(stars));
+        }
+    }
+    text + ");"
+}

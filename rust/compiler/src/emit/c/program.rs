@@ -1,0 +1,220 @@
+// SPDX-License-Identifier: Apache-2.0
+//! `program.c`: where everything is, how it is made, and the functions that Rust calls.
+
+use std::collections::BTreeSet;
+
+use super::class::reset_function;
+use super::reactions::all_arguments;
+use super::storage::pool_name;
+use super::symbols::Symbols;
+use super::text::Text;
+use super::types::CType;
+use crate::emit::File;
+use crate::emit::host::ReactionPart;
+use crate::plan::{Argument, PortIndex, Reaction, ReactionKind, ScheduledReaction, TriggerKind, VariableKind};
+
+/// Emits the file.
+pub(super) fn emit(symbols: &Symbols<'_>, folder: &str) -> File {
+    let text = Text::new(symbols.view, format!("{folder}/c/program.c"), "Where everything is, and what Rust calls.");
+    let mut program = ProgramFile { symbols, text };
+    program
+        .text
+        .line("#include <stddef.h>\n#include <lf.h>\n\n/* Only the files of the classes know what these are. */");
+    program.text.line("struct lf_storage;");
+    program.declarations();
+    program.tables();
+    program.construct();
+    for part in ReactionPart::ALL {
+        program.reactions(part);
+    }
+    program.reset();
+    program.text.file()
+}
+
+struct ProgramFile<'p, 's> {
+    symbols: &'s Symbols<'p>,
+    text: Text<'p>,
+}
+
+impl ProgramFile<'_, '_> {
+    /// The variables and functions of the classes' files.
+    fn declarations(&mut self) {
+        let symbols = self.symbols;
+        let (plan, federate) = (symbols.plan, symbols.federate);
+        if self.has_main() {
+            self.text.line("extern struct lf_storage lf_self_main;");
+        }
+        for index in 0..federate.instances.len() {
+            self.text.line(format_args!("extern struct lf_storage {};", Symbols::instance(Some(index))));
+        }
+        for index in 0..federate.ports.len() {
+            self.text.line(format_args!("extern struct lf_storage lf_port_{index};"));
+        }
+        for (index, trigger) in federate.triggers.iter().enumerate() {
+            if is_shown(&trigger.kind) {
+                self.text.line(format_args!("extern struct lf_storage lf_trigger_{index};"));
+            }
+            if self.queues(index) {
+                self.text.line(format_args!("extern lf_pool_t {};", pool_name(index)));
+            }
+        }
+        let main = symbols.class(plan.main);
+        self.text.line(format_args!("bool {main}_give(int, long long, double, char *);"));
+        for (class, name) in symbols.classes() {
+            self.text.line(format_args!("void {name}_construct(void *, const void *const *, int);"));
+            let declared = symbols.view.class(class);
+            for child in (0..declared.children.len()).filter(|child| symbols.makes(class, *child)) {
+                self.text.line(format_args!("void {name}_make_{child}(void *, void *, int);"));
+            }
+            let modes: BTreeSet<Option<usize>> = declared.state.iter().map(|state| state.mode).collect();
+            for mode in modes.into_iter().filter(|mode| declared.has_resets(*mode)) {
+                self.text.line(format_args!("void {}(void *);", reset_function(name, mode)));
+            }
+            for reaction in declared.reactions.iter().filter(|reaction| symbols.reacts(class, reaction.number)) {
+                let given = all_arguments(reaction);
+                for part in ReactionPart::ALL.into_iter().filter(|part| part.code(reaction).is_some()) {
+                    let number = reaction.number;
+                    self.text.line(format_args!("void {name}_reaction_{number}{}(void *self{given});", part.suffix()));
+                }
+            }
+        }
+    }
+
+    /// Whether the federated reactor is there only to say what parameters its federates have.
+    fn has_main(&self) -> bool {
+        let (plan, federate) = (self.symbols.plan, self.symbols.federate);
+        plan.is_federated() && federate.instances.iter().all(|instance| instance.path != plan.name)
+    }
+
+    /// Whether values that are not pointers wait in a queue of a trigger.
+    fn queues(&self, trigger: usize) -> bool {
+        let federate = self.symbols.federate;
+        let trigger = &federate.triggers[trigger];
+        let (TriggerKind::Delay { fills, .. } | TriggerKind::NetworkInput { fills, .. }) = &trigger.kind else {
+            return false;
+        };
+        let port = &federate.ports[fills.0];
+        let here = federate.declared(&trigger.path).is_some();
+        let class = federate.declared(&port.path).filter(|_| here);
+        class.is_some_and(|(class, _)| {
+            let ty = CType::new(self.symbols.view.class(class), &port.ty);
+            !ty.is_nothing() && !ty.is_token() && !ty.is_text()
+        })
+    }
+
+    fn tables(&mut self) {
+        let federate = self.symbols.federate;
+        let ports = (0..federate.ports.len()).map(|index| format!("(lf_port_base_t *)&lf_port_{index}"));
+        self.table("lf_port_base_t *const lf_ports[]", ports.collect());
+        let triggers = federate.triggers.iter().enumerate().map(|(index, trigger)| {
+            if is_shown(&trigger.kind) { format!("(lf_action_base_t *)&lf_trigger_{index}") } else { "NULL".to_owned() }
+        });
+        self.table("lf_action_base_t *const lf_triggers[]", triggers.collect());
+        let pools = (0..federate.triggers.len())
+            .map(|index| if self.queues(index) { format!("&{}", pool_name(index)) } else { "NULL".to_owned() });
+        let pools = pools.collect();
+        self.table("lf_pool_t *const lf_queue_pools[]", pools);
+    }
+
+    fn table(&mut self, name: &str, mut rows: Vec<String>) {
+        // An array of no elements is none.
+        if rows.is_empty() {
+            rows.push("NULL".to_owned());
+        }
+        self.text.line(format_args!("\n{name} = {{"));
+        for row in rows {
+            self.text.line(format_args!("    {row},"));
+        }
+        self.text.line("};");
+    }
+
+    /// All instances get their parameters and their state, containers first.
+    fn construct(&mut self) {
+        let symbols = self.symbols;
+        let (plan, federate) = (symbols.plan, symbols.federate);
+        let (main, count) = (symbols.class(plan.main), symbols.view.class(plan.main).parameters.len());
+        self.text.line(format_args!(
+            "\n/* Values of the main reactor's parameters that are not the defaults. */\n\
+             const void *lf_main_given[{count} + 1];\n\n\
+             bool lf_give_parameter(uint16_t parameter, long long whole, double real, char *text) {{\n    \
+             return {main}_give(parameter, whole, real, text);\n}}\n\nvoid lf_construct(void) {{"
+        ));
+        if self.has_main() {
+            self.text.line(format_args!("    {main}_construct(&lf_self_main, lf_main_given, 0);"));
+        }
+        for (index, instance) in federate.instances.iter().enumerate() {
+            let own = Symbols::instance(Some(index));
+            let Some(child) = instance.child else {
+                self.text.line(format_args!("    {main}_construct(&{own}, lf_main_given, 0);"));
+                continue;
+            };
+            let container = Symbols::instance(instance.parent.map(|parent| parent.0));
+            let class = instance.parent.map_or(plan.main, |parent| federate.instances[parent.0].class);
+            let (class, member) = (symbols.class(class), instance.bank_index.unwrap_or(0));
+            self.text.line(format_args!("    {class}_make_{child}(&{container}, &{own}, {member});"));
+        }
+        self.text.line("}");
+    }
+
+    /// Adds the function that runs a part of each reaction by its number.
+    fn reactions(&mut self, part: ReactionPart) {
+        let function = part.method();
+        self.text.line(format_args!("\nvoid lf_{function}(uint16_t reaction) {{\n    switch (reaction) {{"));
+        for (id, reaction) in self.symbols.federate.reactions.iter().enumerate() {
+            if let Some(call) = self.call(reaction, part) {
+                self.text.line(format_args!("    case {id}:\n        {call};\n        break;"));
+            }
+        }
+        self.text.line("    default:\n        break;\n    }\n}");
+    }
+
+    fn call(&self, reaction: &ScheduledReaction, part: ReactionPart) -> Option<String> {
+        let (plan, federate) = (self.symbols.plan, self.symbols.federate);
+        let ReactionKind::Body { instance, reaction: number, arguments } = &reaction.kind else { return None };
+        let class = plan.class(&federate.instances[instance.0]);
+        let declared: &Reaction = &class.reactions[number - 1];
+        let suffix = part.run(declared)?.suffix();
+        let given = declared.parameters.iter().zip(arguments).map(|(parameter, argument)| match argument {
+            Argument::Port(place) => format!(", &lf_port_{}", place.0),
+            Argument::Ports(ports) => format!(", {}, {}", places(ports), ports.len()),
+            Argument::Bank { ports, widths } => {
+                let listed = widths.iter().map(|width| format!("{width}, ")).collect::<Vec<_>>().concat();
+                format!(", {}, (const int[]){{ {listed}0 }}, {}", places(ports), widths.len())
+            }
+            Argument::Trigger(trigger) => format!(", &lf_trigger_{}", trigger.0),
+            Argument::Mode(mode) => {
+                let history = matches!(parameter.kind, VariableKind::Mode { history: true });
+                format!(", (lf_mode_change_t){{ {mode}, {history} }}")
+            }
+        });
+        let given: String = given.collect();
+        let (name, own) =
+            (self.symbols.class(federate.instances[instance.0].class), Symbols::instance(Some(instance.0)));
+        Some(format!("{name}_reaction_{number}{suffix}(&{own}{given})"))
+    }
+
+    fn reset(&mut self) {
+        let (plan, federate) = (self.symbols.plan, self.symbols.federate);
+        self.text.line("\nvoid lf_reset_mode(uint16_t mode) {\n    switch (mode) {");
+        for (id, resets) in plan.resets(federate).into_iter().enumerate() {
+            self.text.line(format_args!("    case {id}:"));
+            for (instance, of) in resets {
+                let function = reset_function(self.symbols.class(federate.instances[instance.0].class), of);
+                self.text.line(format_args!("        {function}(&{});", Symbols::instance(Some(instance.0))));
+            }
+            self.text.line("        break;");
+        }
+        self.text.line("    default:\n        break;\n    }\n}");
+    }
+}
+
+/// The addresses of ports, as an array; one of no elements is none.
+fn places(ports: &[PortIndex]) -> String {
+    let places = ports.iter().map(|port| format!("&lf_port_{}, ", port.0)).collect::<Vec<_>>();
+    format!("(void *[]){{ {}NULL }}", places.concat())
+}
+
+/// Whether bodies see a trigger.
+fn is_shown(kind: &TriggerKind) -> bool {
+    matches!(kind, TriggerKind::Action { .. } | TriggerKind::Timer { .. } | TriggerKind::Watchdog { .. })
+}

@@ -1,0 +1,86 @@
+// SPDX-License-Identifier: Apache-2.0
+//! How long payloads are. The C compiler knows, so it is asked: an object has a variable as large as each type.
+
+use super::cpp::{as_bytes, extension};
+use super::symbols::preamble_headers;
+use super::text::Text;
+use super::types::CType;
+use crate::emit::File;
+use crate::emit::host::sent_ports;
+use crate::emit::view::View;
+use crate::plan::{Federate, Port, Serializer};
+
+/// The types of what a participant sends, receives or forwards, each once.
+pub(super) struct Sizes<'p> {
+    view: &'p View<'p>,
+    rows: Vec<CType>,
+    /// By port of the federate: its type.
+    ports: Vec<(String, CType)>,
+}
+
+impl<'p> Sizes<'p> {
+    pub(super) fn new(view: &'p View<'p>, federate: Option<&Federate>, rti: bool) -> Self {
+        let mut sizes = Self { view, rows: Vec::new(), ports: Vec::new() };
+        let is_own = |known: &Federate| federate.is_some_and(|own| own.id == known.id);
+        let is_c = |known: &Federate| view.is_own(known.instances[0].class);
+        for known in view.plan.federates.iter().filter(|known| is_own(known) || rti && is_c(known)) {
+            for (port, _) in sent_ports(known) {
+                let port = &known.ports[port.0];
+                let ty = sizes.type_of(known, port);
+                if !ty.is_nothing() && !ty.is_token() && !ty.is_text() && !sizes.rows.contains(&ty) {
+                    sizes.rows.push(ty.clone());
+                }
+                sizes.ports.push((port.path.clone(), ty));
+            }
+        }
+        sizes
+    }
+
+    fn type_of(&self, federate: &Federate, port: &Port) -> CType {
+        let class = federate.declared(&port.path).map_or(self.view.plan.main, |(class, _)| class);
+        CType::new(self.view.class(class), &port.ty)
+    }
+
+    /// How many bytes a value of a port takes at most, as an expression of Rust.
+    pub(super) fn max_len(&self, port: &Port, serializer: Option<&Serializer>) -> String {
+        if let Some(length) = serializer.and_then(|serializer| serializer.max_length) {
+            return length.to_string();
+        }
+        let ty = self.ports.iter().find(|(path, _)| *path == port.path).map(|(_, ty)| ty);
+        match ty {
+            Some(ty) if ty.is_nothing() => "0".to_owned(),
+            Some(ty) => match self.rows.iter().position(|row| row == ty) {
+                Some(row) => format!("crate::sizes::LF_SIZE_{row}"),
+                None => "c::PAYLOAD_BYTES".to_owned(),
+            },
+            None => "c::PAYLOAD_BYTES".to_owned(),
+        }
+    }
+
+    /// The lengths of all, as expressions of Rust, for an RTI that forwards them.
+    pub(super) fn all(&self) -> Vec<String> {
+        let sizes = (0..self.rows.len()).map(|row| format!("crate::sizes::LF_SIZE_{row}"));
+        let unknown = self.ports.iter().any(|(_, ty)| ty.is_token() || ty.is_text());
+        sizes.chain(unknown.then(|| "lf::c::PAYLOAD_BYTES".to_owned())).collect()
+    }
+
+    /// The file by which the compiler is asked.
+    pub(super) fn file(&self, folder: &str) -> File {
+        let path = format!("{folder}/c/sizes.{}", extension(self.view));
+        let mut text = Text::new(self.view, path, "How large payloads are: nobody links this.");
+        text.line("#include <lf.h>");
+        if !self.rows.is_empty() {
+            for header in preamble_headers(self.view.plan) {
+                text.line(format_args!("#include \"{header}.h\""));
+            }
+        }
+        for (index, row) in self.rows.iter().enumerate() {
+            text.line(format_args!("typedef {};", row.declare(&format!("lf_type_{index}"))));
+            text.line(format_args!("char lf_size_{index}[sizeof(lf_type_{index})];"));
+            if self.view.native.is_cpp {
+                text.line(as_bytes(&format!("lf_type_{index}"), "values for another federate"));
+            }
+        }
+        text.file()
+    }
+}

@@ -1,0 +1,81 @@
+// SPDX-License-Identifier: Apache-2.0
+//! C beside bodies in another language: files that are compiled with a participant, and headers that are bound for it.
+
+use std::collections::BTreeSet;
+
+use super::compilation::{CompilerArguments, concerns};
+use crate::emit::{EmitError, File, Job};
+use crate::plan::Location;
+
+/// The C that a participant has beside its bodies.
+pub(in crate::emit) struct Beside<'p>(CompilerArguments<'p>);
+
+impl<'p> Beside<'p> {
+    /// What is said in the files that the crate has: of the others it would not see the types. An RTI alone, which runs
+    /// nothing, has the headers only.
+    pub(in crate::emit) fn new(job: &Job<'p>, has_file: impl Fn(Location) -> bool) -> Self {
+        let (native, mut all) = (&job.view.native, CompilerArguments::default());
+        let runs = |at: Location| job.federate.is_some() && concerns(job, at);
+        let sources = native.sources.iter().filter(|file| runs(file.at));
+        all.sources.extend(sources.map(|file| job.settings.absolute(&file.path)));
+        let headers = native.headers.iter().filter(|file| has_file(file.at));
+        let first = headers.clone().next().map(|file| (job.plan().path(file.at), file.at));
+        all.place = first.map(|(path, at)| format!("{path}:{}:{}", at.line, at.column));
+        all.headers.extend(headers.clone().map(|file| job.settings.absolute(&file.path)));
+        for list in [&mut all.sources, &mut all.headers] {
+            let mut seen = BTreeSet::new();
+            list.retain(|path| seen.insert(path.clone()));
+        }
+        // As C names files: from the folder of the LF file, or by their own names where a header is.
+        let named = native.sources.iter().chain(&native.headers).chain(&native.folders);
+        for file in named.filter(|file| has_file(file.at)) {
+            all.add_folder_around(job, job.plan().path(file.at));
+        }
+        for header in headers {
+            all.add_folder_around(job, &header.path);
+        }
+        for folder in native.folders.iter().filter(|folder| has_file(folder.at)) {
+            all.add_folder(job.settings.absolute(&folder.path));
+        }
+        all.add_definitions(job, &has_file);
+        all.cmake.extend(native.cmake.iter().filter(|cmake| runs(cmake.at)));
+        Self(all)
+    }
+
+    /// Whether there is any.
+    pub(in crate::emit) fn is_any(&self) -> bool {
+        self.has_headers() || !self.0.sources.is_empty() || !self.0.cmake.is_empty()
+    }
+
+    /// Whether the crate has the module `c`.
+    pub(in crate::emit) fn has_headers(&self) -> bool {
+        !self.0.headers.is_empty()
+    }
+
+    /// Returns the files that tell how it is compiled: for this computer the build script, which also binds headers;
+    /// for an image `c.cmake` beside it.
+    ///
+    /// # Errors
+    /// Where a file for CMake says what only CMake understands, and the program is for this computer.
+    pub(in crate::emit) fn files(&self, job: &Job<'_>) -> Result<Vec<File>, EmitError> {
+        let (folder, binds, mut files) = (job.folder, self.has_headers(), Vec::new());
+        if !self.is_any() {
+            return Ok(files);
+        }
+        let mut all = self.0.clone();
+        if job.is_image {
+            let bindings = if binds { "set(bindings TRUE)\n" } else { "" };
+            let text = all.cmake(job, std::iter::empty()) + bindings;
+            files.push(File { path: format!("{folder}/c.cmake"), text });
+            // Folders CMake tells by another way, with what files for it add.
+            let CompilerArguments { flags, headers, place, .. } = all;
+            all = CompilerArguments { flags, headers, place, ..CompilerArguments::default() };
+        } else {
+            all.read_cmake(job)?;
+        }
+        if binds || !job.is_image {
+            files.push(File { path: format!("{folder}/build.rs"), text: all.build_script("beside") });
+        }
+        Ok(files)
+    }
+}

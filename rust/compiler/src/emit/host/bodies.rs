@@ -1,0 +1,156 @@
+// SPDX-License-Identifier: Apache-2.0
+//! What the host asks of the bodies of a participant.
+//!
+//! The host writes the crate: tables, queues, `Program`, RTI, entry point and manifest. In which language the bodies
+//! are it does not know; an implementation per language tells it how they are reached. Implementations may use what
+//! the host offers, and not each other.
+
+use proc_macro2::{Ident, TokenStream};
+use quote::quote;
+
+use super::splice::Splices;
+use super::symbols::Owner;
+use crate::emit::{EmitError, File, FileMap};
+use crate::plan::{Location, Port, Serializer};
+
+/// The bodies of a participant, and all else that is in their language.
+pub(in crate::emit) trait Bodies {
+    /// Returns what of the crate compilers of C have to do with.
+    fn native_parts(&self) -> NativeParts;
+
+    /// Returns the files that say how the bodies are compiled, and what is compiled beside them.
+    ///
+    /// # Errors
+    /// The first thing that cannot be compiled for the participant.
+    fn build_files(&self) -> Result<Vec<File>, EmitError>;
+
+    /// Adds the files with the bodies.
+    ///
+    /// # Errors
+    /// The first thing of which no code can be made.
+    fn emit(&self, output: &mut Output) -> Result<(), EmitError>;
+
+    /// Returns the modules at the root of the crate that [`Bodies::emit`] adds.
+    fn modules(&self) -> Vec<&str>;
+
+    /// Whether the bodies use devices of this computer by the crate `lf`.
+    fn uses_devices(&self) -> bool;
+
+    /// Returns the parameters of the main reactor that a command line can set.
+    fn parameters(&self) -> Option<TokenStream>;
+
+    /// Returns how long the values are that an RTI in this crate passes on, as expressions.
+    ///
+    /// # Errors
+    /// A type that the language does not have.
+    fn payload_lengths(&self) -> Result<Vec<String>, EmitError>;
+
+    /// Returns how many bytes a value of a port takes at most, as an expression; `ty` is its [`Bodies::value_type`].
+    fn max_len(&self, port: &Port, ty: &str, serializer: Option<&Serializer>) -> String;
+
+    /// Returns how many events an action holds that needs a capacity.
+    fn room(&self, capacity: usize) -> usize;
+
+    /// Returns the path of a type of cells: ports, timers, actions and their queues.
+    fn cell(&self, name: &str) -> String;
+
+    /// Whether each cell has to know its trigger.
+    fn cells_know_triggers(&self) -> bool;
+
+    /// Returns the type of the values of a port or an action, as it can be named in the federate's module. It is empty
+    /// where cells hold values of any type.
+    ///
+    /// # Errors
+    /// A type that the language does not have.
+    fn value_type(&self, path: &str, ty: &crate::plan::Type) -> Result<String, EmitError>;
+
+    /// Adds the instances to the struct that owns everything.
+    ///
+    /// # Errors
+    /// An instance that cannot be made.
+    fn instances(&self, owner: &Owner<'_>, members: &mut Members, splices: &mut Splices<'_>) -> Result<(), EmitError>;
+
+    /// Returns the arms that run a part of each reaction, by reaction.
+    fn reactions(&self, owner: &Owner<'_>, part: ReactionPart) -> Vec<String>;
+
+    /// Returns the arms that lend the reactions of a level to several threads, by level.
+    fn shares(&self, owner: &Owner<'_>) -> Vec<String>;
+
+    /// Returns the arms that reset state, by mode.
+    fn resets(&self, owner: &Owner<'_>) -> Vec<String>;
+
+    /// Returns what else the struct that owns everything, which has this name, implements.
+    fn implementations(&self, owner: &Owner<'_>, name: &str) -> String;
+
+    /// Returns the imports of the federate's module that the above has asked for.
+    fn imports(&self) -> String;
+}
+
+/// What of a crate compilers of C have to do with.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(in crate::emit) enum NativeParts {
+    /// Nothing, as far as its build script is concerned.
+    None,
+    /// Its bodies.
+    Bodies,
+    /// Files beside bodies in another language.
+    Sources,
+    /// The same with headers that are bound, or these alone.
+    Headers,
+}
+
+/// A part of a reaction.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(in crate::emit) enum ReactionPart {
+    Body,
+    MissedDeadline,
+    Tardy,
+}
+
+impl ReactionPart {
+    /// The method of `Program` that runs it.
+    pub(in crate::emit) fn method(self) -> &'static str {
+        match self {
+            Self::Body => "react",
+            Self::MissedDeadline => "miss_deadline",
+            Self::Tardy => "handle_tardy",
+        }
+    }
+}
+
+/// Files with bodies.
+#[derive(Default)]
+pub(in crate::emit) struct Output {
+    /// Files whose own compiler is told where their lines are in the program.
+    pub(in crate::emit) files: Vec<File>,
+    /// Files with a map to the program.
+    pub(in crate::emit) mapped: Vec<(File, FileMap)>,
+}
+
+/// Fields of the struct that owns everything, and what its constructor says.
+#[derive(Default)]
+pub(in crate::emit) struct Members {
+    pub(in crate::emit) fields: TokenStream,
+    pub(in crate::emit) values: TokenStream,
+    pub(in crate::emit) locals: TokenStream,
+}
+
+impl Members {
+    pub(super) fn field(
+        &mut self,
+        splices: &mut Splices<'_>,
+        (text, at): (String, Location),
+        name: &Ident,
+        ty: &str,
+        value: &TokenStream,
+    ) {
+        let (doc, ty) = (splices.doc(&text, at), tokens(ty));
+        self.fields.extend(quote! { #doc #name: #ty, });
+        self.values.extend(quote! { #name: #value, });
+    }
+}
+
+/// Returns as tokens what has been put together from names that are Rust.
+pub(in crate::emit) fn tokens(text: &str) -> TokenStream {
+    text.parse().unwrap_or_default()
+}

@@ -1,0 +1,166 @@
+// SPDX-License-Identifier: Apache-2.0
+//! How the C of a participant is compiled: that of its bodies, or that beside bodies in another language.
+
+use crate::emit::{EmitError, Job};
+use crate::plan::{CmakeFile, FileIndex, Location, Logging};
+
+/// What compilers of C are told.
+#[derive(Clone, Default)]
+pub(in crate::emit) struct CompilerArguments<'p> {
+    /// Folders in which headers are looked for.
+    pub(in crate::emit) folders: Vec<String>,
+    /// Arguments of the compiler.
+    pub(in crate::emit) flags: Vec<String>,
+    /// Files to compile.
+    pub(in crate::emit) sources: Vec<String>,
+    /// Headers to bind.
+    pub(in crate::emit) headers: Vec<String>,
+    /// Where the first of these is named, for errors that are about none of them.
+    pub(in crate::emit) place: Option<String>,
+    /// Arguments of the linker, as the compiler takes them.
+    pub(in crate::emit) linked: Vec<String>,
+    /// Libraries that have to come before all others.
+    pub(in crate::emit) first_libraries: Vec<String>,
+    /// Libraries to link: names, paths, or arguments of the linker.
+    pub(in crate::emit) libraries: Vec<String>,
+    /// The program's own files for CMake.
+    pub(in crate::emit) cmake: Vec<&'p CmakeFile>,
+}
+
+impl<'p> CompilerArguments<'p> {
+    /// That of bodies in C.
+    pub(in crate::emit) fn of_bodies(job: &Job<'p>) -> Self {
+        let (plan, native, mut all) = (job.plan(), &job.view.native, Self::default());
+        // Headers lie beside the program, or where `files` are, each of which code calls by its own name.
+        all.add_folder_around(job, plan.files.first().map_or("", |file| &file.path));
+        for file in native.files.iter().filter(|file| concerns(job, file.at)) {
+            all.add_folder_around(job, &file.path);
+        }
+        let source = all.folders[0].clone();
+        let package = source.strip_suffix("/src").or_else(|| source.split_once("/src/").map(|(package, _)| package));
+        for (name, folder) in [("SOURCE", source.as_str()), ("PACKAGE", package.unwrap_or(&source))] {
+            all.flags.push(format!("-DLF_{name}_DIRECTORY={folder:?}"));
+        }
+        // As many threads run reactions as in images.
+        all.flags.push("-DNUMBER_OF_WORKERS=1".to_owned());
+        all.flags.extend(logging(job));
+        all.add_definitions(job, |at| concerns(job, at));
+        for flag in native.flags.iter().filter(|flag| concerns(job, flag.at)) {
+            all.add_words(job, [flag.text.as_str()], job.plan().path(flag.at));
+        }
+        all.cmake.extend(native.cmake.iter().filter(|cmake| concerns(job, cmake.at)));
+        all
+    }
+
+    /// Adds the folder in which a file of the program is.
+    pub(in crate::emit) fn add_folder_around(&mut self, job: &Job<'_>, path: &str) {
+        let folder = path.trim_end_matches('/').rsplit_once('/').map(|(folder, _)| job.settings.absolute(folder));
+        self.add_folder(folder.unwrap_or_else(|| job.settings.current.to_owned()));
+    }
+
+    pub(in crate::emit) fn add_folder(&mut self, folder: String) {
+        if !self.folders.contains(&folder) {
+            self.folders.push(folder);
+        }
+    }
+
+    /// Adds the program's macros, those of certain places.
+    pub(in crate::emit) fn add_definitions(&mut self, job: &Job<'_>, counts: impl Fn(Location) -> bool) {
+        let definitions = job.view.native.definitions.iter().filter(|one| counts(one.at));
+        self.flags.extend(definitions.map(|one| format!("-D{}={}", one.name, one.value)));
+    }
+
+    /// Adds what files for CMake say, for a program that is built without it.
+    ///
+    /// # Errors
+    /// Where they say what only CMake understands.
+    pub(in crate::emit) fn read_cmake(&mut self, job: &Job<'_>) -> Result<(), EmitError> {
+        for cmake in self.cmake.clone() {
+            if let Some(unread) = &cmake.unread {
+                let message =
+                    format!("`{unread}` in {} is understood by CMake only, and so on boards only", cmake.path);
+                return Err(EmitError::new(job.plan(), cmake.at, message));
+            }
+            self.folders.extend(cmake.folders.iter().map(|folder| job.settings.absolute(folder)));
+            self.sources.extend(cmake.sources.iter().map(|source| job.settings.absolute(source)));
+            self.flags.extend(cmake.definitions.iter().map(|definition| format!("-D{definition}")));
+            self.add_words(job, cmake.options.iter().map(String::as_str), &cmake.path);
+            self.libraries.extend(cmake.libraries.iter().cloned());
+        }
+        Ok(())
+    }
+
+    /// The build script of a crate: how it calls `lf-c-build`, from which function on.
+    pub(in crate::emit) fn build_script(self, begin: &str) -> String {
+        let lists = [
+            ("include", self.folders),
+            ("flag", self.flags),
+            ("source", self.sources),
+            ("header", self.headers),
+            ("named_at", Vec::from_iter(self.place)),
+            ("link_argument", self.linked),
+            ("first_library", self.first_libraries),
+            ("library", self.libraries),
+        ];
+        let mut calls = String::new();
+        for (method, argument) in lists.iter().flat_map(|(method, list)| list.iter().map(move |one| (method, one))) {
+            calls = format!("{calls}        .{method}({argument:?})\n");
+        }
+        format!(
+            "// Generated by lfz; do not edit.\n//! Has the C compiled.\n\nfn main() {{\n    lf_c_build::{begin}()\n\
+             {calls}        .build();\n}}\n"
+        )
+    }
+
+    /// What Zephyr's build does for the program, beside compiling the files of a folder; `own` are folders of headers
+    /// in CMake's words.
+    pub(in crate::emit) fn cmake(&self, job: &Job<'_>, own: impl Iterator<Item = String>) -> String {
+        let mut text = String::from("# Generated by lfz; do not edit.\nset(LF_MAIN_TARGET app)\n");
+        let mut add = |command: &str, list: &[String]| {
+            for one in list {
+                text = format!("{text}{command}(app PRIVATE [=[{one}]=])\n");
+            }
+        };
+        add("target_include_directories", &self.folders);
+        add("target_compile_options", &self.flags);
+        add("target_sources", &self.sources);
+        add("target_link_libraries", &self.linked);
+        for folder in own {
+            text = format!("{text}target_include_directories(app PRIVATE {folder})\n");
+        }
+        // A program names its files by paths from its own folders, which CMake looks for in that of the application.
+        let mut places = self.folders.clone();
+        for cmake in &self.cmake {
+            let path = job.settings.absolute(&cmake.path);
+            text = format!("{text}include([=[{path}]=])\n");
+            places.extend(path.rsplit_once('/').map(|(folder, _)| folder.to_owned()));
+        }
+        if !self.cmake.is_empty() {
+            text = format!("{text}lf_find_program_files(app [=[{}]=])\n", places.join("]=] [=["));
+        }
+        text
+    }
+}
+
+/// Whether a participant is meant by what a file says: the main one, or one of which it has reactors.
+pub(in crate::emit) fn concerns(job: &Job<'_>, at: Location) -> bool {
+    let classes = job.federate.iter().flat_map(|federate| &federate.instances);
+    let mut classes = classes.map(|instance| job.view.class(instance.class));
+    at.file == FileIndex(0) || classes.any(|class| class.at.file == at.file || class.files.contains(&at.file))
+}
+
+/// How much `lf_print` and its kin print, where the program says it: LF's numbers of levels, in LF's macro. In images
+/// that name is one of Zephyr's own macros.
+fn logging(job: &Job<'_>) -> Option<String> {
+    let name = if job.is_image { "LF_LOG_LEVEL" } else { "LOG_LEVEL" };
+    let level = match job.plan().target.logging {
+        Logging::Error => 0,
+        Logging::Warn => 1,
+        // The default of the header.
+        Logging::Info => return None,
+        Logging::Log => 3,
+        Logging::Debug => 4,
+    };
+    let is_defined = job.view.native.definitions.iter().any(|one| one.name == name);
+    (!is_defined).then(|| format!("-D{name}={level}"))
+}

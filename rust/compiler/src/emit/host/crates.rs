@@ -1,0 +1,161 @@
+// SPDX-License-Identifier: Apache-2.0
+//! Whole crates: root module, entry point, and the modules of the federate and of the RTI.
+
+use proc_macro2::TokenStream;
+use quote::quote;
+
+use super::bodies::{Bodies, NativeParts, Output};
+use super::identifiers::ident;
+use super::manifest;
+use super::splice::Splices;
+use super::{federate, rti};
+use crate::emit::{EmitError, File, FileMap, Job, Lines, Piece, SourceMap};
+use crate::plan::{Federate, Plan};
+
+/// Adds the files of a participant's crate, and what they stem from.
+///
+/// # Errors
+/// The first thing of which no crate can be made.
+pub(in crate::emit) fn emit(
+    job: &Job<'_>,
+    bodies: &dyn Bodies,
+    files: &mut Vec<File>,
+    map: &mut SourceMap,
+) -> Result<(), EmitError> {
+    let (plan, folder, deployment) = (job.plan(), job.folder, job.settings.deployment);
+    let build_files = bodies.build_files()?;
+    let mut generated = vec![root(job, bodies)?];
+    if let Some(federate) = job.federate {
+        generated.push(federate::emit(job, federate, bodies, format!("{folder}/src/federate.rs"))?);
+    }
+    if let Some(deployed) = deployment.rti_of(plan).filter(|_| job.rti) {
+        generated.push(rti::emit(job, bodies.payload_lengths()?, &deployed, format!("{folder}/src/rti.rs"))?);
+    }
+    let mut output = Output::default();
+    bodies.emit(&mut output)?;
+    generated.extend(output.mapped);
+    if let Some(federate) = job.federate.filter(|_| !job.is_image) {
+        generated.insert(1, main(job, federate, &generated, bodies.parameters())?);
+    }
+    files.push(File { path: format!("{folder}/Cargo.toml"), text: manifest::of_crate(job, bodies) });
+    files.extend(build_files);
+    files.extend(output.files);
+    for (file, file_map) in generated {
+        map.insert(file.path.clone(), file_map);
+        files.push(file);
+    }
+    Ok(())
+}
+
+/// Emits `lib.rs`: attributes and modules, perhaps one with what headers of C declare or one with the sizes of what is
+/// C's.
+fn root(job: &Job<'_>, bodies: &dyn Bodies) -> Result<(File, FileMap), EmitError> {
+    let (native, modules) = (bodies.native_parts(), bodies.modules());
+    let about = format!(" `{}` of the Lingua Franca program {}.", job.name, job.plan().name);
+    let no_std = (job.is_image).then(|| quote!(#![no_std]));
+    let sizes = (native == NativeParts::Bodies).then(|| {
+        quote!(
+            mod sizes {
+                include!(concat!(env!("OUT_DIR"), "/sizes.rs"));
+            }
+        )
+    });
+    let bindings = (native == NativeParts::Headers).then(|| {
+        quote!(
+            #[doc = " What the program's headers of C declare."]
+            #[allow(warnings, reason = "bindgen writes it")]
+            pub mod c {
+                include!(concat!(env!("OUT_DIR"), "/c.rs"));
+            }
+        )
+    });
+    let modules = modules.into_iter().map(|module| {
+        let module = ident(module);
+        quote!(pub mod #module;)
+    });
+    // They stay where they are, so that whatever is said about them names the user's own files.
+    let included = job.view.cargo.modules.iter().map(|included| {
+        let (path, module) = (job.settings.absolute(&included.path), ident(&included.name));
+        quote!(#[path = #path] pub mod #module;)
+    });
+    let federate = job.federate.map(|_| {
+        quote!(
+            pub mod federate;
+        )
+    });
+    let rti = job.rti.then(|| {
+        quote!(
+            pub mod rti;
+        )
+    });
+    let entry = (job.is_image).then(|| zephyr_entry(job));
+    let tokens = quote! {
+        #![doc = #about]
+        #no_std
+        #![allow(
+            nonstandard_style, dead_code, private_interfaces, unused_imports, unused_macros, unused_parens,
+            unused_braces, clippy::all, clippy::pedantic,
+            reason = "names are the program's own, and a federate uses a part of what its files declare"
+        )]
+        #federate
+        #rti
+        #(#modules)*
+        #(#included)*
+        #sizes
+        #bindings
+        #entry
+    };
+    Splices::new(job.plan()).finish(format!("{}/src/lib.rs", job.folder), tokens)
+}
+
+/// Emits `main.rs` of a program for this computer, which knows where in the LF program its lines stand, and perhaps
+/// which parameters a command line can set.
+fn main(
+    job: &Job<'_>,
+    federate: &Federate,
+    generated: &[(File, FileMap)],
+    parameters: Option<TokenStream>,
+) -> Result<(File, FileMap), EmitError> {
+    let about = format!(" Runs `{}` on this computer.", job.name);
+    let library = ident(&job.package.replace('-', "_"));
+    let owner = federate::type_name(job.plan(), federate);
+    let rows = generated.iter().flat_map(|(file, map)| map.lines().into_iter().map(|lines| (&file.path, lines)));
+    let rows: String = rows.filter_map(|(path, lines)| lines_row(job.plan(), path, &lines)).collect();
+    let mut splices = Splices::new(job.plan());
+    let lines = splices.text(format!("/// Where panics are in the program.\nconst LINES: &[Lines] = &[\n{rows}];\n"));
+    let call = if let Some(parameters) = parameters {
+        quote!(lf::main_with(#parameters, &DESCRIPTION, #owner::new, Storage::new))
+    } else {
+        quote!(lf::main(&DESCRIPTION, #owner::new, Storage::new))
+    };
+    let tokens = quote! {
+        #![doc = #about]
+        use lf::Lines;
+        use #library::federate::{DESCRIPTION, #owner, Storage};
+        #lines
+        fn main() -> std::process::ExitCode {
+            lf::name_lf_lines(LINES);
+            #call
+        }
+    };
+    splices.finish(format!("{}/src/main.rs", job.folder), tokens)
+}
+
+fn lines_row(plan: &Plan, path: &str, lines: &Lines) -> Option<String> {
+    let Lines { first: Piece { line, column, to, .. }, count } = lines;
+    let (lf, lf_line, lf_column) = (&plan.files.get(to.file)?.path, to.line, to.column);
+    Some(format!(
+        "    Lines {{ file: {path:?}, line: {line}, column: {column}, count: {count}, lf: {lf:?}, lf_line: {lf_line}, \
+         lf_column: {lf_column} }},\n"
+    ))
+}
+
+/// What a Zephyr image calls.
+fn zephyr_entry(job: &Job<'_>) -> TokenStream {
+    let program = job.federate.map(|federate| {
+        let owner = federate::type_name(job.plan(), federate);
+        quote!(lf::main!(federate::#owner);)
+    });
+    let rti = job.rti.then(|| quote!(lf::rti!(rti::RTI);));
+    quote!(#program #rti)
+}

@@ -1,0 +1,38 @@
+// SPDX-License-Identifier: Apache-2.0
+//! The crate of a participant without its bodies: tables, queues, `Program`, RTI, entry point and manifest.
+//!
+//! Nothing here knows a language; [`Bodies`] tells what differs between languages.
+
+mod beside;
+mod bodies;
+mod class;
+mod compilation;
+mod compiler_words;
+mod crates;
+mod description;
+mod federate;
+mod identifiers;
+mod manifest;
+mod module;
+mod owner;
+mod print;
+mod program;
+mod rti;
+mod sending;
+mod splice;
+mod symbols;
+mod tables;
+
+pub(super) use beside::Beside;
+pub(super) use bodies::{Bodies, Members, NativeParts, Output, ReactionPart, tokens};
+pub(super) use class::GivenValue;
+pub(super) use compilation::CompilerArguments;
+pub(super) use crates::emit;
+pub(super) use identifiers::ident;
+pub(super) use manifest::of_workspace;
+pub(super) use print::interval;
+pub(super) use program::push_methods;
+pub(super) use sending::{SentPort, copied_ports, sent_ports, serializer_type};
+pub(super) use splice::Splices;
+pub(super) use symbols::Owner;
+pub(super) use tables::ids;

@@ -1,0 +1,111 @@
+// SPDX-License-Identifier: Apache-2.0
+//! The struct that owns all state, ports and queues, and its constructor.
+
+use proc_macro2::{Ident, Literal, TokenStream};
+use quote::quote;
+
+use super::bodies::{Members, tokens};
+use super::module::FederateModule;
+use super::splice::Splices;
+use crate::emit::EmitError;
+use crate::plan::{TriggerKind, Type};
+use crate::tables::{Cell, TriggerRow};
+
+impl FederateModule<'_> {
+    /// Statics through which other threads reach the physical actions.
+    pub(super) fn inboxes(&self, splices: &mut Splices<'_>) -> Result<TokenStream, EmitError> {
+        let mut statics = TokenStream::new();
+        for (index, trigger) in self.owner.federate.triggers.iter().enumerate() {
+            if let (TriggerKind::Action { physical: true, ty, .. }, Some(at)) = (&trigger.kind, trigger.at) {
+                let doc = splices.doc(&format!("Events of `{}` from other threads", trigger.path), at);
+                let (name, ty) = (&self.owner.symbols.inboxes[index], self.bodies.value_type(&trigger.path, ty)?);
+                let ty = tokens(&self.cell_type("PhysicalInbox", &ty, Some(self.bodies.room(trigger.capacity))));
+                let new = tokens(&self.bodies.cell("PhysicalInbox"));
+                statics.extend(quote! {
+                    #doc
+                    static #name: #ty = #new::new();
+                });
+            }
+        }
+        Ok(statics)
+    }
+
+    /// The struct and its constructor.
+    pub(super) fn owner_struct(&self, name: &Ident, splices: &mut Splices<'_>) -> Result<TokenStream, EmitError> {
+        let doc = splices.doc("All state, ports and queues", self.owner.federate.at);
+        let mut members = Members::default();
+        self.bodies.instances(&self.owner, &mut members, splices)?;
+        for (index, (row, port)) in self.owner.tables.ports.iter().zip(&self.owner.federate.ports).enumerate() {
+            // A port with a queue lives in the field of the trigger that fills it.
+            if row.filled_by.is_none() {
+                let (ty, id) = (self.bodies.value_type(&port.path, &port.ty)?, Literal::usize_unsuffixed(index));
+                let name = tokens(&self.bodies.cell("Port"));
+                let value = quote!(#name::new(PortId(#id)));
+                let (doc, ty) = ((format!("Port `{}`", port.path), port.at), self.cell_type("Port", &ty, None));
+                members.field(splices, doc, &self.owner.symbols.ports[index], &ty, &value);
+            }
+        }
+        for (index, (row, trigger)) in self.owner.tables.triggers.iter().zip(&self.owner.federate.triggers).enumerate()
+        {
+            let Some(at) = trigger.at else { continue };
+            let ty = match &trigger.kind {
+                TriggerKind::Action { ty, .. } => Some(ty),
+                _ => None,
+            };
+            if let Some((ty, value)) = self.cell(index, row, ty)? {
+                members.field(
+                    splices,
+                    (format!("`{}`", trigger.path), at),
+                    &self.owner.symbols.triggers[index],
+                    &ty,
+                    &value,
+                );
+            }
+        }
+        let Members { fields, values, locals } = members;
+        Ok(quote! {
+            #doc
+            pub struct #name { #fields }
+            impl #name {
+                /// Everything as it is before the start.
+                pub fn new() -> Self {
+                    #locals
+                    Self { #values }
+                }
+            }
+        })
+    }
+
+    /// The type and the first value of a trigger's field; startup and shutdown have none.
+    fn cell(
+        &self,
+        index: usize,
+        row: &TriggerRow<'_>,
+        ty: Option<&Type>,
+    ) -> Result<Option<(String, TokenStream)>, EmitError> {
+        let (capacity, id) = (row.capacity, Literal::usize_unsuffixed(index));
+        let action = ty.map(|ty| self.bodies.value_type(row.name, ty)).transpose()?.unwrap_or_default();
+        let knows = self.bodies.cells_know_triggers();
+        let (cell, ty, arguments) = match row.cell {
+            Cell::None => return Ok(None),
+            Cell::Timer if knows => ("Timer", None, quote!(TriggerId(#id))),
+            Cell::Timer => ("Timer", None, quote!()),
+            Cell::Watchdog => ("Watchdog", None, quote!(TriggerId(#id))),
+            Cell::Logical => ("LogicalActionQueue", Some(action), quote!(TriggerId(#id))),
+            Cell::Physical => {
+                let inbox = &self.owner.symbols.inboxes[index];
+                ("PhysicalActionQueue", Some(action), quote!(TriggerId(#id), &#inbox))
+            }
+            Cell::Queued(fills) | Cell::Tardy(fills) => {
+                let cell = if row.cell == Cell::Queued(fills) { "QueuedPort" } else { "TardyInput" };
+                let (ty, port) = (self.port_type(fills)?, Literal::u16_unsuffixed(fills.0));
+                let trigger = knows.then(|| quote!(, TriggerId(#id)));
+                (cell, Some(ty), quote!(PortId(#port) #trigger))
+            }
+        };
+        let is_action = matches!(row.cell, Cell::Logical | Cell::Physical);
+        let capacity = ty.is_some().then(|| if is_action { self.bodies.room(capacity) } else { capacity });
+        let name = tokens(&self.bodies.cell(cell));
+        Ok(Some((self.cell_type(cell, &ty.unwrap_or_default(), capacity), quote!(#name::new(#arguments)))))
+    }
+}

@@ -1,0 +1,113 @@
+// SPDX-License-Identifier: Apache-2.0
+//! The implementation of `Program`: from numbers to fields and methods. What a program does not have, the trait's own
+//! methods say.
+
+use super::bodies::ReactionPart;
+use super::module::FederateModule;
+use crate::tables::{Cell, TriggerRow};
+
+/// Signatures of the methods, what each matches on, and what it answers for others.
+const REACT: [&str; 3] = ["react(&mut self, reaction: ReactionId, ctx: &mut ReactionContext<'_>)", "reaction", "{}"];
+const MISS: [&str; 3] =
+    ["miss_deadline(&mut self, reaction: ReactionId, ctx: &mut ReactionContext<'_>)", "reaction", "{}"];
+const TARDY: [&str; 3] =
+    ["handle_tardy(&mut self, reaction: ReactionId, ctx: &mut ReactionContext<'_>)", "reaction", "{}"];
+const SHARE: [&str; 3] = ["share(&mut self, number: u16, level: &mut Level<'_>)", "number", "{}"];
+const PORT: [&str; 3] = ["port(&mut self, port: PortId) -> Option<&mut dyn PortCell>", "port", "None,"];
+const TRIGGER: [&str; 3] =
+    ["trigger(&mut self, trigger: TriggerId) -> Option<&mut dyn TriggerCell>", "trigger", "None,"];
+const IN_MODE: [&str; 3] = ["in_mode(&mut self, trigger: TriggerId) -> Option<&mut dyn ModeCell>", "trigger", "None,"];
+const RESET_MODE: [&str; 3] = ["reset_mode(&mut self, mode: ModeId)", "mode", "{}"];
+const CAPTURE: [&str; 3] =
+    ["capture(&mut self, trigger: TriggerId, tag: Tag) -> Result<(), Full>", "trigger", "Ok(()),"];
+const ENCODE: [&str; 3] = [
+    "encode(&self, output: OutputId, bytes: &mut [u8]) -> Result<usize, PayloadError>",
+    "output",
+    "Err(PayloadError::Absent),",
+];
+const DELIVER: [&str; 3] = [
+    "deliver(&mut self, input: InputId, tag: Tag, bytes: &[u8]) -> Result<(), Undelivered>",
+    "input",
+    "Err(Undelivered::NoSuchPort),",
+];
+const DELIVER_TARDY: [&str; 3] = [
+    "deliver_tardy(&mut self, input: InputId, tag: Tag, intended: Tag, bytes: &[u8]) -> Result<Placed, Undelivered>",
+    "input",
+    "Err(Undelivered::NoSuchPort),",
+];
+
+impl FederateModule<'_> {
+    /// `impl Program for …`.
+    pub(super) fn program(&self, owner: &str) -> String {
+        let tables = &self.owner.tables;
+        let trigger = |index: usize| &self.owner.symbols.triggers[index];
+        let arms = |part: ReactionPart| self.bodies.reactions(&self.owner, part);
+        let ports =
+            (0..tables.ports.len()).map(|id| format!("PortId({id}) => Some(&mut {})", self.owner.port_place(id)));
+        let triggers = tables.triggers.iter().enumerate().filter(|(_, row)| row.cell != Cell::None);
+        let triggers = triggers.map(|(id, _)| format!("TriggerId({id}) => Some(&mut self.{})", trigger(id)));
+        let is_queue = |row: &TriggerRow<'_>| row.mode.is_some() && row.cell != Cell::Timer;
+        let in_modes = tables.triggers.iter().enumerate().filter(|(_, row)| is_queue(row));
+        let in_modes = in_modes.map(|(id, _)| format!("TriggerId({id}) => Some(&mut self.{})", trigger(id)));
+        let captures = tables.triggers.iter().enumerate().filter_map(|(id, row)| {
+            let source = self.owner.port_place(usize::from(row.captures?.0));
+            Some(format!("TriggerId({id}) => self.{}.capture(tag, &{source})", trigger(id)))
+        });
+        let encodes = tables.outputs.iter().enumerate().map(|(id, output)| {
+            let by = self.by(self.owner.federate.outputs[id].serializer.as_ref(), output.source);
+            format!("OutputId({id}) => {}.encode{by}(bytes)", self.owner.port_place(usize::from(output.source.0)))
+        });
+        let inputs = || tables.inputs.iter().enumerate();
+        let queue = |input: &crate::tables::InputRow<'_>| trigger(usize::from(input.trigger.0));
+        let by = |id: usize, input: &crate::tables::InputRow<'_>| {
+            self.by(self.owner.federate.inputs[id].serializer.as_ref(), input.fills)
+        };
+        let delivers = inputs()
+            .map(|(id, input)| format!("InputId({id}) => self.{}.deliver{}(tag, bytes)", queue(input), by(id, input)));
+        let tardies = inputs().filter(|(_, input)| input.tardy).map(|(id, input)| {
+            let by = by(id, input);
+            format!("InputId({id}) => self.{}.deliver_tardy{by}(tag, intended, bytes)", queue(input))
+        });
+        let mut text = format!(
+            "impl Program for {owner} {{\n    fn tables(&self) -> &'static Tables {{\n        &TABLES\n    }}\n"
+        );
+        push_methods(
+            &mut text,
+            [
+                (REACT, arms(ReactionPart::Body)),
+                (MISS, arms(ReactionPart::MissedDeadline)),
+                (TARDY, if tables.has_tardy_inputs() { arms(ReactionPart::Tardy) } else { Vec::new() }),
+                (SHARE, self.bodies.shares(&self.owner)),
+                (PORT, ports.collect()),
+                (TRIGGER, triggers.collect()),
+                (CAPTURE, captures.collect()),
+                (ENCODE, encodes.collect()),
+                (DELIVER, delivers.collect()),
+                (DELIVER_TARDY, tardies.collect()),
+            ],
+        );
+        if tables.modes.is_empty() {
+            return text + "}\n" + &self.bodies.implementations(&self.owner, owner);
+        }
+        text.push_str("\n    fn modes(&mut self) -> Option<&mut dyn ModeCells> {\n        Some(self)\n    }\n}\n\n");
+        text = text + "impl ModeCells for " + owner + " {\n";
+        push_methods(&mut text, [(IN_MODE, in_modes.collect()), (RESET_MODE, self.bodies.resets(&self.owner))]);
+        text.replace(" {\n\n", " {\n") + "}\n" + &self.bodies.implementations(&self.owner, owner)
+    }
+}
+
+/// Adds the methods that have arms.
+pub(in crate::emit) fn push_methods<const N: usize>(text: &mut String, methods: [([&str; 3], Vec<String>); N]) {
+    for ([signature, id, otherwise], arms) in methods {
+        if arms.is_empty() {
+            continue;
+        }
+        *text = format!("{text}\n    fn {signature} {{\n        match {id} {{\n");
+        let is_whole = arms.iter().any(|arm| arm.starts_with("_ => "));
+        for arm in arms {
+            *text = format!("{text}            {arm},\n");
+        }
+        let otherwise = if is_whole { String::new() } else { format!("            _ => {otherwise}\n") };
+        *text = format!("{text}{otherwise}        }}\n    }}\n");
+    }
+}

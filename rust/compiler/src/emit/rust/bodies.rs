@@ -1,0 +1,160 @@
+// SPDX-License-Identifier: Apache-2.0
+//! How the host reaches bodies in Rust.
+
+use core::cell::RefCell;
+use std::collections::BTreeSet;
+
+use proc_macro2::TokenStream;
+
+use super::layout::Layout;
+use super::payloads::Payloads;
+use super::reactor::{parsed_type, type_alias};
+use super::{file_module, program, reactor, sending};
+use crate::emit::host::{Beside, Bodies, Members, NativeParts, Output, Owner, ReactionPart, Splices};
+use crate::emit::{EmitError, File, Job};
+use crate::languages::rust::is_copy;
+use crate::plan::{ClassIndex, Port, Serializer, SourceCode, Type};
+
+/// The words by which bodies reach devices: a macro and a module.
+const DEVICES: [&str; 2] = ["device", "devices"];
+
+/// The bodies of a participant in Rust.
+pub(in crate::emit) struct RustBodies<'p> {
+    pub(super) job: &'p Job<'p>,
+    pub(super) layout: Layout<'p>,
+    /// What an RTI in the crate passes on.
+    payloads: Payloads<'p>,
+    beside: Beside<'p>,
+    /// The classes that have been named, whose modules are imported.
+    named: RefCell<BTreeSet<ClassIndex>>,
+}
+
+impl<'p> RustBodies<'p> {
+    pub(in crate::emit) fn new(job: &'p Job<'p>) -> Self {
+        let payloads = if job.rti { Payloads::new(job) } else { Payloads::default() };
+        let layout = Layout::new(job, &payloads.classes());
+        let beside = Beside::new(job, |at| layout.has_file(at.file));
+        Self { job, layout, payloads, beside, named: RefCell::default() }
+    }
+
+    /// Returns the path of a class's module, as far as it is not imported.
+    fn module(&self, class: ClassIndex) -> String {
+        self.named.borrow_mut().insert(class);
+        self.layout.imported(class)
+    }
+
+    /// Returns the path of a class's struct.
+    pub(super) fn class(&self, class: ClassIndex) -> String {
+        format!("{}::{}", self.module(class), self.layout.name(class))
+    }
+
+    /// All code that the crate has.
+    fn codes(&self) -> impl Iterator<Item = &str> {
+        let view = self.job.view;
+        let text = |code: &'p SourceCode| code.text.as_str();
+        let files = self.layout.files().flat_map(move |(file, _)| view.preambles(file).iter().map(text));
+        let classes = self.layout.files().flat_map(|(file, _)| self.layout.classes_of(file));
+        files.chain(classes.flat_map(move |(class, _)| view.class(class).codes()))
+    }
+}
+
+impl Bodies for RustBodies<'_> {
+    fn native_parts(&self) -> NativeParts {
+        match self.beside.is_any() {
+            true if self.beside.has_headers() => NativeParts::Headers,
+            true if !self.job.is_image => NativeParts::Sources,
+            _ => NativeParts::None,
+        }
+    }
+
+    fn build_files(&self) -> Result<Vec<File>, EmitError> {
+        sending::check_heap(self.job)?;
+        self.beside.files(self.job)
+    }
+
+    fn emit(&self, output: &mut Output) -> Result<(), EmitError> {
+        let (view, layout, binds) = (self.job.view, &self.layout, self.beside.has_headers());
+        for (file, module) in layout.files() {
+            let folder = format!("{}/src/{module}", self.job.folder);
+            output.mapped.push(file_module::emit(view, layout, file, binds, format!("{folder}/mod.rs"))?);
+            for (class, class_module) in layout.classes_of(file) {
+                output.mapped.push(reactor::emit(view, layout, class, format!("{folder}/{class_module}.rs"))?);
+            }
+        }
+        Ok(())
+    }
+
+    fn modules(&self) -> Vec<&str> {
+        self.layout.files().map(|(_, module)| module).collect()
+    }
+
+    // What is in modules of the user's own, nothing has read.
+    fn uses_devices(&self) -> bool {
+        let language = self.job.view.language;
+        !self.job.view.cargo.modules.is_empty()
+            || self.codes().any(|code| language.words(code).any(|word| DEVICES.contains(&word)))
+    }
+
+    fn parameters(&self) -> Option<TokenStream> {
+        None
+    }
+
+    fn payload_lengths(&self) -> Result<Vec<String>, EmitError> {
+        self.payloads.lengths(self.job.plan(), &self.layout)
+    }
+
+    fn max_len(&self, _: &Port, ty: &str, serializer: Option<&Serializer>) -> String {
+        sending::max_len(serializer, ty)
+    }
+
+    fn room(&self, capacity: usize) -> usize {
+        capacity
+    }
+
+    fn cell(&self, name: &str) -> String {
+        name.to_owned()
+    }
+
+    fn cells_know_triggers(&self) -> bool {
+        false
+    }
+
+    // What a preamble declares is known only to the module of the reactor, which has a name for the type.
+    fn value_type(&self, path: &str, ty: &Type) -> Result<String, EmitError> {
+        let declared = self.job.federate.and_then(|federate| federate.declared(path));
+        match declared {
+            Some((class, name)) if !is_copy(&ty.text) => Ok(format!("{}::{}", self.module(class), type_alias(name))),
+            _ => parsed_type(self.job.plan(), ty).map(|_| ty.text.clone()),
+        }
+    }
+
+    fn instances(&self, owner: &Owner<'_>, members: &mut Members, splices: &mut Splices<'_>) -> Result<(), EmitError> {
+        self.add_instances(owner, members, splices)
+    }
+
+    fn reactions(&self, owner: &Owner<'_>, part: ReactionPart) -> Vec<String> {
+        program::arms(owner, part)
+    }
+
+    fn shares(&self, owner: &Owner<'_>) -> Vec<String> {
+        program::levels(owner)
+    }
+
+    fn resets(&self, owner: &Owner<'_>) -> Vec<String> {
+        program::modes(owner)
+    }
+
+    fn implementations(&self, _: &Owner<'_>, _: &str) -> String {
+        String::new()
+    }
+
+    fn imports(&self) -> String {
+        let braced = |names: &[&str]| match names {
+            [name] => (*name).to_owned(),
+            _ => format!("{{{}}}", names.join(", ")),
+        };
+        let imported = self.layout.imports(&self.named.borrow());
+        let lines = imported.iter().map(|(file, modules)| format!("use crate::{file}::{};\n", braced(modules)));
+        format!("\n{}", lines.collect::<String>())
+    }
+}

@@ -1,0 +1,106 @@
+// SPDX-License-Identifier: Apache-2.0
+//! The types of what an RTI in an image passes on.
+
+use std::collections::BTreeSet;
+
+use super::layout::Layout;
+use super::reactor::{parsed_type, type_path};
+use super::sending::max_len;
+use crate::deployment::{Deployment, Platform};
+use crate::emit::view::View;
+use crate::emit::{EmitError, Job};
+use crate::languages::rust::is_copy;
+use crate::plan::{ClassIndex, Federate, InputIndex, Plan, Serializer, Type};
+
+/// The types of all that the RTI passes on, each once.
+#[derive(Default)]
+pub(super) struct Payloads<'p>(Vec<Payload<'p>>);
+
+/// The type of the values of a connection.
+struct Payload<'p> {
+    ty: &'p Type,
+    serializer: Option<&'p Serializer>,
+    /// The class of the port at one end, and the port's name, where the type can be spelled.
+    declared: Option<(ClassIndex, &'p str)>,
+}
+
+impl<'p> Payloads<'p> {
+    /// The types of the connections between federates, physical ones and all of decentralized coordination left out.
+    pub(super) fn new(job: &'p Job<'p>) -> Self {
+        let mut payloads: Vec<Payload<'p>> = Vec::new();
+        for federate in &job.plan().federates {
+            for (port, input) in federate.inputs.iter().enumerate().filter(|(_, input)| !input.direct) {
+                let Some(payload) = payload(job.view, job.settings.deployment, federate, port, input.federate) else {
+                    continue;
+                };
+                if !payloads.iter().any(|known| known.is_same(&payload)) {
+                    payloads.push(payload);
+                }
+            }
+        }
+        Self(payloads)
+    }
+
+    /// The classes whose types are needed.
+    pub(super) fn classes(&self) -> BTreeSet<ClassIndex> {
+        self.0
+            .iter()
+            .filter(|payload| !is_copy(&payload.ty.text))
+            .filter_map(|payload| Some(payload.declared?.0))
+            .collect()
+    }
+
+    /// Returns how long their values are at most, as expressions.
+    pub(super) fn lengths(&self, plan: &Plan, layout: &Layout<'_>) -> Result<Vec<String>, EmitError> {
+        let length = |payload: &Payload<'p>| {
+            let ty = match payload.declared {
+                Some((class, name)) => type_path(plan, layout, class, name, payload.ty)?,
+                None => parsed_type(plan, payload.ty).map(|_| payload.ty.text.clone())?,
+            };
+            Ok(match payload.serializer {
+                None => format!("<{ty} as Payload>::MAX_LEN"),
+                by => max_len(by, &ty),
+            })
+        };
+        self.0.iter().map(length).collect()
+    }
+}
+
+impl Payload<'_> {
+    /// Whether it is as long as another one for certain.
+    fn is_same(&self, other: &Self) -> bool {
+        let copied = is_copy(&self.ty.text) || self.declared == other.declared;
+        copied && self.ty.text == other.ty.text && self.serializer == other.serializer
+    }
+}
+
+/// The type of an input from another federate, if it is one of this language. What a preamble declares may ask for a
+/// system that Zephyr is not, so the end of the connection that is an image is asked, and the receiver where both are.
+fn payload<'p>(
+    view: &'p View<'p>,
+    deployment: &Deployment,
+    receiver: &'p Federate,
+    port: usize,
+    sender: u16,
+) -> Option<Payload<'p>> {
+    let input = &receiver.inputs[port];
+    let is_known = |federate: &Federate| view.is_own(federate.instances[0].class);
+    let at_receiver =
+        receiver.filled(input).and_then(|port| receiver.declared_port(port)).filter(|_| is_known(receiver));
+    let outputs = view.plan.federates.iter().filter(|federate| federate.id == sender);
+    let source = outputs.flat_map(|sender| sender.outputs.iter().map(move |output| (sender, output)));
+    let mut source = source
+        .filter(|(_, output)| output.federate == receiver.id && output.port == receiver.port_of(InputIndex(port)));
+    let source = source.next();
+    let is_image = |federate: &Federate| deployment.place(&federate.name).platform != Platform::Host;
+    let asked =
+        |sender: &Federate| is_known(sender) && (!is_known(receiver) || is_image(sender) && !is_image(receiver));
+    let at_sender = source.filter(|(sender, _)| asked(sender));
+    let ty = if is_known(receiver) { &input.ty } else { &at_sender?.1.ty };
+    let at_sender = at_sender.and_then(|(sender, output)| sender.declared_port(output.source));
+    let serializer = input.serializer.as_ref();
+    // The length of a serialized value that has a bound of its own says nothing of the type.
+    let is_number = serializer.is_some_and(|by| by.name.is_some() && by.max_length.is_some());
+    let declared = at_sender.or(at_receiver).filter(|_| !is_number);
+    Some(Payload { ty, serializer, declared })
+}

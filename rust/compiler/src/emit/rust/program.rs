@@ -1,0 +1,179 @@
+// SPDX-License-Identifier: Apache-2.0
+//! The instances in the struct that owns everything, and the calls of their methods.
+
+use std::collections::BTreeMap;
+use std::fmt::Write as _;
+
+use lf_model::{ReactionId, TriggerId};
+use proc_macro2::{Literal, TokenStream};
+use quote::quote;
+
+use super::bodies::RustBodies;
+use super::reactor::{child_method, reaction_method, reset_method};
+use crate::emit::EmitError;
+use crate::emit::host::{Members, Owner, ReactionPart, Splices, ids, tokens};
+use crate::plan::{Argument, InstanceIndex, ReactionKind, ScheduledReaction, VariableKind};
+
+impl RustBodies<'_> {
+    /// Makes the instances, containers first, and keeps those that have reactions.
+    pub(super) fn add_instances(
+        &self,
+        owner: &Owner<'_>,
+        members: &mut Members,
+        splices: &mut Splices<'_>,
+    ) -> Result<(), EmitError> {
+        let (plan, federate, symbols) = (owner.plan, owner.federate, &owner.symbols);
+        let main = &symbols.main;
+        if plan.is_federated() {
+            let value = self.new_main()?;
+            members.locals.extend(quote! { let #main = #value; });
+        }
+        for (index, instance) in federate.instances.iter().enumerate() {
+            let field = &symbols.instances[index];
+            let value = match plan.child(federate, instance) {
+                None => self.new_main()?,
+                Some(child) => {
+                    let container = instance.parent.map_or(main, |parent| &symbols.instances[parent.0]);
+                    let method = child_method(child);
+                    let member = instance.bank_index.map(Literal::usize_unsuffixed);
+                    quote!(#container.#method(#member))
+                }
+            };
+            let is_kept = !plan.class(instance).reactions.is_empty();
+            let is_container = federate.instances.iter().any(|other| other.parent.is_some_and(|at| at.0 == index));
+            members.locals.extend(if is_kept || is_container {
+                quote! { let #field = #value; }
+            } else {
+                // Its initial values are still worked out; a variable would be one that nothing uses.
+                quote! { let _ = #value; }
+            });
+            if is_kept {
+                let doc = splices.doc(&format!("Instance `{}`", instance.path), instance.at);
+                let path = tokens(&self.class(instance.class));
+                members.fields.extend(quote! { #doc #field: #path, });
+                members.values.extend(quote! { #field, });
+            }
+        }
+        Ok(())
+    }
+
+    /// The main reactor, all of whose parameters have their defaults.
+    fn new_main(&self) -> Result<TokenStream, EmitError> {
+        let (view, plan) = (self.job.view, self.job.plan());
+        let class = view.class(plan.main);
+        if let Some(parameter) = class.parameters.iter().find(|parameter| parameter.default.is_none()) {
+            let message = format!("`{}` of the main reactor needs a default value", parameter.name);
+            return Err(EmitError::new(plan, parameter.at, message));
+        }
+        let path = tokens(&self.class(plan.main));
+        let arguments = class.parameters.iter().map(|_| quote!(None));
+        Ok(quote!(#path::new(#(#arguments),*)))
+    }
+}
+
+/// Returns one arm per mode with `reset` state variables.
+pub(super) fn modes(owner: &Owner<'_>) -> Vec<String> {
+    let arm = |(id, resets): (usize, Vec<(InstanceIndex, Option<usize>)>)| {
+        let mut calls = String::new();
+        for (instance, of) in &resets {
+            let (field, method) = (&owner.symbols.instances[instance.0], reset_method(*of));
+            // Writing to a String cannot fail.
+            let _ = write!(calls, "self.{field}.{method}(); ");
+        }
+        (!calls.is_empty()).then(|| format!("ModeId({id}) => {{ {calls}}}"))
+    };
+    owner.plan.resets(owner.federate).into_iter().enumerate().filter_map(arm).collect()
+}
+
+/// Returns one arm per reaction that has this part, and for bodies per connection that copies.
+pub(super) fn arms(owner: &Owner<'_>, part: ReactionPart) -> Vec<String> {
+    let arm = |(id, reaction): (usize, &ScheduledReaction)| {
+        let call = match &reaction.kind {
+            ReactionKind::Copy { from, to } if part == ReactionPart::Body => {
+                format!("ctx.copy(&{}, &mut {})", owner.port_place(from.0), owner.port_place(to.0))
+            }
+            _ => call(owner, reaction, part)?,
+        };
+        Some(format!("ReactionId({id}) => {call}"))
+    };
+    owner.federate.reactions.iter().enumerate().filter_map(arm).collect()
+}
+
+/// Returns the call of the method that runs a part of a reaction, if there is one.
+fn call(owner: &Owner<'_>, reaction: &ScheduledReaction, part: ReactionPart) -> Option<String> {
+    let ReactionKind::Body { instance, reaction: number, arguments } = &reaction.kind else { return None };
+    let declared = &owner.plan.class(&owner.federate.instances[instance.0]).reactions[number - 1];
+    let method = reaction_method(*number, part.run(declared)?);
+    let field = &owner.symbols.instances[instance.0];
+    let arguments = declared.parameters.iter().zip(arguments).map(|(parameter, argument)| {
+        let mutable = if parameter.effect && parameter.kind != VariableKind::Timer { "mut " } else { "" };
+        match argument {
+            Argument::Port(place) => format!(", &{mutable}{}", owner.port_place(place.0)),
+            Argument::Ports(ports) | Argument::Bank { ports, .. } => {
+                let places = ports.iter().map(|port| format!("&{mutable}{}", owner.port_place(port.0)));
+                let places = places.collect::<Vec<_>>().join(", ");
+                let name = if mutable.is_empty() { "Multiport" } else { "MultiportMut" };
+                format!(", &{mutable}{name}::new(&{mutable}[{places}])")
+            }
+            Argument::Trigger(trigger) => format!(", &{mutable}self.{}", owner.symbols.triggers[trigger.0]),
+            Argument::Mode(mode) => {
+                let is_history = matches!(parameter.kind, VariableKind::Mode { history: true });
+                format!(", Transition::{}(ModeId({mode}))", if is_history { "history" } else { "reset" })
+            }
+        }
+    });
+    Some(format!("self.{field}.{method}(ctx{})", arguments.collect::<String>()))
+}
+
+/// Returns one arm per level at which several instances have reactions, where there are threads for them. Copies
+/// are left to the engine: two of different modes have one port to set.
+pub(super) fn levels(owner: &Owner<'_>) -> Vec<String> {
+    if owner.job.workers() < 2 {
+        return Vec::new();
+    }
+    let mut levels: BTreeMap<u16, BTreeMap<usize, Vec<ReactionId>>> = BTreeMap::new();
+    for (id, (reaction, row)) in (0..).zip(owner.federate.reactions.iter().zip(&owner.tables.reactions)) {
+        if let ReactionKind::Body { instance, .. } = reaction.kind {
+            levels.entry(row.level).or_default().entry(instance.0).or_default().push(ReactionId(id));
+        }
+    }
+    let arm = |(level, instances): (u16, BTreeMap<usize, Vec<ReactionId>>)| {
+        // The reactions of one instance are in different modes. They share what they change, so they are one job.
+        let mut groups: Vec<_> = instances.into_values().collect();
+        groups.sort_by_key(|reactions| reactions[0].0);
+        let jobs: Vec<String> = groups.iter().map(|reactions| lent(owner, reactions)).collect();
+        let (jobs, workers) = (jobs.join(",\n                "), owner.job.workers());
+        let run = format!("level.run::<{workers}, {{ TABLES.note_words() }}>(&lf::Threads::<{workers}>, ");
+        (groups.len() > 1).then(|| format!("{level} => {run}&mut [\n                {jobs},\n            ])"))
+    };
+    levels.into_iter().filter_map(arm).collect()
+}
+
+/// Returns the reactions of one instance as a job.
+fn lent(owner: &Owner<'_>, reactions: &[ReactionId]) -> String {
+    let (mut actions, mut calls) = (Vec::new(), Vec::new());
+    for id in reactions {
+        let reaction = &owner.federate.reactions[usize::from(id.0)];
+        let ReactionKind::Body { instance, reaction: number, arguments } = &reaction.kind else { continue };
+        let declared = &owner.plan.class(&owner.federate.instances[instance.0]).reactions[number - 1];
+        actions.extend(declared.parameters.iter().zip(arguments).filter_map(|(parameter, argument)| match argument {
+            Argument::Trigger(trigger) if parameter.effect => Some(TriggerId(u16::try_from(trigger.0).ok()?)),
+            _ => None,
+        }));
+        let only = if reactions.len() == 1 { "_".to_owned() } else { format!("{id:?}") };
+        calls.extend(
+            call(owner, reaction, ReactionPart::MissedDeadline)
+                .map(|call| format!("({only}, Part::MissedDeadline) => {call}")),
+        );
+        let handles = call(owner, reaction, ReactionPart::Tardy).filter(|_| owner.tables.has_tardy_inputs());
+        calls.extend(handles.map(|call| format!("({only}, Part::Tardy) => {call}")));
+        let body = call(owner, reaction, ReactionPart::Body);
+        calls.extend(body.map(|call| format!("({only}, _) => {call}")));
+    }
+    let run = match &calls[..] {
+        [only] => only.replacen("(_, _) => ", "|_, _, ctx| ", 1),
+        _ if reactions.len() == 1 => format!("|id, part, ctx| match (id, part) {{ {} }}", calls.join(", ")),
+        _ => format!("|id, part, ctx| match (id, part) {{ {}, _ => {{}} }}", calls.join(", ")),
+    };
+    format!("Job::new({}, {}, &mut {run})", ids(reactions), ids(&actions))
+}

@@ -1,0 +1,111 @@
+// SPDX-License-Identifier: Apache-2.0
+//! What the compiler has to know of a target language to check a program and to plan it.
+
+use core::ops::Range;
+
+use crate::diagnostics::{Code, Diagnostic};
+use crate::plan::{Serializer, Shape};
+use crate::syntax::ast::{Expression, Literal, TypeSyntax};
+
+/// The facts about a target language. There is one table of them per language, and nothing that asks has to know which
+/// language it is.
+#[allow(clippy::struct_excessive_bools, reason = "these are facts, each of its own")]
+pub(crate) struct Facts {
+    /// The diagnostic for a name that the language cannot have.
+    pub(crate) name_code: Code,
+    /// What bodies write between a contained reactor and its port.
+    pub(crate) between_child_and_port: &'static str,
+    /// What bodies write before a state variable or a parameter.
+    pub(crate) before_member: &'static str,
+    /// The type of LF's times.
+    pub(crate) time_type: &'static str,
+    /// The type of what has no value.
+    pub(crate) empty_type: &'static str,
+    /// The serializers that a program can name.
+    pub(crate) serializers: &'static [&'static str],
+    /// Whether a logical action that is scheduled twice for one tag keeps the last value alone. Otherwise the second
+    /// event happens a microstep later.
+    pub(crate) replaces_events: bool,
+    /// Whether reactions with a deadline, and what they wait for, run before those of the same tag without.
+    pub(crate) deadlines_come_first: bool,
+    /// Whether a value can be a time below zero.
+    pub(crate) negative_times: bool,
+    /// Whether LF lets a program name types for a reactor that has no type parameters.
+    pub(crate) superfluous_types: bool,
+    /// Whether reactions of different reactors can run side by side.
+    pub(crate) workers: bool,
+    /// Whether a reaction that has a name and no body calls a function of this name, which the program has elsewhere.
+    pub(crate) external_bodies: bool,
+    /// Whether any thread may schedule a physical action at any time, so that a program with one stays although it has
+    /// no more events. Otherwise the runtime knows all that can schedule.
+    pub(crate) unknown_threads: bool,
+    /// Whether a compiler of C compiles the bodies, so that all that the program says about that compiler is for them.
+    pub(crate) native_bodies: bool,
+    /// Whether a preprocessor can replace names of the program.
+    pub(crate) preprocessor: bool,
+    /// Returns a type in the language's spelling.
+    pub(crate) type_text: fn(&TypeSyntax) -> String,
+    /// Returns what is wrong with a type as it is written; its arguments are looked at by themselves.
+    pub(crate) type_problem: fn(&TypeSyntax) -> Option<Diagnostic>,
+    /// Returns the type of a literal that is written without one.
+    pub(crate) type_of_literal: fn(&Literal) -> &'static str,
+    /// Returns the literals that a type takes; `None` for a type of which nothing is known.
+    pub(crate) literals_of: fn(&str) -> Option<LiteralKind>,
+    /// Whether values can go from a port of one type to a port of the other, as far as that is known here.
+    pub(crate) is_same_type: fn(&str, &str) -> bool,
+    /// Returns a value as an expression of the language, for a place of this type.
+    pub(crate) value_text: fn(&Expression, &str) -> String,
+    /// Returns the value of code that is arithmetic of integers and parameters; nothing for any other code.
+    pub(crate) integer: IntegerOf,
+    /// Returns all reasons why values of a type cannot go to another federate, as far as the program's text tells.
+    /// What only the language's own compiler knows, it says.
+    pub(crate) unsendable: fn(&str, Option<&Serializer>, Preambles<'_>) -> Vec<Unsendable>,
+    /// Returns what values of a type are in messages, for a federate in another language; or all reasons why no other
+    /// language can know it.
+    pub(crate) shape: fn(&str, Preambles<'_>) -> Result<Shape, Vec<Unsendable>>,
+    /// Returns why a connection cannot copy values of a type, as far as the program's text tells.
+    pub(crate) uncopyable: fn(&str, Preambles<'_>) -> Option<Unsendable>,
+}
+
+/// Evaluates code with the values of the parameters that it names.
+pub(crate) type IntegerOf = fn(&str, &dyn Fn(&str) -> Option<i64>) -> Option<i64>;
+
+/// The preambles of a program.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Preambles<'a> {
+    /// Those whose declarations a type can name without a path.
+    pub(crate) visible: &'a [String],
+    /// All of them.
+    pub(crate) all: &'a [String],
+}
+
+/// Why a type cannot be sent to another federate, and what to write instead.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(crate) struct Unsendable {
+    pub(crate) message: String,
+    pub(crate) hint: String,
+    /// Where the reason is, unless it is the type itself.
+    pub(crate) place: Option<PlaceInPreamble>,
+}
+
+/// A place in the declaration of a type.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(crate) struct PlaceInPreamble {
+    /// The position of the preamble among the visible ones.
+    pub(crate) preamble: usize,
+    /// The bytes of its text.
+    pub(crate) range: Range<usize>,
+}
+
+/// What kind of literals a simple type takes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum LiteralKind {
+    /// Any number, character or boolean, which the language converts.
+    Number,
+    Signed,
+    Unsigned,
+    Float,
+    Bool,
+    Char,
+    Text,
+}

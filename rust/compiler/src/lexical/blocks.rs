@@ -1,0 +1,213 @@
+// SPDX-License-Identifier: Apache-2.0
+//! What all languages have in common that know strings, comments and brackets: where a code block ends, and whether
+//! its brackets have counterparts.
+
+use core::ops::Range;
+
+use super::code::{BlockEnd, CodeProblem};
+use crate::characters::{instead, is_invisible, shown};
+use crate::diagnostics::Code;
+
+/// How deeply brackets may be nested. Compilers have such limits; Clang's is the same.
+pub(super) const BRACKETS_MAX: usize = 256;
+
+/// The end of what begins at a byte that is not within anything else: of a comment, of a literal, of a word, or of the
+/// character.
+pub(super) type Skip = fn(text: &str, at: usize) -> usize;
+
+/// Whether a byte is part of a word of ASCII.
+pub(super) fn is_word(byte: u8) -> bool {
+    byte.is_ascii_alphanumeric() || byte == b'_'
+}
+
+/// Looks for the end of a block in the text after its `{=`: the first `=}` that nothing hides.
+pub(super) fn block_end(text: &str, skip: Skip) -> BlockEnd {
+    let mut hidden = None;
+    let mut at = 0;
+    while at < text.len() {
+        if text[at..].starts_with("=}") {
+            return BlockEnd::Found(at + 2);
+        }
+        let end = skip(text, at);
+        let inside = &text[at..end];
+        if let Some(found) = inside.find("=}") {
+            let first = BlockEnd::Hidden { end: at + found + 2, by: at };
+            // A line that begins so within a string of several lines: the string's own end is missing.
+            if inside.starts_with('"') && inside.lines().skip(1).any(|line| line.trim_start().starts_with("=}")) {
+                return first;
+            }
+            hidden.get_or_insert(first);
+        }
+        at = end;
+    }
+    hidden.unwrap_or(BlockEnd::Missing)
+}
+
+/// An open bracket and where it closes, whose lines begin at different columns.
+struct Askew {
+    open: usize,
+    close: usize,
+}
+
+/// Where a line begins, line feeds left out, and how many blanks come first.
+#[derive(Clone, Copy)]
+struct LineStart {
+    at: usize,
+    blanks: usize,
+}
+
+impl LineStart {
+    /// The last line that begins in a part of the text.
+    fn last_in(text: &str, range: Range<usize>) -> Option<Self> {
+        let at = range.start + text[range].rfind('\n')? + 1;
+        let blanks = text[at..].len() - text[at..].trim_start_matches([' ', '\t']).len();
+        Some(Self { at, blanks })
+    }
+}
+
+/// The first bracket that has no counterpart.
+pub(super) fn brackets(text: &str, skip: Skip) -> Option<CodeProblem> {
+    let bytes = text.as_bytes();
+    // Nothing is known of the first line, whose beginning is not part of the text.
+    let mut line: Option<LineStart> = None;
+    let mut open: Vec<(usize, Option<LineStart>)> = Vec::new();
+    let mut askew: Option<Askew> = None;
+    let mut at = 0;
+    while at < bytes.len() {
+        let end = skip(text, at);
+        let close = bytes[at];
+        match close {
+            b'(' | b'[' | b'{' => open.push((at, line)),
+            b')' | b']' | b'}' => {
+                let Some((start, opened)) = open.pop() else { return Some(superfluous(text, at, askew)) };
+                if counterpart(bytes[start]) != close {
+                    let outer = open.last().map(|(at, _)| *at);
+                    return Some(crossed(text, start, at, outer));
+                }
+                let begins_line = line.filter(|line| line.at + line.blanks == at);
+                if askew.is_none() && opened.zip(begins_line).is_some_and(|(one, other)| one.blanks != other.blanks) {
+                    askew = Some(Askew { open: start, close: at });
+                }
+            }
+            _ => {}
+        }
+        line = LineStart::last_in(text, at..end).or(line);
+        at = end;
+    }
+    Some(unclosed(text, open.last()?.0, askew))
+}
+
+/// The first bracket that more are around than may be.
+pub(super) fn too_deep(text: &str, skip: Skip) -> Option<CodeProblem> {
+    let mut depth = 0_usize;
+    let mut at = 0;
+    while at < text.len() {
+        match text.as_bytes()[at] {
+            b'(' | b'[' | b'{' => depth += 1,
+            b')' | b']' | b'}' => depth = depth.saturating_sub(1),
+            _ => {}
+        }
+        if depth > BRACKETS_MAX {
+            return Some(CodeProblem::too_deep(one(at)));
+        }
+        at = skip(text, at);
+    }
+    None
+}
+
+impl CodeProblem {
+    /// Code that is nested too deeply at a place.
+    pub(super) fn too_deep(range: Range<usize>) -> Self {
+        Self {
+            code: Code::NestingTooDeep,
+            range,
+            message: format!("this code is nested more than {BRACKETS_MAX} levels deep, or one expression is too long"),
+            also: None,
+            hint: Some("move a part of it to a function in a preamble, or to variables".into()),
+        }
+    }
+}
+
+/// Characters that nobody sees, and that Rust takes for blanks.
+const BLANKS: [char; 6] = ['\u{B}', '\u{85}', '\u{200E}', '\u{200F}', '\u{2028}', '\u{2029}'];
+
+/// The first character outside of strings and comments that has no meaning, of those that nobody sees or that look like
+/// others.
+pub(super) fn strange(text: &str, skip: Skip, language: &str) -> Option<CodeProblem> {
+    if text.is_ascii() && !text.bytes().any(|byte| is_invisible(char::from(byte))) {
+        return None;
+    }
+    let mut at = 0;
+    while at < text.len() {
+        let c = text[at..].chars().next().filter(|c| is_invisible(*c) || (!c.is_ascii() && instead(*c).is_some()));
+        if let Some(c) = c.filter(|c| !BLANKS.contains(c)) {
+            return Some(CodeProblem {
+                code: Code::CodeSyntax,
+                range: at..at + c.len_utf8(),
+                message: format!("{} has no meaning in {language}", shown(c)),
+                also: None,
+                hint: instead(c),
+            });
+        }
+        at = skip(text, at);
+    }
+    None
+}
+
+/// A bracket that closes nothing.
+fn superfluous(text: &str, at: usize, askew: Option<Askew>) -> CodeProblem {
+    let also = askew.filter(|askew| text[askew.open..at].contains('\n'));
+    CodeProblem {
+        code: Code::CodeSyntax,
+        range: one(at),
+        message: format!("this `{}` closes nothing", &text[one(at)]),
+        also: also
+            .map(|askew| (one(askew.close), "its line does not begin where that of its other bracket does".into())),
+        hint: Some("remove it, or open a bracket before it".into()),
+    }
+}
+
+/// A bracket that nothing closes.
+fn unclosed(text: &str, at: usize, askew: Option<Askew>) -> CodeProblem {
+    let (at, also) = match askew {
+        // What closes it belongs to another one, as far as the lines tell.
+        Some(askew) if askew.open > at => (askew.open, Some((one(askew.close), "this closes another one".into()))),
+        _ => (at, None),
+    };
+    let bracket = &text[one(at)];
+    CodeProblem {
+        code: Code::CodeSyntax,
+        range: one(at),
+        message: format!("this `{bracket}` is not closed"),
+        also,
+        hint: Some(format!("close it with `{}`", char::from(counterpart(text.as_bytes()[at])))),
+    }
+}
+
+/// Two brackets that do not belong together.
+fn crossed(text: &str, open: usize, close: usize, outer: Option<usize>) -> CodeProblem {
+    let (bytes, shown) = (text.as_bytes(), &text[one(close)]);
+    if outer.is_some_and(|outer| counterpart(bytes[outer]) == bytes[close]) {
+        let also = Some((one(close), "before this".into()));
+        return CodeProblem { also, ..unclosed(text, open, None) };
+    }
+    CodeProblem {
+        code: Code::CodeSyntax,
+        range: one(close),
+        message: format!("this `{shown}` does not close `{}`", &text[one(open)]),
+        also: Some((one(open), "opened here".into())),
+        hint: Some(format!("write `{}`, or open a bracket before it", char::from(counterpart(bytes[open])))),
+    }
+}
+
+fn counterpart(open: u8) -> u8 {
+    match open {
+        b'(' => b')',
+        b'[' => b']',
+        _ => b'}',
+    }
+}
+
+fn one(at: usize) -> Range<usize> {
+    at..at + 1
+}
