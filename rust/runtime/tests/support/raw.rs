@@ -9,9 +9,9 @@ use lf_coordination::rti::{ClockSync, Config, Outcome, SetupError};
 use lf_model::time::{Instant, Interval};
 use lf_runtime::platform::{Endpoint, Interest, Platform as _, SocketId, Transfer};
 use lf_runtime::{Inlet, Outgoing, RtiSetup, run_rti};
-use lf_testkit::messages::encoded;
+use lf_testkit::messages::{encoded, introduction};
 use lf_testkit::network::address_of;
-use lf_wire::{Decoded, Limits, Message, MessageType, NeighborStructure, Tag, UDP_PORT_CLOCK_SYNC_OFF, decode};
+use lf_wire::{Decoded, Limits, Message, MessageType, Tag, UDP_PORT_CLOCK_SYNC_OFF, decode};
 
 use super::federation::{PORT, RTI};
 use super::network::{Conditions, Move};
@@ -104,9 +104,10 @@ impl Tester {
 
     /// Says all that comes before the exchanges of clock synchronization, and hears that it is right.
     pub fn introduce(&mut self, connection: usize, id: u16, upstream: &[(u16, i64)], udp_port: u16) {
-        self.say(connection, &Message::FedIds { federate: id, federation_id: ID });
-        self.say(connection, &Message::NeighborStructure(NeighborStructure::new(upstream, &[])));
-        self.say(connection, &Message::UdpPort(udp_port));
+        let [ids, neighbors, _] = introduction(id, ID, upstream, &[]);
+        for message in [ids, neighbors, Message::UdpPort(udp_port)] {
+            self.say(connection, &message);
+        }
         self.hear(connection, |message| *message == Message::Ack);
     }
 

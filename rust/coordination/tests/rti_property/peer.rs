@@ -5,34 +5,32 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use lf_coordination::rti::ConnectionId;
-use lf_testkit::messages::encoded;
-use lf_wire::{Decoded, Limits, Message, NeighborStructure, Tag, decode};
-
-/// When the federation starts: the federates' clocks show 0 before.
-pub const START: i64 = 1_000_000_000;
+use lf_testkit::messages::{encoded, introduction};
+use lf_testkit::rti::dialogue::START;
+use lf_wire::{Decoded, Limits, Message, Tag, decode};
 
 /// What a federate does.
 #[derive(Clone, Debug)]
-pub struct Plan {
-    pub upstream: Vec<(u16, i64)>,
+pub(crate) struct Plan {
+    pub(crate) upstream: Vec<(u16, i64)>,
     /// Destination and delay of each connection, as on the wire.
-    pub downstream: Vec<(u16, i64)>,
+    pub(crate) downstream: Vec<(u16, i64)>,
     /// Its own events, in nanoseconds after the start.
-    pub events: BTreeSet<i64>,
+    pub(crate) events: BTreeSet<i64>,
     /// When it ends, in nanoseconds after the start.
-    pub end: i64,
+    pub(crate) end: i64,
     /// Whether it leaves out announcements that nobody needs.
-    pub honours_dnet: bool,
+    pub(crate) honours_dnet: bool,
     /// Whether it ends without a word instead of resigning.
-    pub dies: bool,
+    pub(crate) dies: bool,
 }
 
-pub struct Peer {
-    pub id: u16,
-    pub plan: Plan,
-    pub connection: ConnectionId,
+pub(crate) struct Peer {
+    pub(crate) id: u16,
+    pub(crate) plan: Plan,
+    pub(crate) connection: ConnectionId,
     /// Bytes on their way to the RTI.
-    pub outbox: Vec<u8>,
+    pub(crate) outbox: Vec<u8>,
     inbox: Vec<u8>,
     started: bool,
     /// Events to come; true if a message causes it.
@@ -42,9 +40,9 @@ pub struct Peer {
     announced: Option<Tag>,
     skipped: Option<Tag>,
     dnet: Option<Tag>,
-    pub left: bool,
-    pub received: usize,
-    pub sent: usize,
+    pub(crate) left: bool,
+    pub(crate) received: usize,
+    pub(crate) sent: usize,
 }
 
 fn delayed(tag: Tag, delay: i64) -> Tag {
@@ -56,7 +54,7 @@ fn delayed(tag: Tag, delay: i64) -> Tag {
 }
 
 impl Peer {
-    pub fn new(id: u16, plan: Plan, connection: ConnectionId, federation: &[u8]) -> Self {
+    pub(crate) fn new(id: u16, plan: Plan, connection: ConnectionId, federation: &[u8]) -> Self {
         let queue = plan.events.iter().chain([&plan.end]).map(|ns| (Tag::new(START + ns, 0), false)).collect();
         let mut peer = Self {
             id,
@@ -79,9 +77,7 @@ impl Peer {
         let mut ids: Vec<u16> = downstream.iter().map(|(id, _)| *id).collect();
         ids.sort_unstable();
         ids.dedup();
-        peer.say(&Message::FedIds { federate: id, federation_id: federation });
-        peer.say(&Message::NeighborStructure(NeighborStructure::new(&upstream, &ids)));
-        peer.say(&Message::UdpPort(u16::MAX));
+        introduction(id, federation, &upstream, &ids).iter().for_each(|message| peer.say(message));
         peer.say(&Message::Timestamp(0));
         peer
     }
@@ -119,7 +115,7 @@ impl Peer {
     }
 
     /// Handles its next event, if it may. Returns whether it did anything.
-    pub fn step(&mut self, choose: &mut impl FnMut(usize) -> usize) -> bool {
+    pub(crate) fn step(&mut self, choose: &mut impl FnMut(usize) -> usize) -> bool {
         if !self.started || self.left {
             return false;
         }
@@ -154,7 +150,7 @@ impl Peer {
     }
 
     /// Reads what has come from the RTI.
-    pub fn read(&mut self, bytes: &[u8]) {
+    pub(crate) fn read(&mut self, bytes: &[u8]) {
         self.inbox.extend(bytes);
         let inbox = std::mem::take(&mut self.inbox);
         let mut at = 0;

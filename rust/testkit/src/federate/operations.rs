@@ -4,9 +4,9 @@
 use arbitrary::{Arbitrary, Result, Unstructured};
 use lf_coordination::federate::Federate;
 use lf_model::time::{Instant, Tag};
-use lf_testkit::messages::Parts;
 use lf_wire::MessageType;
 
+use crate::messages::Parts;
 use crate::parts::{self, tag};
 
 /// What the RTI says most.
@@ -25,7 +25,7 @@ const USUAL: &[MessageType] = &[
 
 /// One thing that an event loop, or the RTI, does.
 #[derive(Debug)]
-pub(crate) enum Deed {
+pub(super) enum Operation {
     Connected,
     Disconnected,
     Hear(Parts),
@@ -44,8 +44,8 @@ pub(crate) enum Deed {
     Fail,
 }
 
-impl Deed {
-    pub(crate) fn any(input: &mut Unstructured<'_>, start: i64) -> Result<Self> {
+impl Operation {
+    pub(super) fn any(input: &mut Unstructured<'_>, start: i64) -> Result<Self> {
         Ok(match u8::arbitrary(input)? {
             0..4 => Self::Connected,
             4..6 => Self::Disconnected,
@@ -70,7 +70,7 @@ impl Deed {
     }
 
     /// Does it, except for what the federate transmits. Returns whether the federate can go on.
-    pub(crate) fn act(&self, federate: &mut Federate<'_>, now: Instant) -> bool {
+    pub(super) fn act(&self, federate: &mut Federate<'_>, now: Instant) -> bool {
         match self {
             Self::Connected => federate.handle_connected(now, [7; 8]),
             Self::Disconnected => return federate.handle_disconnected().is_ok(),

@@ -4,17 +4,24 @@
 use arbitrary::{Arbitrary, Result, Unstructured};
 use lf_coordination::to_wire;
 use lf_model::time::{Instant, Microstep, Tag};
-use lf_testkit::messages::Parts;
 use lf_wire::MessageType;
 
-/// Any message: most numbers are small, times are around `start`.
-pub(crate) fn any(input: &mut Unstructured<'_>, start: i64) -> Result<Parts> {
+use crate::messages::Parts;
+
+/// Returns any message: most numbers are small, times are around `start`.
+///
+/// # Errors
+/// When the input is used up.
+pub fn any(input: &mut Unstructured<'_>, start: i64) -> Result<Parts> {
     let message_type = *input.choose(MessageType::ALL)?;
     of_type(input, message_type, start)
 }
 
-/// Any message of this type.
-pub(crate) fn of_type(input: &mut Unstructured<'_>, message_type: MessageType, start: i64) -> Result<Parts> {
+/// Returns any message of this type.
+///
+/// # Errors
+/// When the input is used up.
+pub fn of_type(input: &mut Unstructured<'_>, message_type: MessageType, start: i64) -> Result<Parts> {
     let (port, federate) = (small(input)?, small(input)?);
     let (tag, int) = (to_wire(tag(input, start)?), i32::arbitrary(input)?);
     let count = usize::from(u8::arbitrary(input)? % 40);
@@ -55,8 +62,11 @@ fn small(input: &mut Unstructured<'_>) -> Result<u16> {
     Ok(if number % 16 == 15 { number } else { number % 5 })
 }
 
-/// A delay as in a neighbor structure.
-pub(crate) fn delay(input: &mut Unstructured<'_>) -> Result<i64> {
+/// Returns a delay as in a neighbor structure.
+///
+/// # Errors
+/// When the input is used up.
+pub fn delay(input: &mut Unstructured<'_>) -> Result<i64> {
     Ok(match u8::arbitrary(input)? {
         0..100 => i64::MIN,
         100..150 => 0,
@@ -65,8 +75,11 @@ pub(crate) fn delay(input: &mut Unstructured<'_>) -> Result<i64> {
     })
 }
 
-/// A tag, mostly a little after the start.
-pub(crate) fn tag(input: &mut Unstructured<'_>, start: i64) -> Result<Tag> {
+/// Returns a tag, mostly a little after the start.
+///
+/// # Errors
+/// When the input is used up.
+pub fn tag(input: &mut Unstructured<'_>, start: i64) -> Result<Tag> {
     let near = u8::arbitrary(input)?;
     Ok(match near {
         0..240 => {

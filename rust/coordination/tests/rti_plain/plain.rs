@@ -6,14 +6,14 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use lf_wire::Tag;
 
-use super::peer::START;
+use lf_testkit::rti::dialogue::START;
 
 /// Time and microsteps.
 type Delay = (i64, u32);
 
 /// What the RTI says to a federate.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Said {
+pub(crate) enum Said {
     Tag(Tag),
     Ptag(Tag),
     Dnet(Tag),
@@ -36,7 +36,7 @@ struct Federate {
     deserted: bool,
 }
 
-pub struct Plain {
+pub(crate) struct Plain {
     dnet: bool,
     federates: Vec<Federate>,
     /// Immediate connections: the least delay by destination and origin.
@@ -46,7 +46,7 @@ pub struct Plain {
     stop: Tag,
     stop_requested: bool,
     stop_granted: bool,
-    pub said: Vec<Vec<Said>>,
+    pub(crate) said: Vec<Vec<Said>>,
 }
 
 fn then((time, microsteps): Delay, rest: Delay) -> Delay {
@@ -106,7 +106,7 @@ fn find_paths(count: usize, immediate: &BTreeMap<(usize, usize), Delay>) -> BTre
 
 impl Plain {
     /// A started federation; `edges` are origin, destination and delay as on the wire.
-    pub fn new(count: usize, edges: &[(u16, u16, i64)], dnet: bool) -> Self {
+    pub(crate) fn new(count: usize, edges: &[(u16, u16, i64)], dnet: bool) -> Self {
         let mut immediate = BTreeMap::new();
         for &(from, to, delay) in edges {
             let delay = match delay {
@@ -154,7 +154,7 @@ impl Plain {
         [(one, other), (other, one)].iter().all(|path| self.paths.get(path) == Some(&(0, 0)))
     }
 
-    pub fn on_next_event(&mut self, federate: usize, tag: Tag) {
+    pub(crate) fn on_next_event(&mut self, federate: usize, tag: Tag) {
         let own = &mut self.federates[federate];
         own.next = own.in_transit.first().map_or(tag, |first| tag.min(*first));
         if self.upstream(federate).is_empty() {
@@ -170,14 +170,14 @@ impl Plain {
         }
     }
 
-    pub fn on_complete(&mut self, federate: usize, tag: Tag) {
+    pub(crate) fn on_complete(&mut self, federate: usize, tag: Tag) {
         let own = &mut self.federates[federate];
         own.completed = own.completed.max(tag);
         self.advance_downstream(federate);
         self.federates[federate].in_transit.retain(|message| *message > tag);
     }
 
-    pub fn on_message(&mut self, to: usize, tag: Tag) {
+    pub(crate) fn on_message(&mut self, to: usize, tag: Tag) {
         if !self.federates[to].present {
             return;
         }
@@ -190,7 +190,7 @@ impl Plain {
         }
     }
 
-    pub fn on_departure(&mut self, federate: usize) {
+    pub(crate) fn on_departure(&mut self, federate: usize) {
         self.federates[federate].present = false;
         self.federates[federate].next = Tag::FOREVER;
         if self.cyclic(federate) {
@@ -204,7 +204,7 @@ impl Plain {
         self.grant_stop();
     }
 
-    pub fn on_stop(&mut self, federate: usize, tag: Tag) {
+    pub(crate) fn on_stop(&mut self, federate: usize, tag: Tag) {
         if std::mem::replace(&mut self.federates[federate].agreed, true) {
             return;
         }

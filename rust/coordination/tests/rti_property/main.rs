@@ -2,15 +2,15 @@
 //! Federates that keep the rules, in random graphs, at random speeds and with little room: no grant is ever wrong,
 //! nobody waits for ever, no message is lost. Peers that keep no rules do no harm.
 
-mod rti_support;
+mod peer;
 
 use std::collections::{BTreeMap, BTreeSet};
 
 use lf_coordination::rti::{ClockSync, Config, Outcome, Status};
 use lf_model::time::Instant;
+use lf_testkit::rti::{Rig, Sizes};
+use peer::{Peer, Plan};
 use proptest::prelude::*;
-use rti_support::peer::{Peer, Plan};
-use rti_support::{Sizes, World};
 
 const FEDERATION: &[u8] = b"random";
 const END: i64 = 60;
@@ -109,7 +109,7 @@ impl Dice {
 }
 
 struct Run {
-    world: World,
+    rig: Rig,
     peers: Vec<Peer>,
     dice: Dice,
 }
@@ -119,39 +119,39 @@ impl Run {
         let Case { plans, seed, in_transit, output, window } = case;
         let federates = plans.len();
         let sizes = Sizes { federates, connections: federates, upstream: federates, in_transit, output };
-        let mut world = World::new(Config { window, ..config() }, sizes);
-        let peers = plans.into_iter().zip(0u16..).map(|(plan, id)| Peer::new(id, plan, world.connect(), FEDERATION));
+        let mut rig = Rig::new(Config { window, ..config() }, sizes);
+        let peers = plans.into_iter().zip(0u16..).map(|(plan, id)| Peer::new(id, plan, rig.connect(), FEDERATION));
         let peers = peers.collect();
-        Self { world, peers, dice: Dice(seed) }
+        Self { rig, peers, dice: Dice(seed) }
     }
 
     /// Lets one peer do one thing. Returns whether it did.
     fn act(&mut self, peer: usize, what: usize, amount: usize) -> bool {
-        let Self { world, peers, dice } = self;
+        let Self { rig, peers, dice } = self;
         let peer = &mut peers[peer];
         match what {
             0 => peer.step(&mut |max| dice.below(max)),
             1 => {
-                let wire = &world.outlet.list[peer.connection.0];
+                let wire = &rig.outlet.list[peer.connection.0];
                 let amount = amount.min(peer.outbox.len());
                 if amount == 0 || wire.blocked.is_some() || !wire.open {
                     return false;
                 }
                 let bytes: Vec<u8> = peer.outbox.drain(..amount).collect();
-                world.send(peer.connection, &bytes);
+                rig.send(peer.connection, &bytes);
                 true
             }
             2 => {
-                let bytes = world.take(peer.connection, amount);
+                let bytes = rig.take(peer.connection, amount);
                 peer.read(&bytes);
                 !bytes.is_empty()
             }
             _ => {
-                let wire = &world.outlet.list[peer.connection.0];
+                let wire = &rig.outlet.list[peer.connection.0];
                 let may_close = peer.outbox.is_empty() && wire.incoming.is_empty() && peer.left;
                 let close = wire.open && may_close && (peer.plan.dies || (wire.ended && wire.outgoing.is_empty()));
                 if close {
-                    world.close(peer.connection);
+                    rig.close(peer.connection);
                 }
                 close
             }
@@ -176,9 +176,9 @@ impl Run {
 
     fn check_that_all_is_done(&self) {
         for peer in &self.peers {
-            assert!(peer.left, "federate {} waits for ever; {:#?}", peer.id, self.world.outlet.notices);
+            assert!(peer.left, "federate {} waits for ever; {:#?}", peer.id, self.rig.outlet.notices);
         }
-        let late = self.world.outlet.notices.iter().find(|notice| notice.contains(" late"));
+        let late = self.rig.outlet.notices.iter().find(|notice| notice.contains(" late"));
         assert_eq!(late, None);
     }
 }
@@ -194,7 +194,7 @@ proptest! {
         run.check_that_all_is_done();
         let sum = |count: fn(&Peer) -> usize| run.peers.iter().map(count).sum::<usize>();
         prop_assert_eq!(sum(|peer| peer.sent), sum(|peer| peer.received));
-        prop_assert_eq!(run.world.rti.status(), Status::Finished(Outcome::Complete));
+        prop_assert_eq!(run.rig.rti.status(), Status::Finished(Outcome::Complete));
     }
 
     #[test]
@@ -202,7 +202,7 @@ proptest! {
         let mut run = Run::new(case);
         run.run_out();
         run.check_that_all_is_done();
-        prop_assert_eq!(run.world.rti.status(), Status::Finished(Outcome::Complete));
+        prop_assert_eq!(run.rig.rti.status(), Status::Finished(Outcome::Complete));
     }
 
     /// A federate that dies somewhere in the middle holds nobody up.
@@ -215,9 +215,9 @@ proptest! {
         let mut run = Run::new(case);
         run.run_out();
         run.check_that_all_is_done();
-        let lost = matches!(run.world.rti.status(), Status::Finished(Outcome::Lost { federate, .. })
+        let lost = matches!(run.rig.rti.status(), Status::Finished(Outcome::Lost { federate, .. })
             if federate.index() == who);
-        prop_assert!(lost, "{:?} {:#?}", run.world.rti.status(), run.world.outlet.notices);
+        prop_assert!(lost, "{:?} {:#?}", run.rig.rti.status(), run.rig.outlet.notices);
     }
 
     /// Whatever comes on connections, and whenever they come and go, the RTI neither panics nor sends beyond its room.
@@ -227,38 +227,38 @@ proptest! {
         joined in any::<bool>(),
     ) {
         let sizes = Sizes { federates: 3, connections: 5, upstream: 1, in_transit: 1, output: OUTPUT_MIN };
-        let mut world = World::new(config(), sizes);
+        let mut rig = Rig::new(config(), sizes);
         if joined {
             for id in 0..3u16 {
-                let connection = world.connect();
+                let connection = rig.connect();
                 let upstream = if id > 0 { vec![(id - 1, i64::MIN)] } else { vec![] };
                 let plan = Plan { upstream, ..plan(&[], BTreeSet::new(), false, id) };
                 let hello = Peer::new(id, plan, connection, FEDERATION).outbox;
-                world.send(connection, &hello);
-                world.take(connection, 10);
+                rig.send(connection, &hello);
+                rig.take(connection, 10);
             }
         }
         for (index, what, bytes) in steps {
             let connection = lf_coordination::rti::ConnectionId(index);
-            let open = world.outlet.list[index].open;
+            let open = rig.outlet.list[index].open;
             match what {
-                0 if open => world.close(connection),
-                0 | 1 if world.outlet.list.iter().any(|wire| !wire.open && wire.outgoing.is_empty()) => {
-                    world.connect();
+                0 if open => rig.close(connection),
+                0 | 1 if rig.outlet.list.iter().any(|wire| !wire.open && wire.outgoing.is_empty()) => {
+                    rig.connect();
                 }
-                2 => drop(world.take(connection, bytes.len())),
-                _ if open && world.outlet.list[index].blocked.is_none() => {
+                2 => drop(rig.take(connection, bytes.len())),
+                _ if open && rig.outlet.list[index].blocked.is_none() => {
                     // A plausible type makes the rest be taken seriously.
                     let mut bytes = bytes;
                     bytes[0] = [bytes[0], 1, 2, 5, 6, 9, 10, 11, 13, 23, 24, 4][usize::from(bytes[0]) % 12];
-                    world.send(connection, &bytes);
+                    rig.send(connection, &bytes);
                 }
-                _ => world.now = Instant::from_nanos(world.now.as_nanos() + 3_000_000_000),
+                _ => rig.now = Instant::from_nanos(rig.now.as_nanos() + 3_000_000_000),
             }
-            let now = world.now;
-            if world.rti.poll_timeout().is_due(now) {
-                world.rti.handle_timeout(now, &mut world.outlet);
-                prop_assert!(!world.rti.poll_timeout().is_due(now));
+            let now = rig.now;
+            if rig.rti.poll_timeout().is_due(now) {
+                rig.rti.handle_timeout(now, &mut rig.outlet);
+                prop_assert!(!rig.rti.poll_timeout().is_due(now));
             }
         }
     }

@@ -1,14 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 //! What the RTI keeps up to date so that a message costs only what it affects says the same as the plain rules.
 
-mod rti_support;
+mod plain;
 
 use lf_coordination::rti::{ClockSync, Config, ConnectionId};
+use lf_testkit::rti::dialogue::START;
+use lf_testkit::rti::{Rig, Sizes};
 use lf_wire::{DELAY_NONE, Decoded, Limits, Message, NeighborStructure, Tag, decode};
+use plain::{Plain, Said};
 use proptest::prelude::*;
-use rti_support::peer::START;
-use rti_support::plain::{Plain, Said};
-use rti_support::{Sizes, World};
 
 const FEDERATION: &[u8] = b"plain";
 
@@ -52,28 +52,28 @@ fn graph() -> impl Strategy<Value = (u16, Vec<(u16, u16, i64)>)> {
     })
 }
 
-fn start(count: u16, edges: &[(u16, u16, i64)], dnet: bool) -> (World, Vec<ConnectionId>) {
+fn start(count: u16, edges: &[(u16, u16, i64)], dnet: bool) -> (Rig, Vec<ConnectionId>) {
     let config = Config { clock_sync: ClockSync::Off, dnet, ..Config::new(FEDERATION, 8) };
-    let mut world = World::new(config, Sizes::ample(count.into()));
-    let connections: Vec<_> = (0..count).map(|_| world.connect()).collect();
+    let mut rig = Rig::new(config, Sizes::ample(count.into()));
+    let connections: Vec<_> = (0..count).map(|_| rig.connect()).collect();
     for (id, connection) in (0..count).zip(&connections) {
         let into = edges.iter().filter(|edge| edge.1 == id);
         let upstream: Vec<_> = into.map(|(from, _, delay)| (*from, *delay)).collect();
-        world.message(*connection, &Message::FedIds { federate: id, federation_id: FEDERATION });
-        world.message(*connection, &Message::NeighborStructure(NeighborStructure::new(&upstream, &[])));
-        world.message(*connection, &Message::UdpPort(u16::MAX));
+        rig.message(*connection, &Message::FedIds { federate: id, federation_id: FEDERATION });
+        rig.message(*connection, &Message::NeighborStructure(NeighborStructure::new(&upstream, &[])));
+        rig.message(*connection, &Message::UdpPort(u16::MAX));
     }
     for connection in &connections {
-        world.message(*connection, &Message::Timestamp(0));
+        rig.message(*connection, &Message::Timestamp(0));
     }
     for connection in &connections {
-        world.take(*connection, usize::MAX);
+        rig.take(*connection, usize::MAX);
     }
-    (world, connections)
+    (rig, connections)
 }
 
-fn said(world: &mut World, connection: ConnectionId) -> Vec<Said> {
-    let bytes = world.take(connection, usize::MAX);
+fn said(rig: &mut Rig, connection: ConnectionId) -> Vec<Said> {
+    let bytes = rig.take(connection, usize::MAX);
     let mut rest = &bytes[..];
     let mut said = Vec::new();
     while let Ok(Decoded::Complete { message, len }) = decode(rest, &Limits::NONE) {
@@ -101,7 +101,7 @@ proptest! {
         dnet in any::<bool>(),
         events in proptest::collection::vec(event(), 0..80),
     ) {
-        let (mut world, connections) = start(count, &edges, dnet);
+        let (mut rig, connections) = start(count, &edges, dnet);
         let mut plain = Plain::new(count.into(), &edges, dnet);
         let mut there: Vec<usize> = (0..count.into()).collect();
         for (who, event) in events {
@@ -113,31 +113,31 @@ proptest! {
             let connection = connections[federate];
             match event {
                 Event::Announce(tag) => {
-                    world.message(connection, &Message::NextEventTag(tag));
+                    rig.message(connection, &Message::NextEventTag(tag));
                     plain.on_next_event(federate, tag);
                 }
                 Event::Complete(tag) => {
-                    world.message(connection, &Message::LatestTagComplete(tag));
+                    rig.message(connection, &Message::LatestTagComplete(tag));
                     plain.on_complete(federate, tag);
                 }
                 Event::Message(to, tag) => {
                     let to = to % count;
-                    world.message(connection, &Message::TaggedMessage { port: 0, federate: to, tag, payload: b"x" });
+                    rig.message(connection, &Message::TaggedMessage { port: 0, federate: to, tag, payload: b"x" });
                     plain.on_message(to.into(), tag);
                 }
                 Event::Stop(tag) => {
-                    world.message(connection, &Message::StopRequest(tag));
+                    rig.message(connection, &Message::StopRequest(tag));
                     plain.on_stop(federate, tag);
                 }
                 Event::Leave => {
-                    world.message(connection, &Message::Resign);
+                    rig.message(connection, &Message::Resign);
                     there.remove(place);
                     plain.on_departure(federate);
                 }
             }
             for (id, connection) in connections.iter().enumerate() {
                 let expected = std::mem::take(&mut plain.said[id]);
-                let found = said(&mut world, *connection);
+                let found = said(&mut rig, *connection);
                 prop_assert_eq!(found, expected, "to federate {} after {:?} of {}", id, event, federate);
             }
         }
