@@ -2,13 +2,7 @@
 //! Images in virtual time: an RTI and federates in static memory, of programs in the shape that the compiler generates.
 #![allow(clippy::unwrap_used, reason = "a failed unwrap in a helper is that test's failure")]
 
-#[allow(dead_code, unreachable_pub, reason = "tests of the event loops need more of it")]
-#[path = "../../runtime/tests/support/network.rs"]
-mod network;
 mod programs;
-#[allow(dead_code, unreachable_pub, reason = "tests of the event loops need more of it")]
-#[path = "../../runtime/tests/support/world.rs"]
-mod world;
 
 use std::sync::Mutex;
 use std::thread;
@@ -19,10 +13,9 @@ use lf_model::time::Interval;
 use lf_runtime::platform::{Endpoint, Platform};
 use lf_runtime::{Description, ImageError, Join, RtiError, SettingsError};
 use lf_testkit::network::address_of;
+use lf_testkit::world::{Conditions, Threads, Virtual};
 
-use network::Conditions;
 use programs::{RTI, alone, receiver, sender};
-use world::{VirtualPlatform, World};
 
 /// The RTI's number among the participants.
 const RTI_NUMBER: usize = 0;
@@ -30,15 +23,15 @@ const PORT: u16 = 15045;
 /// What the system asks for: more than the sender needs, and less than the receiver does.
 const LEAST: Least = Least { input_bytes: 600, output_bytes: 1 };
 
-type RtiMemory = rti::Memory<VirtualPlatform, rti::Parts<2, 3, 1, 4, { RTI.buffer_bytes(2, 64) }>>;
+type RtiMemory = rti::Memory<Virtual, rti::Parts<2, 3, 1, 4, { RTI.buffer_bytes(2, 64) }>>;
 
 /// What the settings of an image say: no federation of another name than the program's.
 const JOIN: fn() -> Result<Join<'static>, SettingsError> =
     || Ok(Join { federation_id: b"", rti: Endpoint::new(address_of(RTI_NUMBER), PORT), others: &[] });
 
 /// A world with one participant, whose turn it is.
-fn one_participant() -> (World, VirtualPlatform) {
-    let world = World::new(Conditions::seeded(7));
+fn one_participant() -> (Threads, Virtual) {
+    let world = Threads::new(Conditions::seeded(7));
     let mut platform = world.join(Interval::ZERO, Interval::ZERO);
     world.start();
     platform.begin();
@@ -60,14 +53,14 @@ fn run_alone(platform: &mut impl Platform) -> Result<(), ImageError> {
 #[test]
 fn a_federation_runs_from_start_to_end_in_static_memory() {
     static MEMORY: RtiMemory = RtiMemory::new();
-    let world = World::new(Conditions::seeded(3));
+    let world = Threads::new(Conditions::seeded(3));
     let [mut rti, mut one, mut other] = [0, 1, 2].map(|_| world.join(Interval::ZERO, Interval::ZERO));
     let outcomes = Mutex::new(Vec::new());
     thread::scope(|scope| {
         let (outcomes, at_rti) = (&outcomes, &world);
         scope.spawn(move || {
             rti.begin();
-            let image: &dyn ImageRti<VirtualPlatform> = &MEMORY;
+            let image: &dyn ImageRti<Virtual> = &MEMORY;
             assert_eq!(MEMORY.listen(&RTI, rti, PORT, b"").unwrap(), PORT);
             let outcome = image.run(&RTI);
             // The memory keeps the platform, so it is never dropped.

@@ -13,12 +13,12 @@ use lf_runtime::platform::{Endpoint, Interest, Platform as _, SocketId, Transfer
 use lf_runtime::{Coordination, PeerFault, RunError};
 use lf_testkit::messages::encoded;
 use lf_testkit::network::address_of;
+use lf_testkit::world::Conditions;
+use lf_testkit::world::{Fate, Threads, Virtual};
 use lf_wire::{ADDRESS_PORT_UNKNOWN, Message, QueryEnd, Tag};
 use proptest::prelude::*;
 use support::federation::{self, Edge, PORT, Plan, run, run_node};
-use support::network::Conditions;
 use support::node::Behavior;
-use support::world::{Fate, VirtualPlatform, World};
 
 const MS: fn(i64) -> Interval = Interval::from_millis;
 /// The RTI's start delay and the time for the handshakes, roughly.
@@ -96,7 +96,7 @@ proptest! {
 
 /// An RTI and a sender in one, which know only what the stock programs do.
 struct Stock {
-    platform: VirtualPlatform,
+    platform: Virtual,
     rti: SocketId,
     heard: Vec<u8>,
     query_end: QueryEnd,
@@ -182,7 +182,7 @@ const NOWHERE: [u8; 4] = [0; 4];
 const LIMITS: lf_wire::Limits =
     lf_wire::Limits { payload_bytes_max: 64, federation_id_bytes_max: 64, neighbors_max: 8 };
 
-fn wait_for(platform: &mut VirtualPlatform, socket: SocketId, interest: Interest) {
+fn wait_for(platform: &mut Virtual, socket: SocketId, interest: Interest) {
     platform.set_interest(socket, interest);
     platform.wait(Deadline::Never, &mut |_, _| {});
     platform.set_interest(socket, Interest::NONE);
@@ -193,7 +193,7 @@ fn end_with(act: impl FnOnce(&mut Stock) + Send) -> (Result<(), RunError>, usize
     let edge = Edge { waits: (Interval::FOREVER, Interval::ZERO), ..federation::edge(0, 1) };
     let nodes = vec![Behavior::default(); 2];
     let plan = Plan { coordination: Coordination::Decentralized, trials: 1, ..Plan::new(nodes, vec![edge]) };
-    let world = World::new(Conditions::seeded(1));
+    let world = Threads::new(Conditions::seeded(1));
     let mut platform = world.join(Interval::ZERO, Interval::ZERO);
     let mut federate = world.join(Interval::from_millis(1), Interval::ZERO);
     let ran = std::thread::scope(|scope| {

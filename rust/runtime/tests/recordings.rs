@@ -14,11 +14,11 @@ use lf_runtime::platform::{Endpoint, Interest, IpAddress, Platform as _, SocketI
 use lf_testkit::golden::{Fill, Frame, Step};
 use lf_testkit::messages::encoded;
 use lf_testkit::network::address_of;
+use lf_testkit::world::Conditions;
+use lf_testkit::world::{Threads, Virtual};
 use lf_wire::{Message, Tag};
 use support::federation::{Edge, PORT, Plan, RTI, Ran, edge, run_node};
-use support::network::Conditions;
 use support::node::Behavior;
-use support::world::{VirtualPlatform, World};
 
 const MS: fn(i64) -> Interval = Interval::from_millis;
 /// The federate's number among the participants.
@@ -30,7 +30,7 @@ const PATIENCE: Interval = Interval::from_secs(5);
 
 /// All but the federate.
 struct Tester {
-    platform: VirtualPlatform,
+    platform: Virtual,
     rti: SocketId,
     peer: SocketId,
     connections: BTreeMap<u16, SocketId>,
@@ -42,7 +42,7 @@ struct Tester {
 }
 
 impl Tester {
-    fn new(mut platform: VirtualPlatform) -> Self {
+    fn new(mut platform: Virtual) -> Self {
         platform.begin();
         let (rti, peer) = (platform.listen(PORT).unwrap(), platform.listen(0).unwrap());
         Self {
@@ -120,7 +120,7 @@ impl Tester {
         socket: SocketId,
         interest: Interest,
         at: &str,
-        mut ask: impl FnMut(&mut VirtualPlatform) -> Option<T>,
+        mut ask: impl FnMut(&mut Virtual) -> Option<T>,
     ) -> T {
         let until = self.platform.now() + PATIENCE;
         loop {
@@ -225,7 +225,7 @@ fn replay(name: &str, id: u16, behavior: Behavior, timeout: Interval, seed: u64)
         federation_id: b"Unidentified Federation",
         ..Plan::new(nodes, vec![edge])
     };
-    let world = World::new(Conditions::seeded(seed));
+    let world = Threads::new(Conditions::seeded(seed));
     let tester = world.join(Interval::ZERO, Interval::ZERO);
     let mut federate = world.join(Interval::ZERO, MS(1_700));
     std::thread::scope(|scope| {

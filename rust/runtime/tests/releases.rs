@@ -10,18 +10,18 @@ use lf_runtime::Coordination;
 use lf_runtime::platform::{Interest, IpAddress, Platform as _, SocketId, Transfer};
 use lf_testkit::messages::encoded;
 use lf_testkit::network::address_of;
+use lf_testkit::world::Conditions;
+use lf_testkit::world::{Threads, Virtual};
 use lf_wire::{Message, MessageType, RejectCode};
 use support::federation::{PORT, Plan, edge, run_node};
-use support::network::Conditions;
 use support::node::Behavior;
-use support::world::{VirtualPlatform, World};
 
 const ID: &[u8] = b"virtual";
 /// Where the receiver listens.
 const PEER_PORT: u16 = 4711;
 
 /// The RTI, and the receiver of a federate's messages.
-struct Tester(VirtualPlatform);
+struct Tester(Virtual);
 
 impl Tester {
     fn accept(&mut self, listener: SocketId) -> SocketId {
@@ -89,7 +89,7 @@ fn attempts(header_bytes: usize) -> usize {
     let nodes = vec![Behavior::default(); 2];
     let coordination = Coordination::Decentralized;
     let plan = Plan { coordination, trials: 1, keepalive: true, ..Plan::new(nodes, vec![edge(0, 1)]) };
-    let world = World::new(Conditions::seeded(1));
+    let world = Threads::new(Conditions::seeded(1));
     let mut platform = world.join(Interval::ZERO, Interval::ZERO);
     let mut federate = world.join(Interval::from_millis(1), Interval::ZERO);
     std::thread::scope(|scope| {

@@ -8,17 +8,17 @@ use lf_coordination::Deadline;
 use lf_model::time::Interval;
 use lf_runtime::platform::{Interest, Platform as _, SocketId, Transfer};
 use lf_testkit::messages::encoded;
+use lf_testkit::world::Conditions;
+use lf_testkit::world::{Threads, Virtual};
 use lf_wire::{Message, MessageType, Tag};
 use support::federation::{PORT, Plan, edge, run_node};
-use support::network::Conditions;
 use support::node::Behavior;
-use support::world::{VirtualPlatform, World};
 
 const TRIALS: u16 = 3;
 
 /// An RTI that says what it likes.
 struct Liar {
-    platform: VirtualPlatform,
+    platform: Virtual,
     socket: SocketId,
     start: i64,
 }
@@ -83,7 +83,7 @@ fn complaint(lie: impl FnOnce(&mut Liar) + Send) -> String {
 fn complaint_with(own_ports: &'static [u16], lie: impl FnOnce(&mut Liar) + Send) -> String {
     let nodes = vec![Behavior::default(); 2];
     let plan = Plan { trials: TRIALS, keepalive: true, own_ports, ..Plan::new(nodes, vec![edge(0, 1)]) };
-    let world = World::new(Conditions::seeded(1));
+    let world = Threads::new(Conditions::seeded(1));
     let mut platform = world.join(Interval::ZERO, Interval::ZERO);
     let mut federate = world.join(Interval::from_millis(1), Interval::from_millis(1_700));
     let ran = std::thread::scope(|scope| {

@@ -13,3 +13,5 @@ pub mod parts;
 pub mod random;
 #[cfg(feature = "coordination")]
 pub mod rti;
+#[cfg(feature = "network")]
+pub mod world;

@@ -14,8 +14,8 @@ use lf_testkit::network::address_of;
 use lf_wire::{Decoded, Limits, Message, MessageType, Tag, UDP_PORT_CLOCK_SYNC_OFF, decode};
 
 use super::federation::{PORT, RTI};
-use super::network::{Conditions, Move};
-use super::world::{Trouble, VirtualPlatform, World};
+use lf_testkit::world::{Conditions, Move};
+use lf_testkit::world::{Threads, Trouble, Virtual};
 
 const ID: &[u8] = b"raw";
 /// Longest payload that the RTI takes.
@@ -40,7 +40,7 @@ pub struct Ended {
 
 /// All federates of an RTI, and whoever else connects to it.
 pub struct Tester {
-    platform: VirtualPlatform,
+    platform: Virtual,
     /// The connections, and what has come on each and has not been heard.
     connections: Vec<(SocketId, Vec<u8>)>,
     start: i64,
@@ -53,7 +53,7 @@ pub fn with_rti(
     conditions: Conditions,
     act: impl FnOnce(&mut Tester) + Send,
 ) -> Ended {
-    let world = World::new(conditions);
+    let world = Threads::new(conditions);
     let rti = world.join(Interval::ZERO, Interval::ZERO);
     // By then the RTI listens.
     let tester = world.join(Interval::from_millis(1), Interval::ZERO);
@@ -77,7 +77,7 @@ pub fn with_rti(
 }
 
 fn run(
-    platform: &mut VirtualPlatform,
+    platform: &mut Virtual,
     config: Config<'static>,
     federates: usize,
     notices: &Mutex<Vec<String>>,
@@ -239,7 +239,7 @@ impl Tester {
         &mut self,
         socket: SocketId,
         interest: Interest,
-        mut ask: impl FnMut(&mut VirtualPlatform) -> Option<T>,
+        mut ask: impl FnMut(&mut Virtual) -> Option<T>,
     ) -> T {
         let until = self.now() + PATIENCE;
         loop {

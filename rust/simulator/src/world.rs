@@ -1,12 +1,40 @@
 // SPDX-License-Identifier: Apache-2.0
-//! What the network between the participants is like, and who reads along.
+//! The world of a scenario: its participants, what the network between them is like, and who reads along.
 
 use lf_testkit::network::{Event, Medium};
 use lf_testkit::random::Random;
+use lf_testkit::world::{Pace, Shared, Side};
 
-use super::side::Side;
 use crate::check::Watch;
-use crate::scenario::{Conditions, Wire};
+use crate::scenario::{Conditions, Fault, FaultKind, Host, Wire};
+
+pub(crate) type World = lf_testkit::world::World<Cables>;
+/// One participant's view of the world.
+pub(crate) type Virtual = lf_testkit::world::Virtual<Cables>;
+
+/// The world of these conditions, in which the seed decides what they leave open.
+pub(crate) fn world(conditions: &Conditions, seed: u64) -> Shared<Cables> {
+    let mut random = Random::new(seed);
+    let keep = |host: &Host| Side::keep(host.clock_offset, host.clock_drift_ppb);
+    let sides: Vec<_> = conditions.hosts.iter().map(keep).collect();
+    let cables = Cables::new(conditions, sides.clone(), random.number());
+    let mut world = World::new(cables, random);
+    for (side, host) in sides.into_iter().zip(&conditions.hosts) {
+        let pace = Pace { turn_ns: (100, host.turn_ns), wake_ns: host.wake_ns };
+        world.join(side, u64::try_from(host.begins).unwrap_or(0), pace);
+    }
+    Shared::new(world)
+}
+
+/// Something goes wrong, at this virtual time.
+pub(crate) fn strike(world: &mut World, fault: &Fault, at: u64) {
+    world.advance_to(at);
+    match fault.kind {
+        FaultKind::Vanish => world.end(fault.participant),
+        FaultKind::Break => world.break_connections(fault.participant),
+        FaultKind::Interrupt => world.interrupt(fault.participant),
+    }
+}
 
 /// How many datagrams of a hundred are lost, and how many of the others come twice.
 const LOST_PERCENT: u64 = 5;
@@ -18,8 +46,6 @@ pub(crate) struct Cables {
     wires: Vec<Wire>,
     pieces: bool,
     random: Random,
-    /// Participants that have something to do at a time, since the last look.
-    pub(super) wakes: Vec<(usize, u64)>,
     /// How far each participant has come.
     sides: Vec<&'static Side>,
     /// By connection: both participants.
@@ -29,27 +55,21 @@ pub(crate) struct Cables {
     /// How often a write found no room.
     pub(crate) refused_writes: u64,
     /// How many turns datagrams can account for: one that sends, and one at each arrival.
-    pub(super) datagram_turns: u64,
+    pub(crate) datagram_turns: u64,
 }
 
 impl Cables {
-    pub(super) fn new(conditions: &Conditions, sides: Vec<&'static Side>, seed: u64) -> Self {
+    fn new(conditions: &Conditions, sides: Vec<&'static Side>, seed: u64) -> Self {
         Self {
             wires: conditions.hosts.iter().map(|host| host.link.clone()).collect(),
             pieces: conditions.pieces,
             random: Random::new(seed),
-            wakes: Vec::new(),
             sides,
             ends: Vec::new(),
             watch: Watch::new(conditions.hosts.len() - 1),
             refused_writes: 0,
             datagram_turns: 0,
         }
-    }
-
-    /// Numbers that the seed decides.
-    pub(super) fn random_bytes(&mut self, buffer: &mut [u8]) {
-        buffer.fill_with(|| self.random.byte());
     }
 }
 
@@ -77,8 +97,8 @@ impl Medium for Cables {
         copies.into()
     }
 
-    fn wake(&mut self, participant: usize, at: u64) {
-        self.wakes.push((participant, at));
+    fn random(&mut self) -> &mut Random {
+        &mut self.random
     }
 
     fn see(&mut self, event: Event<'_>, now: u64) {

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 //! What the network between the participants is like.
 
-use lf_testkit::network::{Event, Medium};
-use lf_testkit::random::{Random, combine};
+use crate::network::{Event, Medium};
+use crate::random::{Random, combine};
 
 /// What the network is like.
 #[derive(Clone, Copy, Debug)]
@@ -42,6 +42,7 @@ pub enum Move {
 }
 
 impl Wires {
+    /// A network of these conditions.
     pub fn new(conditions: Conditions) -> Self {
         Self { conditions, random: Random::new(combine(conditions.seed, 1)), moves: Vec::new() }
     }
@@ -73,6 +74,10 @@ impl Medium for Wires {
             Event::Read { connection, side: 0, .. } => self.moves.push(Move::Heard(connection)),
             _ => {}
         }
+    }
+
+    fn random(&mut self) -> &mut Random {
+        &mut self.random
     }
 
     fn copies(&mut self) -> usize {

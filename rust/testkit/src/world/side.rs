@@ -5,26 +5,24 @@
 //! on the way, each at its time, so that the loop finds it when it looks.
 
 use std::collections::VecDeque;
+use std::fmt;
+use std::sync::Mutex;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
-use std::sync::{Mutex, MutexGuard, PoisonError};
 
 use lf_coordination::Deadline;
 use lf_coordination::clock_sync::ClockCorrection;
-use lf_model::prelude::Asap;
 use lf_model::time::Instant;
-use lf_model::{Mailbox, Outside, PhysicalActionRef, PhysicalLink};
-use lf_testkit::random::combine;
+use lf_model::{Mailbox, Outside};
 
-use crate::program::{Shape, Value};
+use super::lock;
 
 /// Where every participant's clock stands at the beginning, before its own offset.
 const EPOCH_NS: i64 = 1_000_000_000_000;
-/// What a thread's events can cause.
-const ENERGY: u64 = 4;
 
 /// What the threads of a participant share with its event loop: its clock, and the way to its program.
+/// All times are nanoseconds.
 #[derive(Debug)]
-pub(crate) struct Side {
+pub struct Side {
     /// Virtual time, as far as this participant has come.
     time: AtomicU64,
     /// How many reactions have run.
@@ -38,36 +36,34 @@ pub(crate) struct Side {
     threads: Mutex<Vec<Thread>>,
 }
 
-/// A thread of a program, which schedules a physical action at times that are known beforehand.
-#[derive(Debug)]
-pub(crate) struct Thread {
-    link: PhysicalLink,
-    action: PhysicalActionRef<Value>,
-    origin: u64,
+/// A thread of a program, which acts at times that are known beforehand.
+pub struct Thread {
+    act: Box<dyn FnMut(usize) + Send>,
     /// First after its start, then in virtual time.
     times: VecDeque<u64>,
 }
 
 impl Thread {
-    pub(crate) fn new(link: PhysicalLink, action: PhysicalActionRef<Value>, origin: u64, times: &[i64]) -> Self {
-        Self { link, action, origin, times: times.iter().map(|ns| ns.unsigned_abs()).collect() }
+    /// A thread that acts at these times after its start; it is told how often it will act after that.
+    pub fn new(times: &[i64], act: impl FnMut(usize) + Send + 'static) -> Self {
+        Self { act: Box::new(act), times: times.iter().map(|ns| ns.unsigned_abs()).collect() }
     }
 
     fn act(&mut self) {
         self.times.pop_front();
-        let value = Value::new(combine(self.origin, self.times.len() as u64), ENERGY, Shape::Fixed(1));
-        // An inbox that is full refuses it, and then it does not happen in any of the runs.
-        let _ = self.link.schedule_physical_with_v(&self.action, Some(value), Asap);
+        (self.act)(self.times.len());
     }
 }
 
-fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
-    mutex.lock().unwrap_or_else(PoisonError::into_inner)
+impl fmt::Debug for Thread {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_struct("Thread").field("times", &self.times).finish_non_exhaustive()
+    }
 }
 
 impl Side {
     /// A participant whose clock is ahead by `clock_offset` at the beginning, and gains so much.
-    pub(crate) fn keep(clock_offset: i64, clock_drift_ppb: i64) -> &'static Self {
+    pub fn keep(clock_offset: i64, clock_drift_ppb: i64) -> &'static Self {
         Box::leak(Box::new(Self {
             time: AtomicU64::new(0),
             reactions: AtomicU64::new(0),
@@ -81,28 +77,28 @@ impl Side {
     }
 
     /// Virtual time, as far as this participant has come.
-    pub(crate) fn now(&self) -> u64 {
+    pub fn now(&self) -> u64 {
         self.time.load(Ordering::Relaxed)
     }
 
     /// A reaction runs, and takes so much of virtual time, in which the event loop sees nothing.
-    pub(crate) fn work(&self, ns: u64) {
+    pub fn work(&self, ns: u64) {
         self.reactions.fetch_add(1, Ordering::Relaxed);
         self.compute(ns);
     }
 
     /// How many reactions have run.
-    pub(crate) fn reactions(&self) -> u64 {
+    pub fn reactions(&self) -> u64 {
         self.reactions.load(Ordering::Relaxed)
     }
 
     /// Takes so much of virtual time, in which the event loop sees nothing.
-    pub(crate) fn compute(&self, ns: u64) {
+    pub fn compute(&self, ns: u64) {
         self.advance_to(self.now().saturating_add(ns));
     }
 
     /// Goes on to this virtual time, if it is later; threads act on the way.
-    pub(crate) fn advance_to(&self, time: u64) {
+    pub fn advance_to(&self, time: u64) {
         while let Some(at) = self.next_act().filter(|at| *at <= time) {
             self.time.fetch_max(at, Ordering::Relaxed);
             let mut threads = lock(&self.threads);
@@ -118,12 +114,12 @@ impl Side {
     }
 
     /// When a thread acts next.
-    pub(crate) fn next_act(&self) -> Option<u64> {
+    pub fn next_act(&self) -> Option<u64> {
         lock(&self.threads).iter().filter_map(|thread| thread.times.front().copied()).min()
     }
 
     /// A thread begins now.
-    pub(crate) fn start(&self, mut thread: Thread) {
+    pub fn start(&self, mut thread: Thread) {
         let now = self.now();
         for time in &mut thread.times {
             *time += now;
@@ -134,28 +130,29 @@ impl Side {
     }
 
     /// The program is no more, and its threads are not either.
-    pub(crate) fn end(&self) {
+    pub fn end(&self) {
         lock(&self.threads).clear();
     }
 
     /// Whether the event loop was woken since the last call.
-    pub(crate) fn take_woken(&self) -> bool {
+    pub fn take_woken(&self) -> bool {
         self.woken.swap(false, Ordering::Relaxed)
     }
 
-    pub(crate) fn set_correction(&self, correction: ClockCorrection) {
+    /// From now on, its clock is corrected so.
+    pub fn set_correction(&self, correction: ClockCorrection) {
         lock(&self.corrections).push((self.now(), correction));
     }
 
     /// The federation's physical time at a virtual time, as this participant sees it.
-    pub(crate) fn physical_at(&self, time: u64) -> Instant {
+    pub fn physical_at(&self, time: u64) -> Instant {
         let corrections = lock(&self.corrections);
         let correction = corrections.iter().rev().find(|(from, _)| *from <= time).map(|(_, correction)| *correction);
         correction.unwrap_or(ClockCorrection::NONE).physical(self.local_at(time))
     }
 
     /// What its clock shows.
-    pub(crate) fn local(&self) -> Instant {
+    pub fn local(&self) -> Instant {
         self.local_at(self.now())
     }
 
@@ -166,7 +163,7 @@ impl Side {
     }
 
     /// The virtual time at which its clock shows a deadline; `None` for never.
-    pub(crate) fn virtual_time(&self, deadline: Deadline) -> Option<u64> {
+    pub fn virtual_time(&self, deadline: Deadline) -> Option<u64> {
         let now = self.now();
         let at = match deadline {
             Deadline::Now => return Some(now),
