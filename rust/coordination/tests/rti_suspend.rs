@@ -6,7 +6,7 @@ use lf_coordination::heap::{Memory, Sizes};
 use lf_coordination::rti::{ClockSync, Config, ConnectionId, Rti, Suspended, Verdict};
 use lf_model::time::Instant;
 use lf_testkit::messages::{encoded, introduction};
-use lf_testkit::rti::Wires;
+use lf_testkit::rti::Connections;
 use lf_wire::{DELAY_NONE, Message};
 use proptest::prelude::*;
 
@@ -22,8 +22,8 @@ fn config() -> Config<'static> {
     Config { clock_sync: ClockSync::Off, ..Config::new(b"pause", 16) }
 }
 
-fn wires() -> Wires {
-    let mut wires = Wires::new(FEDERATES, 1 << 16, ());
+fn wires() -> Connections {
+    let mut wires = Connections::new(FEDERATES, 1 << 16, ());
     wires.list.iter_mut().for_each(|wire| wire.open = true);
     wires
 }

@@ -5,6 +5,8 @@
 #[cfg(feature = "coordination")]
 pub mod federate;
 pub mod golden;
+#[cfg(feature = "host")]
+pub mod host;
 pub mod messages;
 #[cfg(feature = "network")]
 pub mod network;

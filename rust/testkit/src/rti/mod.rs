@@ -37,7 +37,7 @@ impl Observer for () {}
 /// One connection: what the RTI has sent and nobody has read yet, and what it has not consumed yet.
 #[derive(Default, Debug)]
 #[expect(clippy::struct_excessive_bools, reason = "each says something else")]
-pub struct Wire {
+pub struct Connection {
     /// What the RTI has sent and the peer has not read.
     pub outgoing: Vec<u8>,
     /// What the peer has sent and the RTI has not consumed.
@@ -73,9 +73,9 @@ impl Awaited {
 
 /// The connections, as the RTI sees them.
 #[derive(Debug)]
-pub struct Wires<O = ()> {
+pub struct Connections<O = ()> {
     /// By number.
-    pub list: Vec<Wire>,
+    pub list: Vec<Connection>,
     /// How many bytes each connection holds that nobody has read.
     pub capacity: usize,
     /// What the RTI has reported.
@@ -84,15 +84,15 @@ pub struct Wires<O = ()> {
     pub observer: O,
 }
 
-impl<O> Wires<O> {
+impl<O> Connections<O> {
     /// Connections that are not used yet.
     pub fn new(connections: usize, capacity: usize, observer: O) -> Self {
-        let list = (0..connections).map(|_| Wire::default()).collect();
+        let list = (0..connections).map(|_| Connection::default()).collect();
         Self { list, capacity, notices: Vec::new(), observer }
     }
 }
 
-impl<O: Observer> Outlet for Wires<O> {
+impl<O: Observer> Outlet for Connections<O> {
     fn room(&self, connection: ConnectionId) -> usize {
         self.capacity - self.list[connection.0].outgoing.len()
     }
@@ -160,7 +160,7 @@ pub struct ObservedRig<'s, O> {
     /// The RTI.
     pub rti: Rti<'s>,
     /// Its connections.
-    pub outlet: Wires<O>,
+    pub outlet: Connections<O>,
     /// What its clock shows.
     pub now: Instant,
     /// Input is offered in pieces of this many bytes.
@@ -196,7 +196,7 @@ impl<'s, O: Observer> ObservedRig<'s, O> {
         };
         Self {
             rti: Rti::new(config, memory.storage()).expect("the storage fits"),
-            outlet: Wires::new(sizes.connections, sizes.output, observer),
+            outlet: Connections::new(sizes.connections, sizes.output, observer),
             now: Instant::from_nanos(1_000),
             piece: usize::MAX,
             tells_times: true,
@@ -230,7 +230,7 @@ impl<'s, O: Observer> ObservedRig<'s, O> {
 
     /// A peer at this address connects, and its connection has this number, which is free.
     pub fn connect_as(&mut self, connection: ConnectionId, address: IpAddress) {
-        self.outlet.list[connection.0] = Wire { open: true, ..Wire::default() };
+        self.outlet.list[connection.0] = Connection { open: true, ..Connection::default() };
         self.outlet.observer.connected(connection);
         // Each connection gets another one, and every run the same ones.
         self.nonces += 1;
@@ -280,7 +280,7 @@ impl<'s, O: Observer> ObservedRig<'s, O> {
     }
 
     fn let_go_on(&mut self, awaited: Awaited) {
-        let waits = |wire: &Wire| wire.blocked == Some(awaited);
+        let waits = |wire: &Connection| wire.blocked == Some(awaited);
         let waiting: Vec<_> = (0..self.outlet.list.len()).filter(|i| waits(&self.outlet.list[*i])).collect();
         for index in waiting {
             self.pump(ConnectionId(index));

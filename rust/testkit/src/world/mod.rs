@@ -2,15 +2,16 @@
 //! A virtual world: participants with clocks, the network between them, virtual time, and whose turn is next.
 //!
 //! Virtual time stands still while a participant has its turn, and goes on to the earliest time at which anybody has a
-//! reason to run. A participant's own time runs ahead while it computes. So a run follows from its seed alone, and takes
-//! no longer than its work.
+//! reason to run. A participant's own time runs ahead while it computes. So a run follows from its seed alone, and
+//! takes no longer than its work.
 //!
-//! Whoever drives the participants asks [`World::next_turn`] and reports with [`World::after_turn`]: one loop that calls
-//! their event loops, or [`Threads`], in which each participant blocks in its [`Platform`](lf_runtime::platform::Platform).
+//! A driver asks [`World::next_turn`] and reports with [`World::after_turn`]: one loop that calls the participants'
+//! event loops, or [`Threads`], where each participant blocks in `wait` of its platform.
 
 mod platform;
 mod side;
 mod threads;
+mod turns;
 mod wires;
 
 use std::cmp::Reverse;
@@ -24,7 +25,8 @@ use crate::random::Random;
 
 pub use platform::Virtual;
 pub use side::{Side, Thread};
-pub use threads::{Fate, Threads, Trouble};
+pub use threads::Threads;
+pub use turns::{Fate, Trouble};
 pub use wires::{Conditions, Move, Wires};
 
 /// How fast a participant's computer is, in nanoseconds.

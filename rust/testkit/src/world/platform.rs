@@ -10,7 +10,7 @@ use lf_model::time::Instant;
 use lf_runtime::platform::{Endpoint, Interest, IpAddress, NetError, Platform, RandomError, SocketId, Transfer};
 use lf_runtime::trace::{Event, Record};
 
-use super::threads::Turns;
+use super::turns::Turns;
 use super::{Shared, Side, Wires};
 use crate::network::Medium;
 
@@ -139,8 +139,8 @@ impl<M: Medium> Platform for Virtual<M> {
         self.world.lock().network.set_interest(self.me, socket, interest);
     }
 
-    /// Blocks a participant that has a thread of its own. Else it returns at once: one loop drives all, and calls it when
-    /// there is something or the time has come.
+    /// Blocks a participant that has a thread of its own. Else it returns at once: one loop drives all, and calls it
+    /// when there is something or the time has come.
     fn wait(&mut self, until: Deadline, ready: &mut dyn FnMut(SocketId, Interest)) {
         if let Some(turns) = &self.turns {
             turns.pass(self.me, self.side.virtual_time(until));
