@@ -9,8 +9,7 @@ use lf_model::{Engine, Program as _, Settings};
 use lf_runtime::platform::Endpoint;
 use lf_runtime::{All, Buffers, Join, RunError, run_federate, run_unfederated};
 use lf_testkit::network::address_of;
-use lf_testkit::world::Conditions;
-use lf_testkit::world::{Fate, Threads, Trouble};
+use lf_testkit::world::{Conditions, Fate, Threads, Trouble};
 use support::federation::{PORT, Plan, RTI, edge, federation_of};
 use support::node::{Behavior, Node, NodeStorage};
 

@@ -6,8 +6,7 @@ mod support;
 
 use lf_coordination::rti::{AfterLoss, Outcome};
 use lf_model::time::Interval;
-use lf_testkit::world::Conditions;
-use lf_testkit::world::Fate;
+use lf_testkit::world::{Conditions, Fate};
 use proptest::prelude::*;
 use support::federation::{Edge, Plan, Report, edge, run};
 use support::node::Behavior;

@@ -9,7 +9,7 @@ use lf_coordination::heap::{Growing, Memory, Sizes};
 use lf_coordination::rti::{AfterLoss, ClockSync as RtiClockSync, Config, Outcome, START_REPORT, SetupError};
 use lf_model::time::{Interval, Tag};
 use lf_model::{Engine, Settings};
-use lf_runtime::platform::{Endpoint, Interest, IpAddress, Platform as _, Transfer};
+use lf_runtime::platform::{Endpoint, Interest, IpAddress, Platform as _, SocketId, Transfer};
 use lf_runtime::trace::Record;
 use lf_runtime::{
     AwaitedInput, Buffers, ClockSync, Coordination, DELAY_NONE, FederateLoop, Federation, Inbound, Inlet, Join,
@@ -20,8 +20,7 @@ use lf_wire::Storage;
 
 use super::lines;
 use super::node::{Behavior, Late, Log, Node, NodeStorage, TardyStorage};
-use lf_testkit::world::Conditions;
-use lf_testkit::world::{Fate, Threads, Trouble, Virtual};
+use lf_testkit::world::{Blocking, Conditions, Fate, Threads, Trouble, Virtual};
 
 /// The port of the first listener of a federate.
 const FIRST_EPHEMERAL_PORT: u16 = 49_152;
@@ -293,6 +292,32 @@ pub fn run(plan: &Plan, conditions: Conditions) -> Report {
         world.start();
     });
     Report { records: world.records(), ..report(results.into_inner().unwrap(), world.trouble()) }
+}
+
+/// Runs one federate, while `act` plays its RTI, which has accepted its connection, and all others; how it went.
+pub fn run_with<const N: usize, T: Send>(
+    plan: &Plan,
+    id: u16,
+    clock_offset: Interval,
+    act: impl FnOnce(&mut Blocking, SocketId) -> T + Send,
+) -> (Ran, T) {
+    let world = Threads::new(Conditions::seeded(1));
+    let tester = world.join(Interval::ZERO, Interval::ZERO);
+    let mut federate = world.join(Interval::from_millis(1), clock_offset);
+    std::thread::scope(|scope| {
+        let acted = scope.spawn(move || {
+            let mut tester = Blocking::new(tester);
+            let listener = tester.platform.listen(PORT).unwrap();
+            let rti = tester.accept(listener);
+            act(&mut tester, rti)
+        });
+        let ran = scope.spawn(move || {
+            federate.begin();
+            run_node::<N>(plan, id, &mut federate)
+        });
+        world.start();
+        (ran.join().unwrap(), acted.join().unwrap())
+    })
 }
 
 fn report(results: Results, trouble: Option<Trouble>) -> Report {

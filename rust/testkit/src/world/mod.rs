@@ -8,6 +8,7 @@
 //! A driver asks [`World::next_turn`] and reports with [`World::after_turn`]: one loop that calls the participants'
 //! event loops, or [`Threads`], where each participant blocks in `wait` of its platform.
 
+mod blocking;
 mod platform;
 mod side;
 mod threads;
@@ -23,6 +24,7 @@ use lf_runtime::trace::Record;
 use crate::network::{Medium, Network};
 use crate::random::Random;
 
+pub use blocking::Blocking;
 pub use platform::Virtual;
 pub use side::{Side, Thread};
 pub use threads::Threads;
