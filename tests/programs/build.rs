@@ -47,8 +47,8 @@ fn module(path: &str, emitted: &Emitted, out: &Path) -> String {
     }
     let participant = |folder: &str| {
         let root = out.join(&program).join(folder).join("src/lib.rs");
-        let allowed = "#[allow(missing_docs, nonstandard_style, unreachable_pub)]";
-        format!("    {allowed}\n    #[path = {root:?}]\n    pub mod {folder};\n")
+        let allowed = "#[allow(clippy::unwrap_used, missing_docs, nonstandard_style, unreachable_pub)]";
+        format!("    {allowed}\n    #[path = \"{}\"]\n    pub mod {folder};\n", root.display())
     };
     let participants: String = emitted.participants.iter().map(|it| participant(&it.folder)).collect();
     format!("/// The program `{path}`.\npub mod {program} {{\n{participants}}}\n")

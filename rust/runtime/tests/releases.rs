@@ -43,7 +43,7 @@ fn attempts(header_bytes: usize) -> usize {
     let nodes = vec![Behavior::default(); 2];
     let coordination = Coordination::Decentralized;
     let plan = Plan { coordination, trials: 1, keepalive: true, ..Plan::new(nodes, vec![edge(0, 1)]) };
-    let play = |tester: &mut Blocking, rti| {
+    let act = |tester: &mut Blocking, rti| {
         tester.say(rti, &Message::Ack);
         // FED_IDS, NEIGHBOR_STRUCTURE without neighbors, UDP_PORT.
         tester.hear(rti, 4 + ID.len() + 9 + 3);
@@ -56,7 +56,7 @@ fn attempts(header_bytes: usize) -> usize {
         tester.platform.close(rti);
         attempts
     };
-    run_with::<2, _>(&plan, 0, Interval::ZERO, play).1
+    run_with::<2, _>(&plan, 0, Interval::ZERO, act).1
 }
 
 #[test]

@@ -104,8 +104,11 @@ fn threads_of_a_program_act_on_the_way_each_at_its_time() {
     assert_eq!(*SEEN.lock().unwrap(), [(1, begins + Interval::from_nanos(10))], "the program was no more");
 }
 
+/// What a participant does.
+type Act = Box<dyn FnOnce(&mut Virtual) + Send>;
+
 /// Runs these participants, each with a clock of its own, to their ends.
-fn run(threads: &Threads, participants: Vec<Box<dyn FnOnce(&mut Virtual) + Send>>) {
+fn run(threads: &Threads, participants: Vec<Act>) {
     let platforms: Vec<_> = participants.iter().map(|_| threads.join(Interval::ZERO, Interval::ZERO)).collect();
     thread::scope(|scope| {
         for (mut platform, participant) in platforms.into_iter().zip(participants) {

@@ -8,6 +8,7 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use lf_coordination::rti::{ClockSync, Config, Outcome, Status};
 use lf_model::time::Instant;
+use lf_testkit::random::Random;
 use lf_testkit::rti::{Rig, Sizes};
 use peer::{Peer, Plan};
 use proptest::prelude::*;
@@ -98,20 +99,10 @@ fn any_step() -> impl Strategy<Value = (usize, usize, Vec<u8>)> {
     (0..5usize, 0..4usize, proptest::collection::vec(any::<u8>(), 1..60))
 }
 
-/// A generator that only has to be different from seed to seed.
-struct Dice(u64);
-
-impl Dice {
-    fn below(&mut self, max: usize) -> usize {
-        self.0 = self.0.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
-        usize::try_from(self.0 >> 33).expect("31 bits fit") % max.max(1)
-    }
-}
-
 struct Run {
     rig: Rig,
     peers: Vec<Peer>,
-    dice: Dice,
+    random: Random,
 }
 
 impl Run {
@@ -122,15 +113,15 @@ impl Run {
         let mut rig = Rig::new(Config { window, ..config() }, sizes);
         let peers = plans.into_iter().zip(0u16..).map(|(plan, id)| Peer::new(id, plan, rig.connect(), FEDERATION));
         let peers = peers.collect();
-        Self { rig, peers, dice: Dice(seed) }
+        Self { rig, peers, random: Random::new(seed) }
     }
 
     /// Lets one peer do one thing. Returns whether it did.
     fn act(&mut self, peer: usize, what: usize, amount: usize) -> bool {
-        let Self { rig, peers, dice } = self;
+        let Self { rig, peers, random } = self;
         let peer = &mut peers[peer];
         match what {
-            0 => peer.step(&mut |max| dice.below(max)),
+            0 => peer.step(&mut |max| random.index(max)),
             1 => {
                 let wire = &rig.outlet.list[peer.connection.0];
                 let amount = amount.min(peer.outbox.len());
@@ -162,8 +153,8 @@ impl Run {
     fn run_out(&mut self) {
         loop {
             for _ in 0..50 {
-                let (peer, what) = (self.dice.below(self.peers.len()), self.dice.below(4));
-                let amount = 1 + self.dice.below(60);
+                let (peer, what) = (self.random.index(self.peers.len()), self.random.index(4));
+                let amount = 1 + self.random.index(60);
                 self.act(peer, what, amount);
             }
             let all = (0..self.peers.len()).flat_map(|peer| (0..4).map(move |what| (peer, what)));

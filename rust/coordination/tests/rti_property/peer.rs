@@ -77,7 +77,9 @@ impl Peer {
         let mut ids: Vec<u16> = downstream.iter().map(|(id, _)| *id).collect();
         ids.sort_unstable();
         ids.dedup();
-        introduction(id, federation, &upstream, &ids).iter().for_each(|message| peer.say(message));
+        for message in introduction(id, federation, &upstream, &ids) {
+            peer.say(&message);
+        }
         peer.say(&Message::Timestamp(0));
         peer
     }
