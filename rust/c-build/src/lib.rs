@@ -30,6 +30,7 @@ use compiler::Compiler;
 pub struct Program {
     /// Whether its bodies are C, which call the runtime of such.
     of_bodies: bool,
+    folder: PathBuf,
     includes: Vec<PathBuf>,
     flags: Vec<String>,
     sources: Vec<PathBuf>,
@@ -42,7 +43,7 @@ pub struct Program {
 
 /// The program in the folder `c`.
 pub fn program() -> Program {
-    Program { of_bodies: true, ..Program::default() }
+    Program { of_bodies: true, folder: "c".into(), ..Program::default() }
 }
 
 /// Files of C beside a program in Rust.
@@ -51,6 +52,12 @@ pub fn beside() -> Program {
 }
 
 impl Program {
+    /// The folder with the program's own files, in place of `c`.
+    pub fn folder(mut self, folder: impl Into<PathBuf>) -> Self {
+        self.folder = folder.into();
+        self
+    }
+
     /// A folder with headers; relative paths are those from the manifest.
     pub fn include(mut self, folder: impl Into<PathBuf>) -> Self {
         self.includes.push(folder.into());
@@ -139,7 +146,7 @@ impl Program {
     }
 
     fn build_bodies(self, out: &Path) {
-        let code = Path::new("c");
+        let code = &self.folder;
         if is_image() {
             let object = env::var_os("LF_C_SIZES").unwrap_or_default();
             println!("cargo::rerun-if-changed={}", Path::new(&object).display());
@@ -149,7 +156,7 @@ impl Program {
         // The crate lf-c lies beside this one.
         let runtime = Path::new(env!("CARGO_MANIFEST_DIR")).join("../c");
         let includes =
-            [runtime.join("include"), runtime.clone(), code.to_owned()].iter().chain(&self.includes).cloned().collect();
+            [runtime.join("include"), runtime.clone(), code.clone()].iter().chain(&self.includes).cloned().collect();
         let mut compiler = Compiler::new(includes, self.flags.clone(), out);
 
         let (types, own): (Vec<_>, Vec<_>) =
@@ -162,7 +169,7 @@ impl Program {
         compiler.finish();
 
         write_sizes(out, types.first().map(PathBuf::as_path));
-        println!("cargo::rerun-if-changed=c");
+        println!("cargo::rerun-if-changed={}", code.display());
         println!("cargo::rerun-if-changed={}", runtime.display());
         self.link(&files, &objects);
     }

@@ -2,16 +2,14 @@
 //! Authentication between our RTI and our federate, and who is kept out by it.
 #![allow(clippy::unwrap_used, reason = "a failed unwrap in a helper is that test's failure")]
 
-mod rti_support;
-
 use lf_coordination::FederateId;
 use lf_coordination::auth::{AUTHENTICATOR, Answer, answer_rti};
 use lf_coordination::federate::{ClockSync, Config, Disconnected, Event, Federate, FederateError, Phase};
 use lf_coordination::rti::{self, CONNECTION_TIME_OUT, ConnectionId};
 use lf_model::time::Instant;
 use lf_testkit::messages::encoded;
+use lf_testkit::rti::{Rig, Sizes};
 use lf_wire::{Decoded, Limits, Message, RejectCode, decode};
-use rti_support::{Sizes, World};
 
 const NOW: Instant = Instant::from_nanos(1_000_000);
 const KEY: &[u8] = b"grid";
@@ -26,10 +24,10 @@ fn federate(key: &'static [u8], authentication: bool) -> Federate<'static> {
     federate
 }
 
-fn rti(authentication: bool) -> World {
+fn rti(authentication: bool) -> Rig {
     let authentication = authentication.then_some(AUTHENTICATOR);
     let config = rti::Config { authentication, clock_sync: rti::ClockSync::Off, ..rti::Config::new(KEY, 64) };
-    World::new(config, Sizes::ample(1))
+    Rig::new(config, Sizes::ample(1))
 }
 
 /// What the federate has to say.
@@ -38,7 +36,7 @@ fn drain(federate: &mut Federate<'_>) -> Vec<Vec<u8>> {
 }
 
 /// Carries messages to and fro until both are silent, or the federate has failed, whose error this gives.
-fn talk(federate: &mut Federate<'_>, rti: &mut World, connection: ConnectionId) -> Result<(), FederateError> {
+fn talk(federate: &mut Federate<'_>, rti: &mut Rig, connection: ConnectionId) -> Result<(), FederateError> {
     let mut outcome = Ok(());
     loop {
         for message in drain(federate) {
@@ -100,34 +98,34 @@ fn an_rti_with_authentication_says_so_to_a_federate_that_has_it_not() {
 /// Somebody has recorded a handshake, and repeats the federate's part: the RTI's nonce is another one then.
 #[test]
 fn a_recorded_handshake_of_a_federate_is_worthless() {
-    let (mut original, mut world) = (federate(KEY, true), rti(true));
-    let connection = world.connect();
+    let (mut original, mut rig) = (federate(KEY, true), rti(true));
+    let connection = rig.connect();
     let nonce = drain(&mut original).remove(0);
-    world.send(connection, &nonce);
-    let answer = world.take(connection, usize::MAX);
+    rig.send(connection, &nonce);
+    let answer = rig.take(connection, usize::MAX);
     let Decoded::Complete { message, .. } = decode(&answer, &Limits::NONE).unwrap() else { panic!("it is cut") };
     original.handle_message(NOW, message).unwrap();
     let rest = drain(&mut original);
 
-    let replayed = world.connect();
-    world.send(replayed, &nonce);
-    assert_ne!(world.take(replayed, usize::MAX), answer);
+    let replayed = rig.connect();
+    rig.send(replayed, &nonce);
+    assert_ne!(rig.take(replayed, usize::MAX), answer);
     for message in &rest {
-        world.send(replayed, message);
+        rig.send(replayed, message);
     }
-    assert_eq!(world.take(replayed, usize::MAX), encoded(&Message::Reject(RejectCode::HmacMismatch)));
+    assert_eq!(rig.take(replayed, usize::MAX), encoded(&Message::Reject(RejectCode::HmacMismatch)));
     // The original one goes on.
-    world.send(connection, &rest.concat());
-    assert_eq!(world.take(connection, usize::MAX), encoded(&Message::Ack));
+    rig.send(connection, &rest.concat());
+    assert_eq!(rig.take(connection, usize::MAX), encoded(&Message::Ack));
 }
 
 /// Somebody has recorded an RTI's answer, and gives it to a federate whose nonce is another one.
 #[test]
 fn a_recorded_answer_of_an_rti_is_worthless() {
-    let (mut original, mut world) = (federate(KEY, true), rti(true));
-    let connection = world.connect();
-    world.send(connection, &drain(&mut original).concat());
-    let answer = world.take(connection, usize::MAX);
+    let (mut original, mut rig) = (federate(KEY, true), rti(true));
+    let connection = rig.connect();
+    rig.send(connection, &drain(&mut original).concat());
+    let answer = rig.take(connection, usize::MAX);
     let Decoded::Complete { message, .. } = decode(&answer, &Limits::NONE).unwrap() else { panic!("it is cut") };
 
     original.handle_disconnected().unwrap();
@@ -141,16 +139,16 @@ fn a_recorded_answer_of_an_rti_is_worthless() {
 /// A proof for one federate does not make its owner another one.
 #[test]
 fn who_has_proven_to_be_one_federate_cannot_join_as_another() {
-    let (mut federate, mut world) = (federate(KEY, true), rti(true));
-    let connection = world.connect();
-    world.send(connection, &drain(&mut federate).concat());
-    let answer = world.take(connection, usize::MAX);
+    let (mut federate, mut rig) = (federate(KEY, true), rti(true));
+    let connection = rig.connect();
+    rig.send(connection, &drain(&mut federate).concat());
+    let answer = rig.take(connection, usize::MAX);
     let Decoded::Complete { message, .. } = decode(&answer, &Limits::NONE).unwrap() else { panic!("it is cut") };
     federate.handle_message(NOW, message).unwrap();
-    world.send(connection, &drain(&mut federate)[0]);
-    world.message(connection, &Message::FedIds { federate: 1, federation_id: KEY });
-    assert_eq!(world.take(connection, usize::MAX), encoded(&Message::Reject(RejectCode::UnexpectedMessage)));
-    assert!(world.outlet.notices[0].contains("claimed to be federate 1"), "{:?}", world.outlet.notices);
+    rig.send(connection, &drain(&mut federate)[0]);
+    rig.message(connection, &Message::FedIds { federate: 1, federation_id: KEY });
+    assert_eq!(rig.take(connection, usize::MAX), encoded(&Message::Reject(RejectCode::UnexpectedMessage)));
+    assert!(rig.outlet.notices[0].contains("claimed to be federate 1"), "{:?}", rig.outlet.notices);
 }
 
 #[test]
@@ -158,19 +156,19 @@ fn a_handshake_that_ends_or_stops_in_the_middle_of_a_proof_is_given_up_and_the_i
     let hello = encoded(&Message::FedNonce { federate: 0, nonce: NONCE });
     let proof = encoded(&Message::FedResponse { hmac: [0; 32] });
     for (length, times_out) in [(1, false), (10, true), (11, false), (12, true), (hello.len() + 32, false)] {
-        let mut world = rti(true);
-        let connection = world.connect();
-        world.send(connection, &[&hello[..], &proof].concat()[..length]);
+        let mut rig = rti(true);
+        let connection = rig.connect();
+        rig.send(connection, &[&hello[..], &proof].concat()[..length]);
         if times_out {
-            let late = world.now + CONNECTION_TIME_OUT;
-            world.rti.handle_timeout(late, &mut world.outlet);
+            let late = rig.now + CONNECTION_TIME_OUT;
+            rig.rti.handle_timeout(late, &mut rig.outlet);
         } else {
-            world.close(connection);
+            rig.close(connection);
         }
-        let notice = &world.outlet.notices[0];
+        let notice = &rig.outlet.notices[0];
         assert!(notice.ends_with("before its handshake was complete"), "{length}: {notice}");
-        let next = world.connect();
-        assert_eq!(talk(&mut federate(KEY, true), &mut world, next), Ok(()));
+        let next = rig.connect();
+        assert_eq!(talk(&mut federate(KEY, true), &mut rig, next), Ok(()));
     }
 }
 

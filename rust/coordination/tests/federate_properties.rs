@@ -2,225 +2,30 @@
 //! What holds for the federate's state machine whatever happens to it.
 #![allow(clippy::unwrap_used, reason = "a failed unwrap in a helper is that test's failure")]
 
+mod federate_support;
+
 use std::collections::BTreeSet;
 
-use lf_coordination::federate::{ClockSync, Config, Event, Federate, Phase};
-use lf_coordination::{Deadline, FederateId, from_wire, to_wire};
-use lf_model::time::{Instant, Interval, Microstep, Tag};
-use lf_wire::{DELAY_NONE, Decoded, Limits, Message, RejectCode, decode};
+use federate_support::dialogue::{DOWNSTREAM, NOW, START, UPSTREAM, config, connected, started};
+use lf_coordination::federate::{Event, Federate, Phase};
+use lf_coordination::{from_wire, to_wire};
+use lf_model::time::{Interval, Tag};
+use lf_testkit::federate::{federate_raw, federate_structured};
+use lf_wire::{Message, RejectCode};
 use proptest::collection::vec;
 use proptest::prelude::*;
 
-const START: i64 = 1_000;
-/// One place per kind of control message, so that nothing can grow.
-const OUTBOX_MAX: usize = 11;
-
-fn config(upstream: bool, downstream: bool, physical: Option<i64>, sync: bool) -> Config<'static> {
-    let mut config = Config::new(FederateId(1), b"federation");
-    config.upstream = if upstream { &[(0, DELAY_NONE)] } else { &[] };
-    config.downstream = if downstream { &[2] } else { &[] };
-    config.physical_delay = physical.map(Interval::from_nanos);
-    config.advance_interval = Interval::from_nanos(5);
-    config.clock_sync = if sync { ClockSync::Init { trials: 2 } } else { ClockSync::Off };
-    config
-}
-
-/// Anything that an event loop or a peer can do.
-#[derive(Clone, Debug)]
-enum Deed {
-    Connected,
-    Disconnected,
-    Bytes(Vec<u8>),
-    Tagged(u8, Tag),
-    Time(u8, i64),
-    Timeout,
-    Written,
-    Transmit(usize),
-    NextEvent(Tag),
-    Begin(Tag),
-    Complete(bool),
-    Sent,
-    RequestStop(Tag),
-    LimitStop(Tag),
-    Finish,
-    Fail,
-}
-
-fn any_tag() -> impl Strategy<Value = Tag> {
-    let near =
-        (START - 2..START + 60, 0..3u32).prop_map(|(time, step)| Tag::new(Instant::from_nanos(time), Microstep(step)));
-    let any = any::<(i64, u32)>().prop_map(|(time, step)| Tag::new(Instant::from_nanos(time), Microstep(step)));
-    prop_oneof![8 => near, 1 => any, 1 => Just(Tag::FOREVER), 1 => Just(Tag::NEVER)]
-}
-
-fn any_deed() -> impl Strategy<Value = Deed> {
-    prop_oneof![
-        1 => Just(Deed::Connected),
-        1 => vec(any::<u8>(), 0..40).prop_map(Deed::Bytes),
-        8 => (0..10u8, any_tag()).prop_map(|(kind, tag)| Deed::Tagged(kind, tag)),
-        2 => (0..3u8, any::<i64>()).prop_map(|(kind, time)| Deed::Time(kind, time)),
-        2 => Just(Deed::Timeout),
-        2 => Just(Deed::Written),
-        4 => (0..60usize).prop_map(Deed::Transmit),
-        8 => any_tag().prop_map(Deed::NextEvent),
-        8 => any_tag().prop_map(Deed::Begin),
-        4 => any::<bool>().prop_map(Deed::Complete),
-        2 => Just(Deed::Sent),
-        1 => any_tag().prop_map(Deed::RequestStop),
-        1 => any_tag().prop_map(Deed::LimitStop),
-        1 => prop_oneof![Just(Deed::Finish), Just(Deed::Fail), Just(Deed::Disconnected)],
-    ]
-}
-
-fn message(kind: u8, tag: Tag) -> Message<'static> {
-    let tag = to_wire(tag);
-    match kind {
-        0 => Message::ProvisionalTagGrant(tag),
-        1 => Message::DownstreamNextEventTag(tag),
-        2 => Message::StopRequest(tag),
-        3 => Message::StopGranted(tag),
-        4 => Message::PortAbsent { port: 0, federate: 1, tag },
-        5 => Message::TaggedMessage { port: 0, federate: 1, tag, payload: b"payload" },
-        _ => Message::TagGrant(tag),
-    }
-}
-
-/// What this deed grants for certain, and what provisionally, if it is a grant.
-fn grant(deed: &Deed) -> Option<(Tag, Option<Tag>)> {
-    let provisional = |tag: Tag| (tag.before(), Some(tag));
-    match deed {
-        Deed::Tagged(0, tag) => Some(provisional(*tag)),
-        Deed::Tagged(6.., tag) => Some((*tag, None)),
-        Deed::Bytes(bytes) => match decode(bytes, &Limits::NONE) {
-            Ok(Decoded::Complete { message: Message::TagGrant(tag), .. }) => Some((from_wire(tag), None)),
-            Ok(Decoded::Complete { message: Message::ProvisionalTagGrant(tag), .. }) => {
-                Some(provisional(from_wire(tag)))
-            }
-            _ => None,
-        },
-        _ => None,
-    }
-}
-
-/// Does one deed. Returns false when the caller of the state machine would have to stop because of an error.
-fn act(federate: &mut Federate<'_>, now: Instant, deed: &Deed) -> bool {
-    let handle = |federate: &mut Federate<'_>, message| federate.handle_message(now, message).is_ok();
-    match deed {
-        Deed::Connected => federate.handle_connected(now, [0; 8]),
-        Deed::Disconnected => return federate.handle_disconnected().is_ok(),
-        Deed::Bytes(bytes) => {
-            if let Ok(Decoded::Complete { message, .. }) = decode(bytes, &Limits::NONE) {
-                return handle(federate, message);
-            }
-        }
-        Deed::Tagged(kind, tag) => return handle(federate, message(*kind, *tag)),
-        Deed::Time(kind, time) => {
-            let messages = [Message::T1(*time), Message::T4(*time), Message::Timestamp(*time)];
-            return handle(federate, messages[usize::from(*kind)]);
-        }
-        Deed::Timeout => return federate.handle_timeout(now).is_ok(),
-        Deed::Written => federate.handle_written(now),
-        Deed::Transmit(room) => drop(federate.poll_transmit(*room)),
-        Deed::NextEvent(tag) => drop(federate.next_event(now, *tag)),
-        Deed::Begin(tag) => return federate.begin(*tag).is_ok(),
-        Deed::Complete(input) => federate.complete(*input),
-        Deed::Sent => federate.sent(),
-        Deed::RequestStop(tag) => federate.request_stop(*tag),
-        Deed::LimitStop(tag) => federate.limit_stop(*tag),
-        Deed::Finish => federate.finish(),
-        Deed::Fail => federate.fail(),
-    }
-    true
-}
-
-/// The deeds that lead to the start.
-fn start(federate: &mut Federate<'_>, sync: bool) {
-    let drain = |federate: &mut Federate<'_>| while federate.poll_transmit(usize::MAX).is_some() {};
-    federate.handle_connected(Instant::from_nanos(0), [0; 8]);
-    drain(federate);
-    federate.handle_message(Instant::from_nanos(0), Message::Ack).unwrap();
-    drain(federate);
-    for _ in 0..if sync { 2 } else { 0 } {
-        federate.handle_message(Instant::from_nanos(0), Message::T1(0)).unwrap();
-        drain(federate);
-        federate.handle_message(Instant::from_nanos(0), Message::T4(0)).unwrap();
-        drain(federate);
-    }
-    assert_eq!(
-        federate.handle_message(Instant::from_nanos(0), Message::Timestamp(START)),
-        Ok(Event::Started(Instant::from_nanos(START)))
-    );
-}
-
 proptest! {
-    /// No sequence of deeds and messages, sensible or not, makes the state machine panic, gives more output than it has
-    /// places for, lets a tag begin that was not granted or lies after the stop tag, or brings it back from its end.
+    /// No sequence of operations and messages, sensible or not, breaks it.
     #[test]
-    fn nothing_breaks_it(
-        (upstream, downstream, sync, started) in any::<(bool, bool, bool, bool)>(),
-        physical in proptest::option::of(0..20i64),
-        deeds in vec((any_deed(), 0..9i64), 0..80),
-    ) {
-        let mut federate = Federate::new(config(upstream, downstream, physical, sync)).unwrap();
-        if started {
-            start(&mut federate, sync);
-        }
-        let (mut granted, mut provisional, mut now) = (Tag::NEVER, None, Instant::from_nanos(START));
-        for (deed, pause) in &deeds {
-            now = now + Interval::from_nanos(*pause);
-            let before = (federate.phase(), federate.current(), federate.stop_tag());
-            let stops = |tag| federate.awaits_stop_tag() || federate.stop_tag() == Some(tag);
-            let takes_back = |tag| stops(tag) && tag > federate.current() && tag <= federate.granted();
-            let taken_back = grant(deed).and_then(|(_, cycle)| cycle.filter(|tag| takes_back(*tag)));
-            let ok = act(&mut federate, now, deed);
-            if let (Some(tag), Phase::Running) = (taken_back, before.0) {
-                granted = tag.before();
-                provisional = provisional.filter(|provisional| *provisional < tag);
-            } else if let (Some((tag, cycle)), Phase::Running) = (grant(deed), before.0) {
-                granted = granted.max(tag);
-                provisional = provisional.max(cycle.filter(|tag| *tag != Tag::FOREVER));
-            }
-            prop_assert!(federate.summons().is_none_or(|tag| Some(tag) == provisional && tag > federate.current()));
-            prop_assert_eq!(federate.granted(), granted, "grants come from the RTI only");
-            if federate.current() != before.1 {
-                prop_assert!(ok && matches!(deed, Deed::Begin(_)) && federate.current() > before.1);
-                let in_cycle = provisional == Some(federate.current());
-                prop_assert!(!upstream || federate.current() <= federate.granted() || in_cycle);
-                prop_assert!(before.2.is_none_or(|stop| federate.current() <= stop));
-            }
-            prop_assert!(ok || federate.phase() >= Phase::Ended);
-            prop_assert!(federate.phase() >= before.0 || federate.phase() == Phase::Disconnected);
-            if before.0 >= Phase::Ended {
-                prop_assert_eq!(federate.phase(), before.0);
-            }
-            let mut copy = federate.clone();
-            let messages = std::iter::from_fn(|| copy.poll_transmit(usize::MAX)).take(OUTBOX_MAX + 1).count();
-            prop_assert!(messages <= OUTBOX_MAX);
-            if let Deadline::At(time) = federate.poll_timeout() {
-                // A time-out that was handled does not come again at once.
-                let mut copy = federate.clone();
-                let _ = copy.handle_timeout(time);
-                prop_assert!(!copy.poll_timeout().is_due(time), "{:?} again at {:?}", copy.poll_timeout(), time);
-            }
-        }
+    fn nothing_breaks_it(data in vec(any::<u8>(), 0..1500)) {
+        federate_structured(&data);
     }
 
     /// Bytes from the RTI, cut anywhere: whatever decodes is handled or refused, and refused for good.
     #[test]
-    fn random_bytes_are_survived(started: bool, bytes in vec(prop_oneof![0..27u8, any::<u8>()], 0..400)) {
-        let mut federate = Federate::new(config(true, true, None, true)).unwrap();
-        if started { start(&mut federate, true) } else { federate.handle_connected(Instant::from_nanos(0), [0; 8]) }
-        let mut rest = &bytes[..];
-        while let Some(tail) = rest.get(1..) {
-            rest = match decode(rest, &Limits { payload_bytes_max: 64, ..Limits::NONE }) {
-                Ok(Decoded::Complete { message, len }) => {
-                    let failed = federate.handle_message(Instant::from_nanos(0), message).is_err();
-                    prop_assert!(!failed || federate.phase() == Phase::Failed);
-                    &rest[len..]
-                }
-                _ => tail,
-            };
-        }
+    fn random_bytes_are_survived(choice: u8, bytes in vec(prop_oneof![0..27u8, any::<u8>()], 0..400)) {
+        federate_raw(&[&[choice][..], &bytes].concat());
     }
 }
 
@@ -270,10 +75,10 @@ struct Loop {
 
 impl Loop {
     fn new(upstream: bool, downstream: bool) -> Self {
-        let mut federate = Federate::new(config(upstream, downstream, None, false)).unwrap();
-        start(&mut federate, false);
-        let first = Tag::at(Instant::from_nanos(START));
-        federate.next_event(Instant::from_nanos(0), first);
+        let upstream_federates = if upstream { UPSTREAM } else { &[] };
+        let mut federate = started(config(upstream_federates, if downstream { DOWNSTREAM } else { &[] }));
+        let first = Tag::at(START);
+        federate.next_event(NOW, first);
         let events = BTreeSet::from([first]);
         Self {
             federate,
@@ -288,16 +93,16 @@ impl Loop {
     }
 
     fn turn(&mut self, turn: &Turn) {
-        let current = self.federate.current().max(Tag::at(Instant::from_nanos(START)));
+        let current = self.federate.current().max(Tag::at(START));
         let after = |tag: Tag, ns: i64| Tag::at(tag.time + Interval::from_nanos(ns));
-        let granted = self.federate.granted().max(Tag::at(Instant::from_nanos(START)).before());
+        let granted = self.federate.granted().max(Tag::at(START).before());
         match *turn {
             Turn::Grant(ns) if self.upstream => self.handle(Message::TagGrant(to_wire(after(granted, ns)))),
             Turn::Message(ns) if self.upstream => {
                 let tag = after(granted.max(current), ns);
                 let message = Message::TaggedMessage { port: 0, federate: 1, tag: to_wire(tag), payload: &[] };
                 assert_eq!(
-                    self.federate.handle_message(Instant::from_nanos(0), message),
+                    self.federate.handle_message(NOW, message),
                     Ok(Event::Message { port: 0, tag, payload: &[] })
                 );
                 self.message = self.message.min(tag);
@@ -310,11 +115,11 @@ impl Loop {
             Turn::Drain => self.drain(),
             Turn::Grant(_) | Turn::Message(_) => {}
         }
-        self.federate.next_event(Instant::from_nanos(0), self.next());
+        self.federate.next_event(NOW, self.next());
     }
 
     fn handle(&mut self, message: Message<'_>) {
-        self.federate.handle_message(Instant::from_nanos(0), message).unwrap();
+        self.federate.handle_message(NOW, message).unwrap();
     }
 
     fn next(&self) -> Tag {
@@ -387,9 +192,8 @@ proptest! {
     /// A rejection ends every handshake, whatever its code, unless it may pass.
     #[test]
     fn every_rejection_is_final(code: u8) {
-        let mut federate = Federate::new(config(false, true, None, true)).unwrap();
-        federate.handle_connected(Instant::from_nanos(0), [0; 8]);
-        let rejected = federate.handle_message(Instant::from_nanos(0), Message::Reject(RejectCode::from_byte(code)));
+        let mut federate = connected(config(&[], DOWNSTREAM));
+        let rejected = federate.handle_message(NOW, Message::Reject(RejectCode::from_byte(code)));
         if RejectCode::from_byte(code) == RejectCode::IdInUse {
             prop_assert_eq!((rejected, federate.phase()), (Ok(Event::IdInUse), Phase::Disconnected));
             return Ok(());

@@ -5,7 +5,6 @@
 #![allow(clippy::unwrap_used, reason = "a failed unwrap in a helper is that test's failure")]
 
 mod federation_support;
-mod rti_support;
 
 use std::collections::BTreeSet;
 
@@ -15,8 +14,8 @@ use lf_coordination::federate::{Disconnected, Phase};
 use lf_coordination::rti::{ClockSync as RtiClockSync, Config as RtiConfig, Outcome, Status, WINDOW};
 use lf_model::time::Interval;
 use lf_testkit::random::Random;
+use lf_testkit::rti::{Rig, Sizes};
 use proptest::prelude::*;
-use rti_support::{Sizes, World};
 
 /// Longer than any payload here: answers to stop requests are looked for in as many bytes.
 const PAYLOAD_MAX: usize = 1 << 16;
@@ -50,8 +49,8 @@ fn run(graph: &Graph, manner: Manner) -> Vec<Trace> {
     let count = graph.periods.len();
     let clock_sync = RtiClockSync::Init { trials: 3 };
     let config = RtiConfig { clock_sync, dnet, window, ..RtiConfig::new(b"random", PAYLOAD_MAX) };
-    let mut world = World::new(config, Sizes { output: 128, ..Sizes::ample(count) });
-    let mut participants: Vec<_> = (0..).take(count).map(|id| Participant::new(id, graph, &mut world, room)).collect();
+    let mut rig = Rig::new(config, Sizes { output: 128, ..Sizes::ample(count) });
+    let mut participants: Vec<_> = (0..).take(count).map(|id| Participant::new(id, graph, &mut rig, room)).collect();
     // Who is next, and how much it does.
     let mut random = Random::new(seed);
     for _ in 0..TURNS_MAX {
@@ -61,12 +60,12 @@ fn run(graph: &Graph, manner: Manner) -> Vec<Trace> {
         let index = random.index(count);
         let participant = &mut participants[index];
         let connection = participant.connection;
-        world.now = world.now + Interval::from_nanos(1);
-        let now = world.now;
+        rig.now = rig.now + Interval::from_nanos(1);
+        let now = rig.now;
         match random.below(3) {
             _ if participant.closed => {}
             0 => {
-                let bytes = world.take(connection, random.count(1, 40));
+                let bytes = rig.take(connection, random.count(1, 40));
                 participant.receive(now, &bytes);
                 participant.check_queues(window);
             }
@@ -77,7 +76,7 @@ fn run(graph: &Graph, manner: Manner) -> Vec<Trace> {
                     participant.federate.handle_written(now);
                 }
                 participant.tell(now);
-                world.send(connection, &bytes);
+                rig.send(connection, &bytes);
             }
             _ if slow == Some(index) && random.below(40) > 0 => {}
             _ => {
@@ -86,16 +85,16 @@ fn run(graph: &Graph, manner: Manner) -> Vec<Trace> {
             }
         }
         // The RTI ends its direction when it has read the RESIGN.
-        let ended = world.outlet.list[connection.0].ended;
+        let ended = rig.outlet.list[connection.0].ended;
         if participant.federate.phase() == Phase::Ended && ended && !participant.closed {
             assert_eq!(participant.federate.handle_disconnected(), Ok(Disconnected::Ended));
-            world.close(connection);
+            rig.close(connection);
             participant.closed = true;
         }
     }
     let stuck: Vec<_> = participants.iter().filter(|participant| !participant.closed).map(|p| &p.federate).collect();
     assert!(stuck.is_empty(), "these have not come to their end: {stuck:#?}");
-    assert_eq!(world.rti.status(), Status::Finished(Outcome::Complete));
+    assert_eq!(rig.rti.status(), Status::Finished(Outcome::Complete));
     // Who has come to its time-out before somebody asks is not told any more.
     let stop_tags: BTreeSet<_> =
         participants.iter().filter_map(|participant| participant.federate.stop_tag()).collect();

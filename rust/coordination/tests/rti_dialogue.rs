@@ -1,118 +1,116 @@
 // SPDX-License-Identifier: Apache-2.0
 //! What the RTI does when peers leave, misbehave or do not read, which no recording shows.
 
-mod rti_support;
-
 use lf_coordination::Deadline;
 use lf_coordination::rti::{AfterLoss, CLOCK_TIME_OUT, Cause, Config, Outcome, Status};
 use lf_model::time::{Instant, Interval};
+use lf_testkit::rti::dialogue::{FEDERATION, START, Upstream, at, chain, config, hello, message, read, started, wait};
+use lf_testkit::rti::{Awaited, Rig, Sizes};
 use lf_wire::{ADDRESS_PORT_UNKNOWN, DELAY_NONE, Message, NeighborStructure, RejectCode, Tag};
-use rti_support::dialogue::{FEDERATION, START, Upstream, at, chain, config, hello, message, read, started, wait};
-use rti_support::{Awaited, Sizes, World};
 
 #[test]
 fn a_lost_federate_holds_nobody_up() {
-    let (mut world, connections) = chain(config(), Sizes::ample(3));
-    world.message(connections[1], &Message::NextEventTag(at(5)));
-    world.close(connections[0]);
-    assert_eq!(read(&mut world, connections[1]), ["TAG FOREVER"]);
-    assert!(world.outlet.notices.contains(&"federate 0 is lost: its connection ended without a word".to_owned()));
+    let (mut rig, connections) = chain(config(), Sizes::ample(3));
+    rig.message(connections[1], &Message::NextEventTag(at(5)));
+    rig.close(connections[0]);
+    assert_eq!(read(&mut rig, connections[1]), ["TAG FOREVER"]);
+    assert!(rig.outlet.notices.contains(&"federate 0 is lost: its connection ended without a word".to_owned()));
     for connection in &connections[1..] {
-        world.message(*connection, &Message::Resign);
+        rig.message(*connection, &Message::Resign);
     }
     let lost = Outcome::Lost { federate: 0.into(), cause: Cause::ConnectionLost };
-    assert_eq!(world.rti.status(), Status::Finished(lost));
+    assert_eq!(rig.rti.status(), Status::Finished(lost));
 }
 
 #[test]
 fn a_loss_can_stop_all() {
     let config = Config { after_loss: AfterLoss::StopAll, ..config() };
-    let (mut world, connections) = chain(config, Sizes::ample(3));
-    world.message(connections[0], &Message::Failed);
+    let (mut rig, connections) = chain(config, Sizes::ample(3));
+    rig.message(connections[0], &Message::Failed);
     // No grant before it, which would let the first one downstream end as if all had come to an end in order.
-    assert_eq!(read(&mut world, connections[1]), ["FAILED"]);
-    assert_eq!(read(&mut world, connections[2]), ["FAILED"]);
-    assert!(connections.iter().all(|connection| !world.outlet.list[connection.0].open));
+    assert_eq!(read(&mut rig, connections[1]), ["FAILED"]);
+    assert_eq!(read(&mut rig, connections[2]), ["FAILED"]);
+    assert!(connections.iter().all(|connection| !rig.outlet.list[connection.0].open));
     let lost = Outcome::Lost { federate: 0.into(), cause: Cause::Failed };
-    assert_eq!(world.rti.status(), Status::Finished(lost));
+    assert_eq!(rig.rti.status(), Status::Finished(lost));
 }
 
 #[test]
 fn an_aborted_federation_has_failed_for_all() {
-    let (mut world, connections) = chain(config(), Sizes::ample(2));
-    world.rti.abort(&mut world.outlet);
-    assert_eq!(read(&mut world, connections[0]), ["FAILED"]);
-    assert_eq!(read(&mut world, connections[1]), ["FAILED"]);
-    assert_eq!(world.rti.status(), Status::Finished(Outcome::Aborted));
-    assert_eq!(world.rti.poll_timeout(), Deadline::Never);
+    let (mut rig, connections) = chain(config(), Sizes::ample(2));
+    rig.rti.abort(&mut rig.outlet);
+    assert_eq!(read(&mut rig, connections[0]), ["FAILED"]);
+    assert_eq!(read(&mut rig, connections[1]), ["FAILED"]);
+    assert_eq!(rig.rti.status(), Status::Finished(Outcome::Aborted));
+    assert_eq!(rig.rti.poll_timeout(), Deadline::Never);
 }
 
 #[test]
 fn whoever_is_lost_before_the_start_can_come_again() {
-    let mut world = World::new(config(), Sizes::ample(2));
-    let first = hello(&mut world, 0, &[]);
-    world.message(first, &Message::Timestamp(1_000_000));
-    world.close(first);
+    let mut rig = Rig::new(config(), Sizes::ample(2));
+    let first = hello(&mut rig, 0, &[]);
+    rig.message(first, &Message::Timestamp(1_000_000));
+    rig.close(first);
     let lost = "federate 0 is lost before the start, its place is free again: its connection ended without a word";
-    assert!(world.outlet.notices.contains(&lost.to_owned()));
+    assert!(rig.outlet.notices.contains(&lost.to_owned()));
 
-    let second = hello(&mut world, 1, &[]);
-    world.message(second, &Message::Timestamp(0));
-    assert_eq!(read(&mut world, second), [""; 0], "the clock of the lost federate does not count");
-    let again = hello(&mut world, 0, &[]);
-    world.message(again, &Message::Timestamp(7));
-    assert_eq!(world.rti.start_time(), Some(Instant::from_nanos(START + 7)));
-    assert_eq!(read(&mut world, second), ["TIMESTAMP"]);
+    let second = hello(&mut rig, 1, &[]);
+    rig.message(second, &Message::Timestamp(0));
+    assert_eq!(read(&mut rig, second), [""; 0], "the clock of the lost federate does not count");
+    let again = hello(&mut rig, 0, &[]);
+    rig.message(again, &Message::Timestamp(7));
+    assert_eq!(rig.rti.start_time(), Some(Instant::from_nanos(START + 7)));
+    assert_eq!(read(&mut rig, second), ["TIMESTAMP"]);
 }
 
 #[test]
 fn a_silent_connection_is_given_up_and_its_id_is_free() {
-    let mut world = World::new(config(), Sizes::ample(1));
-    let silent = world.connect();
-    world.message(silent, &Message::FedIds { federate: 0, federation_id: FEDERATION });
-    assert_eq!(world.rti.poll_timeout(), Deadline::At(world.now + Interval::from_secs(10)));
-    wait(&mut world, Interval::from_secs(10));
-    assert!(!world.outlet.list[silent.0].open);
-    world.take(silent, usize::MAX);
-    hello(&mut world, 0, &[]);
-    assert_eq!(world.rti.poll_timeout(), Deadline::At(world.now + CLOCK_TIME_OUT));
+    let mut rig = Rig::new(config(), Sizes::ample(1));
+    let silent = rig.connect();
+    rig.message(silent, &Message::FedIds { federate: 0, federation_id: FEDERATION });
+    assert_eq!(rig.rti.poll_timeout(), Deadline::At(rig.now + Interval::from_secs(10)));
+    wait(&mut rig, Interval::from_secs(10));
+    assert!(!rig.outlet.list[silent.0].open);
+    rig.take(silent, usize::MAX);
+    hello(&mut rig, 0, &[]);
+    assert_eq!(rig.rti.poll_timeout(), Deadline::At(rig.now + CLOCK_TIME_OUT));
 }
 
 #[test]
 fn a_resigned_federate_that_does_not_close_is_closed() {
-    let (mut world, connections) = chain(config(), Sizes::ample(2));
-    world.message(connections[0], &Message::Resign);
-    assert_eq!(read(&mut world, connections[1]), ["TAG FOREVER"], "the others do not wait for the end");
-    assert!(world.outlet.list[connections[0].0].open);
-    wait(&mut world, Interval::from_secs(10));
-    assert!(!world.outlet.list[connections[0].0].open);
+    let (mut rig, connections) = chain(config(), Sizes::ample(2));
+    rig.message(connections[0], &Message::Resign);
+    assert_eq!(read(&mut rig, connections[1]), ["TAG FOREVER"], "the others do not wait for the end");
+    assert!(rig.outlet.list[connections[0].0].open);
+    wait(&mut rig, Interval::from_secs(10));
+    assert!(!rig.outlet.list[connections[0].0].open);
 }
 
 #[test]
 fn a_federate_that_leaves_while_a_stop_is_pending_has_agreed() {
     for goodbye in [Some(Message::Resign), Some(Message::Failed), None] {
-        let (mut world, connections) = chain(config(), Sizes::ample(2));
-        world.message(connections[0], &Message::StopRequest(at(5)));
-        assert_eq!(read(&mut world, connections[1]), ["STOP_REQUEST"]);
+        let (mut rig, connections) = chain(config(), Sizes::ample(2));
+        rig.message(connections[0], &Message::StopRequest(at(5)));
+        assert_eq!(read(&mut rig, connections[1]), ["STOP_REQUEST"]);
         match goodbye {
-            Some(goodbye) => world.message(connections[1], &goodbye),
-            None => world.close(connections[1]),
+            Some(goodbye) => rig.message(connections[1], &goodbye),
+            None => rig.close(connections[1]),
         }
-        assert_eq!(read(&mut world, connections[0]), ["STOP_GRANTED"]);
+        assert_eq!(read(&mut rig, connections[0]), ["STOP_GRANTED"]);
     }
 }
 
 #[test]
 fn who_does_not_answer_a_stop_request_is_expelled_and_the_others_stop() {
-    let (mut world, connections) = chain(config(), Sizes::ample(3));
-    world.message(connections[0], &Message::StopRequest(at(5)));
-    world.message(connections[1], &Message::StopReply(at(7)));
-    assert_eq!(world.rti.poll_timeout(), Deadline::At(world.now + Interval::from_secs(30)));
-    wait(&mut world, Interval::from_secs(30));
-    assert_eq!(read(&mut world, connections[2]), ["STOP_REQUEST", "FAILED"]);
-    assert_eq!(read(&mut world, connections[1]), ["STOP_REQUEST", "STOP_GRANTED"]);
-    assert_eq!(read(&mut world, connections[0]), ["STOP_GRANTED"]);
-    assert!(world.outlet.notices.contains(&"the federation stops at (1000000007, 0)".to_owned()));
+    let (mut rig, connections) = chain(config(), Sizes::ample(3));
+    rig.message(connections[0], &Message::StopRequest(at(5)));
+    rig.message(connections[1], &Message::StopReply(at(7)));
+    assert_eq!(rig.rti.poll_timeout(), Deadline::At(rig.now + Interval::from_secs(30)));
+    wait(&mut rig, Interval::from_secs(30));
+    assert_eq!(read(&mut rig, connections[2]), ["STOP_REQUEST", "FAILED"]);
+    assert_eq!(read(&mut rig, connections[1]), ["STOP_REQUEST", "STOP_GRANTED"]);
+    assert_eq!(read(&mut rig, connections[0]), ["STOP_GRANTED"]);
+    assert!(rig.outlet.notices.contains(&"the federation stops at (1000000007, 0)".to_owned()));
 }
 
 #[test]
@@ -134,13 +132,13 @@ fn a_federate_that_breaks_the_protocol_is_told_and_the_others_go_on() {
         (&[255], "ACK may not come at this point"),
     ];
     for (bytes, reason) in wrong {
-        let (mut world, connections) = chain(config(), Sizes::ample(2));
-        world.send(connections[0], bytes);
-        assert_eq!(read(&mut world, connections[0]), ["FAILED"]);
-        assert!(!world.outlet.list[connections[0].0].open);
-        assert_eq!(read(&mut world, connections[1]), ["TAG FOREVER"]);
+        let (mut rig, connections) = chain(config(), Sizes::ample(2));
+        rig.send(connections[0], bytes);
+        assert_eq!(read(&mut rig, connections[0]), ["FAILED"]);
+        assert!(!rig.outlet.list[connections[0].0].open);
+        assert_eq!(read(&mut rig, connections[1]), ["TAG FOREVER"]);
         let expected = format!("federate 0 is lost: it broke the protocol: {reason}");
-        assert_eq!(world.outlet.notices.last(), Some(&expected));
+        assert_eq!(rig.outlet.notices.last(), Some(&expected));
     }
 }
 
@@ -156,27 +154,27 @@ fn neighbors_that_cannot_be_are_refused() {
         (&[(1, 0), (2, 0)], &[], "it has more upstream federates than the 1 that this RTI has room for"),
     ];
     for (upstream, downstream, reason) in wrong {
-        let mut world = World::new(config(), sizes);
-        let connection = world.connect();
-        world.message(connection, &Message::FedIds { federate: 0, federation_id: FEDERATION });
-        world.message(connection, &Message::NeighborStructure(NeighborStructure::new(upstream, downstream)));
-        assert_eq!(read(&mut world, connection), ["ACK", "REJECT"]);
+        let mut rig = Rig::new(config(), sizes);
+        let connection = rig.connect();
+        rig.message(connection, &Message::FedIds { federate: 0, federation_id: FEDERATION });
+        rig.message(connection, &Message::NeighborStructure(NeighborStructure::new(upstream, downstream)));
+        assert_eq!(read(&mut rig, connection), ["ACK", "REJECT"]);
         let code = RejectCode::UnexpectedMessage;
         let expected = format!("a connection was refused that claims to be federate 0: {code}; {reason}");
-        assert_eq!(world.outlet.notices.last(), Some(&expected));
+        assert_eq!(rig.outlet.notices.last(), Some(&expected));
     }
 }
 
 #[test]
 fn a_t3_in_the_name_of_another_is_refused() {
-    let mut world = World::new(Config::new(FEDERATION, 100), Sizes::ample(2));
-    let connection = world.connect();
-    world.message(connection, &Message::FedIds { federate: 0, federation_id: FEDERATION });
-    world.message(connection, &Message::NeighborStructure(NeighborStructure::new(&[], &[])));
-    world.message(connection, &Message::UdpPort(0));
-    assert_eq!(read(&mut world, connection), ["ACK", "T1"]);
-    world.message(connection, &Message::T3 { federate: 1 });
-    assert_eq!(read(&mut world, connection), ["REJECT"]);
+    let mut rig = Rig::new(Config::new(FEDERATION, 100), Sizes::ample(2));
+    let connection = rig.connect();
+    rig.message(connection, &Message::FedIds { federate: 0, federation_id: FEDERATION });
+    rig.message(connection, &Message::NeighborStructure(NeighborStructure::new(&[], &[])));
+    rig.message(connection, &Message::UdpPort(0));
+    assert_eq!(read(&mut rig, connection), ["ACK", "T1"]);
+    rig.message(connection, &Message::T3 { federate: 1 });
+    assert_eq!(read(&mut rig, connection), ["REJECT"]);
 }
 
 /// Room for two of the longest messages, which are 21 + 100 bytes.
@@ -185,74 +183,74 @@ const TIGHT: usize = 242;
 #[test]
 fn a_sender_waits_while_its_destination_does_not_read() {
     let sizes = Sizes { output: TIGHT, ..Sizes::ample(2) };
-    let (mut world, connections) = chain(config(), sizes);
+    let (mut rig, connections) = chain(config(), sizes);
     let payloads: Vec<_> = (0..10u8).map(|number| vec![number; 100]).collect();
     for (payload, ns) in payloads.iter().zip(1..) {
         let mut bytes = vec![0; 121];
         message(1, ns, payload).encode(&mut bytes).expect("it has 121 bytes");
-        world.outlet.list[connections[0].0].incoming.extend(bytes);
+        rig.outlet.list[connections[0].0].incoming.extend(bytes);
     }
-    world.pump(connections[0]);
-    assert_eq!(world.outlet.list[connections[0].0].blocked, Some(Awaited::Room(connections[1])));
-    assert_eq!(world.outlet.list[connections[0].0].incoming.len(), 8 * 121);
+    rig.pump(connections[0]);
+    assert_eq!(rig.outlet.list[connections[0].0].blocked, Some(Awaited::Room(connections[1])));
+    assert_eq!(rig.outlet.list[connections[0].0].incoming.len(), 8 * 121);
     let mut received = Vec::new();
-    while !world.outlet.list[connections[1].0].outgoing.is_empty() {
-        received.extend(read(&mut world, connections[1]));
+    while !rig.outlet.list[connections[1].0].outgoing.is_empty() {
+        received.extend(read(&mut rig, connections[1]));
     }
     let expected: Vec<_> = payloads.iter().map(|payload| format!("message {payload:?}")).collect();
     assert_eq!(received, expected);
-    assert_eq!(world.outlet.list[connections[0].0].blocked, None);
+    assert_eq!(rig.outlet.list[connections[0].0].blocked, None);
 }
 
 #[test]
 fn a_sender_whose_destination_leaves_need_not_wait() {
     let sizes = Sizes { output: TIGHT, ..Sizes::ample(2) };
     for resigns in [true, false] {
-        let (mut world, connections) = chain(config(), sizes);
+        let (mut rig, connections) = chain(config(), sizes);
         for ns in 1..4 {
-            world.message(connections[0], &message(1, ns, &[0; 100]));
+            rig.message(connections[0], &message(1, ns, &[0; 100]));
         }
-        assert_eq!(world.outlet.list[connections[0].0].blocked, Some(Awaited::Room(connections[1])));
+        assert_eq!(rig.outlet.list[connections[0].0].blocked, Some(Awaited::Room(connections[1])));
         if resigns {
-            world.message(connections[1], &Message::Resign);
+            rig.message(connections[1], &Message::Resign);
         } else {
-            world.close(connections[1]);
+            rig.close(connections[1]);
         }
-        assert_eq!(world.outlet.list[connections[0].0].blocked, None);
+        assert_eq!(rig.outlet.list[connections[0].0].blocked, None);
         let dropped = "a message from federate 0 was dropped, because federate 1 has left".to_owned();
-        assert_eq!(world.outlet.notices.last(), Some(&dropped));
+        assert_eq!(rig.outlet.notices.last(), Some(&dropped));
     }
 }
 
 #[test]
 fn grants_without_room_are_worked_out_anew_when_there_is_some() {
     let sizes = Sizes { output: TIGHT, ..Sizes::ample(2) };
-    let (mut world, connections) = chain(config(), sizes);
-    world.message(connections[0], &message(1, 100, &[1; 100]));
-    world.message(connections[0], &message(1, 100, &[2; 100]));
-    world.message(connections[1], &Message::NextEventTag(at(1)));
+    let (mut rig, connections) = chain(config(), sizes);
+    rig.message(connections[0], &message(1, 100, &[1; 100]));
+    rig.message(connections[0], &message(1, 100, &[2; 100]));
+    rig.message(connections[1], &Message::NextEventTag(at(1)));
     for ns in 2..50 {
-        world.message(connections[0], &Message::NextEventTag(at(ns)));
+        rig.message(connections[0], &Message::NextEventTag(at(ns)));
     }
-    let first = read(&mut world, connections[1]);
+    let first = read(&mut rig, connections[1]);
     assert_eq!(first.len(), 2, "the messages are still there");
-    assert_eq!(read(&mut world, connections[1]), ["TAG 48 4294967295"], "one grant stands for 48");
+    assert_eq!(read(&mut rig, connections[1]), ["TAG 48 4294967295"], "one grant stands for 48");
 }
 
 #[test]
 fn a_reply_without_room_holds_the_question_back() {
     let sizes = Sizes { output: 13, ..Sizes::ample(1) };
-    let (mut world, connections) = chain(config(), sizes);
+    let (mut rig, connections) = chain(config(), sizes);
     for _ in 0..3 {
         let mut bytes = vec![0; 3];
         Message::AddressQuery { federate: 0, is_transient: None }.encode(&mut bytes).expect("it has 3 bytes");
-        world.outlet.list[connections[0].0].incoming.extend(bytes);
+        rig.outlet.list[connections[0].0].incoming.extend(bytes);
     }
-    world.pump(connections[0]);
-    assert_eq!(world.outlet.list[connections[0].0].blocked, Some(Awaited::Room(connections[0])));
+    rig.pump(connections[0]);
+    assert_eq!(rig.outlet.list[connections[0].0].blocked, Some(Awaited::Room(connections[0])));
     let mut replies = 0;
-    while !world.outlet.list[connections[0].0].outgoing.is_empty() {
-        replies += read(&mut world, connections[0]).len();
+    while !rig.outlet.list[connections[0].0].outgoing.is_empty() {
+        replies += read(&mut rig, connections[0]).len();
     }
     assert_eq!(replies, 3);
 }
@@ -260,26 +258,26 @@ fn a_reply_without_room_holds_the_question_back() {
 #[test]
 fn nothing_overtakes_the_start_time() {
     let sizes = Sizes { output: 16, ..Sizes::ample(2) };
-    let mut world = World::new(config(), sizes);
-    let connections = [hello(&mut world, 0, &[]), hello(&mut world, 1, &[(0, DELAY_NONE)])];
-    world.message(connections[1], &Message::AddressQuery { federate: 0, is_transient: None });
+    let mut rig = Rig::new(config(), sizes);
+    let connections = [hello(&mut rig, 0, &[]), hello(&mut rig, 1, &[(0, DELAY_NONE)])];
+    rig.message(connections[1], &Message::AddressQuery { federate: 0, is_transient: None });
     for connection in connections {
-        world.message(connection, &Message::Timestamp(0));
+        rig.message(connection, &Message::Timestamp(0));
     }
-    world.message(connections[0], &Message::NextEventTag(Tag::FOREVER));
-    world.message(connections[0], &Message::Resign);
-    assert_eq!(read(&mut world, connections[1]), ["ADDRESS_QUERY_REPLY"]);
-    assert_eq!(read(&mut world, connections[1]), ["TIMESTAMP"]);
-    assert_eq!(read(&mut world, connections[1]), ["TAG FOREVER"]);
+    rig.message(connections[0], &Message::NextEventTag(Tag::FOREVER));
+    rig.message(connections[0], &Message::Resign);
+    assert_eq!(read(&mut rig, connections[1]), ["ADDRESS_QUERY_REPLY"]);
+    assert_eq!(read(&mut rig, connections[1]), ["TIMESTAMP"]);
+    assert_eq!(read(&mut rig, connections[1]), ["TAG FOREVER"]);
 }
 
 #[test]
 fn a_federate_may_not_speak_of_tags_before_the_start() {
-    let mut world = World::new(config(), Sizes::ample(2));
-    let connection = hello(&mut world, 0, &[]);
-    world.message(connection, &Message::NextEventTag(at(0)));
-    assert_eq!(read(&mut world, connection), ["FAILED"]);
-    hello(&mut world, 0, &[]);
+    let mut rig = Rig::new(config(), Sizes::ample(2));
+    let connection = hello(&mut rig, 0, &[]);
+    rig.message(connection, &Message::NextEventTag(at(0)));
+    assert_eq!(read(&mut rig, connection), ["FAILED"]);
+    hello(&mut rig, 0, &[]);
 }
 
 /// A cycle 0 → 1 → 2 → 0 with 0 ⇄ 2 beside it, in which all are at a tag when `lost` goes; what each is told then.
@@ -287,18 +285,18 @@ fn a_federate_may_not_speak_of_tags_before_the_start() {
 fn loss_in_cycle(lost: usize, stock: Option<usize>) -> Vec<Vec<String>> {
     let upstream = [vec![2], vec![0], vec![1, 0]];
     let upstream = upstream.map(|list: Vec<u16>| list.into_iter().map(|from| (from, DELAY_NONE)).collect());
-    let (mut world, connections) = started(config(), Sizes::ample(3), &upstream);
+    let (mut rig, connections) = started(config(), Sizes::ample(3), &upstream);
     for (federate, connection) in connections.iter().enumerate() {
         if stock != Some(federate) {
-            world.message(*connection, &Message::AddressAdvertisement { port: ADDRESS_PORT_UNKNOWN });
+            rig.message(*connection, &Message::AddressAdvertisement { port: ADDRESS_PORT_UNKNOWN });
         }
-        world.message(*connection, &Message::NextEventTag(at(0)));
+        rig.message(*connection, &Message::NextEventTag(at(0)));
     }
     for connection in &connections {
-        assert_eq!(read(&mut world, *connection), ["PTAG 0 0"]);
+        assert_eq!(read(&mut rig, *connection), ["PTAG 0 0"]);
     }
-    world.close(connections[lost]);
-    connections.iter().map(|connection| read(&mut world, *connection)).collect()
+    rig.close(connections[lost]);
+    connections.iter().map(|connection| read(&mut rig, *connection)).collect()
 }
 
 /// 2 waits at the tag for 1, and 0 for 2: no grant can say that 1 is no more, for the two are still in a cycle.
@@ -314,20 +312,20 @@ fn who_waits_for_a_lost_federate_within_a_tag_is_told() {
 fn losses_are_told_when_there_is_room() {
     let upstream = [vec![2, 1], vec![0], vec![0], vec![0]];
     let upstream = upstream.map(|list: Vec<u16>| list.into_iter().map(|from| (from, DELAY_NONE)).collect());
-    let (mut world, connections) = started(config(), Sizes::ample(4), &upstream);
+    let (mut rig, connections) = started(config(), Sizes::ample(4), &upstream);
     for connection in &connections {
-        world.message(*connection, &Message::AddressAdvertisement { port: ADDRESS_PORT_UNKNOWN });
-        world.message(*connection, &Message::NextEventTag(at(0)));
-        read(&mut world, *connection);
+        rig.message(*connection, &Message::AddressAdvertisement { port: ADDRESS_PORT_UNKNOWN });
+        rig.message(*connection, &Message::NextEventTag(at(0)));
+        read(&mut rig, *connection);
     }
-    let capacity = core::mem::replace(&mut world.outlet.capacity, 2);
-    world.close(connections[2]);
-    world.close(connections[1]);
-    assert_eq!(read(&mut world, connections[0]), [""; 0]);
-    world.outlet.capacity = capacity;
-    let now = world.now;
-    world.rti.handle_writable(now, connections[0], &mut world.outlet);
-    assert_eq!(read(&mut world, connections[0])[..2], ["UPSTREAM_DISCONNECTED"; 2]);
+    let capacity = core::mem::replace(&mut rig.outlet.capacity, 2);
+    rig.close(connections[2]);
+    rig.close(connections[1]);
+    assert_eq!(read(&mut rig, connections[0]), [""; 0]);
+    rig.outlet.capacity = capacity;
+    let now = rig.now;
+    rig.rti.handle_writable(now, connections[0], &mut rig.outlet);
+    assert_eq!(read(&mut rig, connections[0])[..2], ["UPSTREAM_DISCONNECTED"; 2]);
 }
 
 /// Two cycles without delay, 0 ⇄ 1 and 2 ⇄ 3, with 1 → 2. A rule that exempts every federate of any cycle grants 2 the
@@ -336,20 +334,20 @@ fn losses_are_told_when_there_is_room() {
 fn a_provisional_grant_waits_for_another_cycle() {
     let upstream = [vec![1], vec![0], vec![3, 1], vec![2]];
     let upstream = upstream.map(|list: Vec<u16>| list.into_iter().map(|from| (from, DELAY_NONE)).collect());
-    let (mut world, connections) = started(config(), Sizes::ample(4), &upstream);
+    let (mut rig, connections) = started(config(), Sizes::ample(4), &upstream);
     for connection in &connections {
-        world.message(*connection, &Message::NextEventTag(at(0)));
+        rig.message(*connection, &Message::NextEventTag(at(0)));
     }
-    assert_eq!(read(&mut world, connections[0]), ["PTAG 0 0"]);
-    assert_eq!(read(&mut world, connections[1]), ["PTAG 0 0"]);
-    assert_eq!(read(&mut world, connections[2]), [""; 0]);
-    assert_eq!(read(&mut world, connections[3]), ["PTAG 0 0"], "it depends on 2 only, and waits for what that sends");
+    assert_eq!(read(&mut rig, connections[0]), ["PTAG 0 0"]);
+    assert_eq!(read(&mut rig, connections[1]), ["PTAG 0 0"]);
+    assert_eq!(read(&mut rig, connections[2]), [""; 0]);
+    assert_eq!(read(&mut rig, connections[3]), ["PTAG 0 0"], "it depends on 2 only, and waits for what that sends");
 
-    world.message(connections[1], &message(2, 0, b"x"));
-    assert_eq!(read(&mut world, connections[2]), ["message [120]"], "before any grant that covers its tag");
+    rig.message(connections[1], &message(2, 0, b"x"));
+    assert_eq!(read(&mut rig, connections[2]), ["message [120]"], "before any grant that covers its tag");
     for connection in &connections[..2] {
-        world.message(*connection, &Message::LatestTagComplete(at(0)));
-        world.message(*connection, &Message::NextEventTag(at(10)));
+        rig.message(*connection, &Message::LatestTagComplete(at(0)));
+        rig.message(*connection, &Message::NextEventTag(at(10)));
     }
-    assert_eq!(read(&mut world, connections[2]), ["PTAG 0 0"]);
+    assert_eq!(read(&mut rig, connections[2]), ["PTAG 0 0"]);
 }

@@ -1,21 +1,19 @@
 // SPDX-License-Identifier: Apache-2.0
 //! A federate whose words cannot be true is named, or ended, instead of letting all wait without a word.
 
-mod rti_support;
-
 use lf_coordination::rti::{CLOCK_MAX, CLOCK_MIN};
 use lf_model::time::Interval;
+use lf_testkit::rti::dialogue::{at, config, hello, read, started};
+use lf_testkit::rti::{Rig, Sizes};
 use lf_wire::{DELAY_NONE, Message};
-use rti_support::dialogue::{at, config, hello, read, started};
-use rti_support::{Sizes, World};
 
 const HOUR: Interval = Interval::from_secs(3600);
 /// How far apart clocks may be without a word.
 const APART: Interval = Interval::from_secs(2);
 
-fn doubts(world: &World, federate: u16) -> Vec<&str> {
+fn doubts(rig: &Rig, federate: u16) -> Vec<&str> {
     let begin = format!("federate {federate} ");
-    let said = world.outlet.notices.iter().filter_map(|notice| notice.strip_prefix(&begin));
+    let said = rig.outlet.notices.iter().filter_map(|notice| notice.strip_prefix(&begin));
     said.filter(|words| ["says that", "announces", "has a clock"].iter().any(|begin| words.starts_with(begin)))
         .collect()
 }
@@ -23,13 +21,13 @@ fn doubts(world: &World, federate: u16) -> Vec<&str> {
 #[test]
 fn a_clock_at_either_end_of_time_is_refused() {
     for clock in [CLOCK_MAX.as_nanos(), i64::MAX, CLOCK_MIN.as_nanos() - 1, i64::MIN] {
-        let mut world = World::new(config(), Sizes::ample(2));
-        let federates = [0, 1].map(|id| hello(&mut world, id, &[]));
-        world.message(federates[0], &Message::Timestamp(clock));
-        assert_eq!(read(&mut world, federates[0]), ["FAILED"]);
+        let mut rig = Rig::new(config(), Sizes::ample(2));
+        let federates = [0, 1].map(|id| hello(&mut rig, id, &[]));
+        rig.message(federates[0], &Message::Timestamp(clock));
+        assert_eq!(read(&mut rig, federates[0]), ["FAILED"]);
         let words = format!("its clock shows {clock} ns since 1970, and no time of the years 1900 to 2199");
-        assert!(world.outlet.notices.iter().any(|notice| notice.ends_with(&words)), "{:?}", world.outlet.notices);
-        assert_eq!(world.rti.start_time(), None);
+        assert!(rig.outlet.notices.iter().any(|notice| notice.ends_with(&words)), "{:?}", rig.outlet.notices);
+        assert_eq!(rig.rti.start_time(), None);
     }
 }
 
@@ -37,12 +35,12 @@ fn a_clock_at_either_end_of_time_is_refused() {
 #[test]
 fn clocks_that_are_seconds_apart_are_named() {
     for (apart, named) in [(APART.as_nanos(), false), (APART.as_nanos() + 1, true), (3_540_000_000_000, true)] {
-        let mut world = World::new(config(), Sizes::ample(2));
-        let federates = [0, 1].map(|id| hello(&mut world, id, &[]));
-        world.message(federates[0], &Message::Timestamp(500));
-        world.message(federates[1], &Message::Timestamp(500 + apart));
-        assert!(world.rti.start_time().is_some());
-        let doubts = doubts(&world, 1);
+        let mut rig = Rig::new(config(), Sizes::ample(2));
+        let federates = [0, 1].map(|id| hello(&mut rig, id, &[]));
+        rig.message(federates[0], &Message::Timestamp(500));
+        rig.message(federates[1], &Message::Timestamp(500 + apart));
+        assert!(rig.rti.start_time().is_some());
+        let doubts = doubts(&rig, 1);
         assert_eq!(!doubts.is_empty(), named);
         let words = format!(
             "has a clock that is {} s ahead of that of federate 0, which waits so long for the start: set the clocks, \
@@ -56,39 +54,39 @@ fn clocks_that_are_seconds_apart_are_named() {
 /// A federate that comes an hour later tells a clock that shows an hour more.
 #[test]
 fn clocks_that_are_told_at_different_times_are_not_apart() {
-    let mut world = World::new(config(), Sizes::ample(2));
-    let federates = [0, 1].map(|id| hello(&mut world, id, &[]));
-    world.message(federates[0], &Message::Timestamp(500));
-    world.now = world.now + HOUR;
-    world.message(federates[1], &Message::Timestamp(500 + HOUR.as_nanos()));
-    assert!(world.rti.start_time().is_some());
-    assert_eq!(doubts(&world, 1), Vec::<&str>::new());
+    let mut rig = Rig::new(config(), Sizes::ample(2));
+    let federates = [0, 1].map(|id| hello(&mut rig, id, &[]));
+    rig.message(federates[0], &Message::Timestamp(500));
+    rig.now = rig.now + HOUR;
+    rig.message(federates[1], &Message::Timestamp(500 + HOUR.as_nanos()));
+    assert!(rig.rti.start_time().is_some());
+    assert_eq!(doubts(&rig, 1), Vec::<&str>::new());
 }
 
 #[test]
 fn who_completes_what_was_not_granted_is_named_once() {
-    let (mut world, federates) = started(config(), Sizes::ample(2), &[vec![], vec![(0, DELAY_NONE)]]);
-    world.message(federates[1], &Message::NextEventTag(at(0)));
+    let (mut rig, federates) = started(config(), Sizes::ample(2), &[vec![], vec![(0, DELAY_NONE)]]);
+    rig.message(federates[1], &Message::NextEventTag(at(0)));
     for ns in [5, 9] {
-        world.message(federates[1], &Message::LatestTagComplete(at(ns)));
+        rig.message(federates[1], &Message::LatestTagComplete(at(ns)));
     }
     assert_eq!(
-        doubts(&world, 1),
+        doubts(&rig, 1),
         ["says that it has completed (1000000005 ns, 0), which it was not granted: messages to others may come too \
              late"]
     );
-    assert_eq!(doubts(&world, 0), Vec::<&str>::new());
+    assert_eq!(doubts(&rig, 0), Vec::<&str>::new());
 }
 
 #[test]
 fn an_event_before_what_is_complete_is_named() {
-    let (mut world, federates) = started(config(), Sizes::ample(2), &[vec![], vec![(0, DELAY_NONE)]]);
-    world.message(federates[0], &Message::LatestTagComplete(at(8)));
-    world.message(federates[0], &Message::NextEventTag(at(9)));
-    assert_eq!(doubts(&world, 0), Vec::<&str>::new());
-    world.message(federates[0], &Message::NextEventTag(at(8)));
+    let (mut rig, federates) = started(config(), Sizes::ample(2), &[vec![], vec![(0, DELAY_NONE)]]);
+    rig.message(federates[0], &Message::LatestTagComplete(at(8)));
+    rig.message(federates[0], &Message::NextEventTag(at(9)));
+    assert_eq!(doubts(&rig, 0), Vec::<&str>::new());
+    rig.message(federates[0], &Message::NextEventTag(at(8)));
     assert_eq!(
-        doubts(&world, 0),
+        doubts(&rig, 0),
         ["announces an event at (1000000008 ns, 0), though it has completed (1000000008 ns, 0)"]
     );
 }
@@ -96,9 +94,9 @@ fn an_event_before_what_is_complete_is_named() {
 /// An announcement may become earlier: a message has come for it, or a physical action.
 #[test]
 fn an_earlier_event_that_is_not_complete_is_none_to_doubt() {
-    let (mut world, federates) = started(config(), Sizes::ample(2), &[vec![], vec![(0, DELAY_NONE)]]);
+    let (mut rig, federates) = started(config(), Sizes::ample(2), &[vec![], vec![(0, DELAY_NONE)]]);
     for ns in [9, 7] {
-        world.message(federates[0], &Message::NextEventTag(at(ns)));
+        rig.message(federates[0], &Message::NextEventTag(at(ns)));
     }
-    assert_eq!(doubts(&world, 0), Vec::<&str>::new());
+    assert_eq!(doubts(&rig, 0), Vec::<&str>::new());
 }

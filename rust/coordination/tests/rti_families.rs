@@ -1,30 +1,28 @@
 // SPDX-License-Identifier: Apache-2.0
 //! How federates that have come over IPv4 and IPv6 find each other.
 
-mod rti_support;
-
 use std::net::{IpAddr, Ipv4Addr, Ipv6Addr};
 
 use lf_coordination::IpAddress;
 use lf_testkit::messages::encoded;
+use lf_testkit::rti::dialogue::{config, hello_from};
+use lf_testkit::rti::{Rig, Sizes};
 use lf_wire::{ADDRESS_PORT_UNKNOWN, Message};
 use proptest::prelude::*;
-use rti_support::dialogue::{config, hello_from};
-use rti_support::{Sizes, World};
 
 const PORT: i32 = 4711;
 const UNKNOWN: Message<'static> = Message::AddressQueryReply { port: ADDRESS_PORT_UNKNOWN, address: [0; 4] };
 
 /// What the first federate hears when it asks where the second one is; they have come from these addresses.
-fn reply(asking: IpAddress, asked: IpAddress, times: usize) -> (World, Vec<u8>) {
-    let mut world = World::new(config(), Sizes::ample(2));
-    let (first, second) = (hello_from(&mut world, 0, asking), hello_from(&mut world, 1, asked));
-    world.message(second, &Message::AddressAdvertisement { port: PORT });
+fn reply(asking: IpAddress, asked: IpAddress, times: usize) -> (Rig, Vec<u8>) {
+    let mut rig = Rig::new(config(), Sizes::ample(2));
+    let (first, second) = (hello_from(&mut rig, 0, asking), hello_from(&mut rig, 1, asked));
+    rig.message(second, &Message::AddressAdvertisement { port: PORT });
     for _ in 0..times {
-        world.message(first, &Message::AddressQuery { federate: 1, is_transient: Some(false) });
+        rig.message(first, &Message::AddressQuery { federate: 1, is_transient: Some(false) });
     }
-    let bytes = world.take(first, usize::MAX);
-    (world, bytes)
+    let bytes = rig.take(first, usize::MAX);
+    (rig, bytes)
 }
 
 fn told(asking: IpAddr, asked: IpAddr) -> Vec<u8> {
@@ -69,9 +67,9 @@ fn a_federate_of_the_same_computer_is_found_over_either_family() {
 #[test]
 fn who_cannot_be_told_an_address_is_named_once_with_what_to_do() {
     let far = "fd00::7".parse::<Ipv6Addr>().expect("an address");
-    let (world, bytes) = reply(IpAddress::V4(Ipv4Addr::LOCALHOST), IpAddress::v6(far, 0), 5);
+    let (rig, bytes) = reply(IpAddress::V4(Ipv4Addr::LOCALHOST), IpAddress::v6(far, 0), 5);
     assert_eq!(bytes, encoded(&UNKNOWN).repeat(5));
-    let said: Vec<_> = world.outlet.notices.iter().filter(|notice| notice.contains("IPv6")).collect();
+    let said: Vec<_> = rig.outlet.notices.iter().filter(|notice| notice.contains("IPv6")).collect();
     let expected = "federate 0 sends to federate 1 directly, but cannot be told its IPv6 address over IPv4: start both \
                     with the RTI's address in the same family, `--rti` or `at`";
     assert_eq!(said, [expected]);

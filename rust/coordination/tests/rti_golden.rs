@@ -1,11 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 //! The RTI answers byte by byte as the stock RTI did in the recordings.
 
-mod rti_support;
-
 use lf_coordination::rti::{Outcome, Status};
 use lf_testkit::golden::replay::replay;
-use rti_support::Recorded;
+use lf_testkit::rti::Recorded;
 
 fn play(name: &str) {
     let recording = lf_testkit::golden::load(name).unwrap_or_else(|error| panic!("{error}"));
@@ -14,10 +12,10 @@ fn play(name: &str) {
     for piece in [usize::MAX, 1, 7] {
         let mut rti = Recorded::new(setup, piece);
         if let Err(difference) = replay(&recording, &mut rti) {
-            panic!("{difference}\n{:#?}", rti.world.outlet.notices);
+            panic!("{difference}\n{:#?}", rti.rig.outlet.notices);
         }
-        let lost = matches!(rti.world.rti.status(), Status::Finished(Outcome::Lost { .. }));
-        let finished = matches!(rti.world.rti.status(), Status::Finished(_));
+        let lost = matches!(rti.rig.rti.status(), Status::Finished(Outcome::Lost { .. }));
+        let finished = matches!(rti.rig.rti.status(), Status::Finished(_));
         assert!(finished, "{name}: the federation is over");
         // In 27 a connection is closed without a word, of which the stock RTI made nothing.
         assert_eq!(lost, setup.exit_code != Some(0) || name.starts_with("27"), "{name}");

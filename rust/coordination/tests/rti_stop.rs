@@ -2,15 +2,13 @@
 //! Stopping in every order: any number of federates ask at the same time, others answer, leave or fail before, after or
 //! in between. All that are left stop at the latest tag that anybody has named.
 
-mod rti_support;
-
 use std::collections::BTreeMap;
 
 use lf_coordination::rti::{Config, ConnectionId, Status};
+use lf_testkit::rti::dialogue::{at, config, started};
+use lf_testkit::rti::{Rig, Sizes};
 use lf_wire::{Decoded, Limits, Message, Tag, decode};
 use proptest::prelude::*;
-use rti_support::dialogue::{at, config, started};
-use rti_support::{Sizes, World};
 
 const FEDERATES: usize = 5;
 
@@ -46,7 +44,7 @@ struct Tester {
 }
 
 struct Federation {
-    world: World,
+    rig: Rig,
     connections: Vec<ConnectionId>,
     testers: Vec<Tester>,
 }
@@ -54,8 +52,8 @@ struct Federation {
 impl Federation {
     fn new() -> Self {
         let config = Config { window: 1, ..config() };
-        let (world, connections) = started(config, Sizes::ample(FEDERATES), &vec![vec![]; FEDERATES]);
-        Self { world, connections, testers: (0..FEDERATES).map(|_| Tester::default()).collect() }
+        let (rig, connections) = started(config, Sizes::ample(FEDERATES), &vec![vec![]; FEDERATES]);
+        Self { rig, connections, testers: (0..FEDERATES).map(|_| Tester::default()).collect() }
     }
 
     fn act(&mut self, who: usize, act: Act) {
@@ -66,18 +64,18 @@ impl Federation {
         match act {
             Act::Ask(ns) if tester.named.is_none() && tester.granted.is_none() => {
                 tester.named = Some(at(ns));
-                self.world.message(connection, &Message::StopRequest(at(ns)));
+                self.rig.message(connection, &Message::StopRequest(at(ns)));
             }
             Act::Answer(ns) => {
                 let (Some(asked), None) = (tester.asked, tester.named) else { return };
                 tester.named = Some(asked.max(at(ns)));
-                self.world.message(connection, &Message::StopReply(asked.max(at(ns))));
+                self.rig.message(connection, &Message::StopReply(asked.max(at(ns))));
             }
             Act::Resign => self.leave(who, &Message::Resign),
             Act::Fail => self.leave(who, &Message::Failed),
             Act::Vanish => {
                 tester.gone = true;
-                self.world.close(connection);
+                self.rig.close(connection);
             }
             Act::Ask(_) => {}
         }
@@ -85,13 +83,13 @@ impl Federation {
 
     fn leave(&mut self, who: usize, word: &Message<'_>) {
         self.testers[who].gone = true;
-        self.world.message(self.connections[who], word);
+        self.rig.message(self.connections[who], word);
     }
 
     /// Reads what has come for everybody.
     fn read(&mut self) {
         for (connection, tester) in self.connections.iter().zip(&mut self.testers) {
-            let bytes = self.world.take(*connection, usize::MAX);
+            let bytes = self.rig.take(*connection, usize::MAX);
             let mut rest = &bytes[..];
             while let Ok(Decoded::Complete { message, len }) = decode(rest, &Limits::NONE) {
                 match message {
@@ -140,12 +138,12 @@ proptest! {
         }
         let expected = somebody_asked.then_some(latest).flatten();
         prop_assert!(tags.keys().all(|tag| *tag == expected), "{tags:?}, {expected:?} is due");
-        prop_assert_eq!(federation.world.rti.stop_tag().is_some(), somebody_asked);
+        prop_assert_eq!(federation.rig.rti.stop_tag().is_some(), somebody_asked);
         for who in 0..FEDERATES {
             if !federation.testers[who].gone {
                 federation.act(who, Act::Resign);
             }
         }
-        prop_assert!(matches!(federation.world.rti.status(), Status::Finished(_)));
+        prop_assert!(matches!(federation.rig.rti.status(), Status::Finished(_)));
     }
 }

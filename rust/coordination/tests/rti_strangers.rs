@@ -1,14 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Who says nothing keeps nobody from joining, and no federation from starting or ending.
 
-mod rti_support;
-
 use lf_coordination::Deadline;
 use lf_coordination::rti::{CLOCK_TIME_OUT, Outcome, START_BARRIER_TIME_OUT, Status};
 use lf_model::time::Interval;
+use lf_testkit::rti::dialogue::{FEDERATION, config, hello, read, started, wait};
+use lf_testkit::rti::{Rig, Sizes};
 use lf_wire::Message;
-use rti_support::dialogue::{FEDERATION, config, hello, read, started, wait};
-use rti_support::{Sizes, World};
 
 const CROWDED: &str = "a connection that had not said which federate it is was closed, because another one has come \
                        and all places are taken";
@@ -16,24 +14,24 @@ const CROWDED: &str = "a connection that had not said which federate it is was c
 /// The oldest of those that have not said who they are goes first, and nobody who has.
 #[test]
 fn the_oldest_stranger_makes_way() {
-    let mut world = World::new(config(), Sizes { connections: 4, ..Sizes::ample(2) });
-    let joining = world.connect();
-    world.message(joining, &Message::FedIds { federate: 0, federation_id: FEDERATION });
-    let joined = hello(&mut world, 1, &[]);
-    let older = world.connect();
-    wait(&mut world, Interval::from_millis(1));
-    let newer = world.connect();
+    let mut rig = Rig::new(config(), Sizes { connections: 4, ..Sizes::ample(2) });
+    let joining = rig.connect();
+    rig.message(joining, &Message::FedIds { federate: 0, federation_id: FEDERATION });
+    let joined = hello(&mut rig, 1, &[]);
+    let older = rig.connect();
+    wait(&mut rig, Interval::from_millis(1));
+    let newer = rig.connect();
     // What it has said is no message yet.
-    world.send(older, &[1, 0]);
+    rig.send(older, &[1, 0]);
     for stranger in [older, newer] {
-        assert!(world.rti.can_make_way());
-        assert_eq!(world.rti.make_way(&mut world.outlet), Some(stranger));
-        assert!(world.outlet.notices.pop().is_some_and(|notice| notice.starts_with(CROWDED)));
+        assert!(rig.rti.can_make_way());
+        assert_eq!(rig.rti.make_way(&mut rig.outlet), Some(stranger));
+        assert!(rig.outlet.notices.pop().is_some_and(|notice| notice.starts_with(CROWDED)));
     }
-    assert!(!world.rti.can_make_way());
-    assert_eq!(world.rti.make_way(&mut world.outlet), None);
+    assert!(!rig.rti.can_make_way());
+    assert_eq!(rig.rti.make_way(&mut rig.outlet), None);
     for federate in [joining, joined] {
-        assert!(world.outlet.list[federate.0].open);
+        assert!(rig.outlet.list[federate.0].open);
     }
 }
 
@@ -41,56 +39,56 @@ fn the_oldest_stranger_makes_way() {
 /// back as any that has left.
 #[test]
 fn a_federate_that_does_not_tell_its_clock_loses_its_place() {
-    let mut world = World::new(config(), Sizes::ample(2));
-    let squatter = hello(&mut world, 0, &[]);
-    let federate = hello(&mut world, 1, &[]);
-    world.message(federate, &Message::Timestamp(0));
-    wait(&mut world, Interval::from_nanos(CLOCK_TIME_OUT.as_nanos() - 1));
+    let mut rig = Rig::new(config(), Sizes::ample(2));
+    let squatter = hello(&mut rig, 0, &[]);
+    let federate = hello(&mut rig, 1, &[]);
+    rig.message(federate, &Message::Timestamp(0));
+    wait(&mut rig, Interval::from_nanos(CLOCK_TIME_OUT.as_nanos() - 1));
     // It is looking for another federate.
-    world.message(squatter, &Message::AddressQuery { federate: 1, is_transient: None });
-    assert_eq!(read(&mut world, squatter), ["ADDRESS_QUERY_REPLY"]);
-    assert_eq!(world.rti.poll_timeout(), Deadline::At(world.now + CLOCK_TIME_OUT));
-    wait(&mut world, CLOCK_TIME_OUT);
-    assert_eq!(read(&mut world, squatter), ["FAILED"]);
-    assert!(world.outlet.notices.contains(
+    rig.message(squatter, &Message::AddressQuery { federate: 1, is_transient: None });
+    assert_eq!(read(&mut rig, squatter), ["ADDRESS_QUERY_REPLY"]);
+    assert_eq!(rig.rti.poll_timeout(), Deadline::At(rig.now + CLOCK_TIME_OUT));
+    wait(&mut rig, CLOCK_TIME_OUT);
+    assert_eq!(read(&mut rig, squatter), ["FAILED"]);
+    assert!(rig.outlet.notices.contains(
         &"federate 0 is lost before the start, its place is free again: it has joined, but was silent for too long \
           before it was ready to start"
             .to_owned()
     ));
-    assert_eq!(world.rti.poll_timeout(), Deadline::At(world.now + START_BARRIER_TIME_OUT));
-    wait(&mut world, START_BARRIER_TIME_OUT);
-    assert_eq!(world.rti.status(), Status::Finished(Outcome::NotStarted { first: 0.into(), missing: 1 }));
+    assert_eq!(rig.rti.poll_timeout(), Deadline::At(rig.now + START_BARRIER_TIME_OUT));
+    wait(&mut rig, START_BARRIER_TIME_OUT);
+    assert_eq!(rig.rti.status(), Status::Finished(Outcome::NotStarted { first: 0.into(), missing: 1 }));
 }
 
 /// Once it has told its clock, a federate may be silent for as long as it likes, also the last one, with which all
 /// start.
 #[test]
 fn whoever_has_told_its_clock_may_be_silent() {
-    let mut world = World::new(config(), Sizes::ample(2));
+    let mut rig = Rig::new(config(), Sizes::ample(2));
     for id in 0..2 {
-        let federate = hello(&mut world, id, &[]);
-        assert_eq!(world.rti.poll_timeout(), Deadline::At(world.now + CLOCK_TIME_OUT));
-        world.message(federate, &Message::Timestamp(0));
-        assert_eq!(world.rti.poll_timeout(), Deadline::Never);
+        let federate = hello(&mut rig, id, &[]);
+        assert_eq!(rig.rti.poll_timeout(), Deadline::At(rig.now + CLOCK_TIME_OUT));
+        rig.message(federate, &Message::Timestamp(0));
+        assert_eq!(rig.rti.poll_timeout(), Deadline::Never);
     }
-    assert!(world.rti.start_time().is_some());
+    assert!(rig.rti.start_time().is_some());
 }
 
 /// It is not said that somebody is there who has left, and nobody waits for a place that there will not be.
 #[test]
 fn nobody_comes_back_to_a_federation_that_runs_and_it_is_said_why() {
-    let (mut world, federates) = started(config(), Sizes::ample(2), &[vec![], vec![]]);
+    let (mut rig, federates) = started(config(), Sizes::ample(2), &[vec![], vec![]]);
     let ids = Message::FedIds { federate: 0, federation_id: FEDERATION };
     for (has_left, end) in [
         (false, "(code 2)"),
         (true, "that federate has left, and a federation that runs takes nobody back: start all of it again"),
     ] {
         if has_left {
-            world.message(federates[0], &Message::Resign);
+            rig.message(federates[0], &Message::Resign);
         }
-        let again = world.connect();
-        world.message(again, &ids);
-        assert_eq!(read(&mut world, again), ["REJECT"]);
-        assert!(world.outlet.notices.last().is_some_and(|notice| notice.contains(end)), "{:?}", world.outlet.notices);
+        let again = rig.connect();
+        rig.message(again, &ids);
+        assert_eq!(read(&mut rig, again), ["REJECT"]);
+        assert!(rig.outlet.notices.last().is_some_and(|notice| notice.contains(end)), "{:?}", rig.outlet.notices);
     }
 }

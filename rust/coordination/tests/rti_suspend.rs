@@ -2,15 +2,13 @@
 //! An RTI that is suspended between any two inputs, and goes on with a copy of its storage, says what one says that
 //! never was.
 
-mod rti_support;
-
 use lf_coordination::heap::{Memory, Sizes};
 use lf_coordination::rti::{ClockSync, Config, ConnectionId, Rti, Suspended, Verdict};
 use lf_model::time::Instant;
-use lf_testkit::messages::encoded;
-use lf_wire::{DELAY_NONE, Message, NeighborStructure};
+use lf_testkit::messages::{encoded, introduction};
+use lf_testkit::rti::Connections;
+use lf_wire::{DELAY_NONE, Message};
 use proptest::prelude::*;
-use rti_support::{Wire, Wires};
 
 const FEDERATES: usize = 3;
 /// Little room for messages in transit, so that its limits take part.
@@ -24,9 +22,10 @@ fn config() -> Config<'static> {
     Config { clock_sync: ClockSync::Off, ..Config::new(b"pause", 16) }
 }
 
-fn wires() -> Wires {
-    let list = (0..FEDERATES).map(|_| Wire { open: true, ..Wire::default() }).collect();
-    Wires { list, capacity: 1 << 16, notices: Vec::new() }
+fn wires() -> Connections {
+    let mut wires = Connections::new(FEDERATES, 1 << 16, ());
+    wires.list.iter_mut().for_each(|wire| wire.open = true);
+    wires
 }
 
 /// A chain with a way back, and then whatever the federates say.
@@ -35,13 +34,8 @@ fn script(said: &[(usize, u8, i64)]) -> Vec<(usize, Vec<u8>)> {
     let mut script = Vec::new();
     for (id, upstream) in (0u16..).zip(upstream) {
         let downstream = [(id + 1) % 3];
-        let hello = [
-            Message::FedIds { federate: id, federation_id: b"pause" },
-            Message::NeighborStructure(NeighborStructure::new(upstream, &downstream)),
-            Message::UdpPort(u16::MAX),
-            Message::Timestamp(0),
-        ];
-        script.extend(hello.iter().map(|message| (usize::from(id), encoded(message))));
+        let hello = introduction(id, b"pause", upstream, &downstream).into_iter().chain([Message::Timestamp(0)]);
+        script.extend(hello.map(|message| (usize::from(id), encoded(&message))));
     }
     script.extend(said.iter().map(|(from, kind, time)| {
         let tag = lf_wire::Tag::new(1_000_000_000 + time, 0);

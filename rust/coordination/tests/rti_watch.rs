@@ -1,37 +1,35 @@
 // SPDX-License-Identifier: Apache-2.0
 //! The RTI says for whom somebody waits: before the start after a while, and later if it is asked to.
 
-mod rti_support;
-
 use lf_coordination::Deadline;
 use lf_coordination::rti::{Config, ConnectionId, START_REPORT};
 use lf_model::time::Interval;
+use lf_testkit::rti::dialogue::{FEDERATION, at, config, hello, message, read, started, wait};
+use lf_testkit::rti::{Rig, Sizes};
 use lf_wire::{DELAY_NONE, Message};
-use rti_support::dialogue::{FEDERATION, at, config, hello, message, read, started, wait};
-use rti_support::{Sizes, World};
 
 /// Lets the time pass until the RTI wants to be called, and gives what it says then.
-fn next_report(world: &mut World) -> (Interval, Vec<String>) {
-    let before = world.now;
-    let Deadline::At(due) = world.rti.poll_timeout() else { panic!("nothing is due") };
-    world.outlet.notices.clear();
-    wait(world, due.since(before));
-    (due.since(before), std::mem::take(&mut world.outlet.notices))
+fn next_report(rig: &mut Rig) -> (Interval, Vec<String>) {
+    let before = rig.now;
+    let Deadline::At(due) = rig.rti.poll_timeout() else { panic!("nothing is due") };
+    rig.outlet.notices.clear();
+    wait(rig, due.since(before));
+    (due.since(before), std::mem::take(&mut rig.outlet.notices))
 }
 
 #[test]
 fn the_start_says_who_is_missing_and_how_far_the_others_are() {
     let reporting = Config { start_report: Some(START_REPORT), start_barrier_time_out: None, ..config() };
-    let mut world = World::new(reporting, Sizes { connections: 20, ..Sizes::ample(12) });
-    wait(&mut world, Interval::ZERO);
-    let ready = hello(&mut world, 0, &[]);
-    world.message(ready, &Message::Timestamp(0));
-    let joined = hello(&mut world, 1, &[]);
-    let joining = world.connect();
-    world.message(joining, &Message::FedIds { federate: 2, federation_id: FEDERATION });
-    let _stranger = world.connect();
+    let mut rig = Rig::new(reporting, Sizes { connections: 20, ..Sizes::ample(12) });
+    wait(&mut rig, Interval::ZERO);
+    let ready = hello(&mut rig, 0, &[]);
+    rig.message(ready, &Message::Timestamp(0));
+    let joined = hello(&mut rig, 1, &[]);
+    let joining = rig.connect();
+    rig.message(joining, &Message::FedIds { federate: 2, federation_id: FEDERATION });
+    let _stranger = rig.connect();
 
-    let (after, said) = next_report(&mut world);
+    let (after, said) = next_report(&mut rig);
     assert_eq!(after, START_REPORT);
     assert_eq!(said[0], "the start waits for 11 of 12 federates; 1 connections have not said which federates they are");
     assert!(said[1].starts_with("federate 1 has joined, but is not ready: it says so (TIMESTAMP) when"), "{said:?}");
@@ -42,13 +40,13 @@ fn the_start_says_who_is_missing_and_how_far_the_others_are() {
 
     // The pauses become longer, and what has changed meanwhile is said.
     for connection in [joined, joining] {
-        world.message(connection, &Message::Resign);
+        rig.message(connection, &Message::Resign);
     }
     let pauses: Vec<_> = (0..5)
         .map(|_| {
             let mut passed = Interval::ZERO;
             loop {
-                let (pause, said) = next_report(&mut world);
+                let (pause, said) = next_report(&mut rig);
                 passed = passed.saturating_add(pause);
                 if said.first().is_some_and(|said| said.starts_with("the start waits")) {
                     return passed.as_nanos() / 1_000_000_000;
@@ -60,32 +58,32 @@ fn the_start_says_who_is_missing_and_how_far_the_others_are() {
 }
 
 /// Two federates, the second downstream of the first, whose waits are told after a second.
-fn chain() -> (World, [ConnectionId; 2]) {
+fn chain() -> (Rig, [ConnectionId; 2]) {
     let watching = Config { log_waits: Some(Interval::from_secs(1)), ..config() };
-    let (mut world, connections) = started(watching, Sizes::ample(2), &[vec![], vec![(0, DELAY_NONE)]]);
-    wait(&mut world, Interval::from_secs(1));
-    (world, [connections[0], connections[1]])
+    let (mut rig, connections) = started(watching, Sizes::ample(2), &[vec![], vec![(0, DELAY_NONE)]]);
+    wait(&mut rig, Interval::from_secs(1));
+    (rig, [connections[0], connections[1]])
 }
 
 /// All that is said until so much time has passed.
-fn said_within(world: &mut World, seconds: i64) -> Vec<String> {
-    let end = world.now + Interval::from_secs(seconds);
+fn said_within(rig: &mut Rig, seconds: i64) -> Vec<String> {
+    let end = rig.now + Interval::from_secs(seconds);
     let mut all = Vec::new();
-    while let Deadline::At(due) = world.rti.poll_timeout()
+    while let Deadline::At(due) = rig.rti.poll_timeout()
         && due <= end
     {
-        all.extend(next_report(world).1);
+        all.extend(next_report(rig).1);
     }
     all
 }
 
 #[test]
 fn a_federate_that_waits_for_a_grant_is_told_with_the_one_that_holds_it_up() {
-    let (mut world, [up, down]) = chain();
-    world.message(up, &Message::NextEventTag(at(5_000_000)));
-    world.message(down, &Message::NextEventTag(at(7_000_000)));
+    let (mut rig, [up, down]) = chain();
+    rig.message(up, &Message::NextEventTag(at(5_000_000)));
+    rig.message(down, &Message::NextEventTag(at(7_000_000)));
     let words = |said: &[String]| said.first().cloned().unwrap_or_default();
-    let said = said_within(&mut world, 10);
+    let said = said_within(&mut rig, 10);
     assert!(words(&said).starts_with("federate 1 has been waiting for "), "{said:?}");
     assert!(
         words(&said).ends_with(
@@ -96,35 +94,35 @@ fn a_federate_that_waits_for_a_grant_is_told_with_the_one_that_holds_it_up() {
     );
     assert_eq!(said.len(), 1, "it is told once: {said:?}");
     // Another tag is another wait.
-    world.message(up, &Message::NextEventTag(at(8_000_000)));
-    world.message(down, &Message::NextEventTag(at(9_000_000)));
-    assert_eq!(said_within(&mut world, 10).len(), 1);
+    rig.message(up, &Message::NextEventTag(at(8_000_000)));
+    rig.message(down, &Message::NextEventTag(at(9_000_000)));
+    assert_eq!(said_within(&mut rig, 10).len(), 1);
 }
 
 #[test]
 fn who_waits_for_its_time_only_is_not_told() {
-    let (mut world, [up, down]) = chain();
+    let (mut rig, [up, down]) = chain();
     for connection in [up, down] {
-        world.message(connection, &Message::NextEventTag(at(60_000_000_000)));
+        rig.message(connection, &Message::NextEventTag(at(60_000_000_000)));
     }
-    assert_eq!(said_within(&mut world, 50), Vec::<String>::new());
-    assert_eq!(said_within(&mut world, 20).len(), 1);
+    assert_eq!(said_within(&mut rig, 50), Vec::<String>::new());
+    assert_eq!(said_within(&mut rig, 20).len(), 1);
 }
 
 #[test]
 fn a_stop_says_whose_answer_is_missing() {
-    let (mut world, [up, _]) = chain();
-    world.message(up, &Message::StopRequest(at(1)));
-    let said = said_within(&mut world, 5);
+    let (mut rig, [up, _]) = chain();
+    rig.message(up, &Message::StopRequest(at(1)));
+    let said = said_within(&mut rig, 5);
     assert_eq!(said, ["the stop waits for federate 1, which has not answered the request"]);
 }
 
 /// Whoever does not ask for it is told nothing, and no time is awaited for it.
 #[test]
 fn nothing_is_told_without_being_asked_for() {
-    let (mut world, connections) = started(config(), Sizes::ample(2), &[vec![], vec![(0, DELAY_NONE)]]);
-    world.message(connections[1], &Message::NextEventTag(at(1)));
-    world.message(connections[0], &message(1, 5, &[1]));
-    assert_eq!(world.rti.poll_timeout(), Deadline::Never);
-    assert!(!read(&mut world, connections[1]).is_empty());
+    let (mut rig, connections) = started(config(), Sizes::ample(2), &[vec![], vec![(0, DELAY_NONE)]]);
+    rig.message(connections[1], &Message::NextEventTag(at(1)));
+    rig.message(connections[0], &message(1, 5, &[1]));
+    assert_eq!(rig.rti.poll_timeout(), Deadline::Never);
+    assert!(!read(&mut rig, connections[1]).is_empty());
 }

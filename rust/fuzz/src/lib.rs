@@ -7,15 +7,12 @@
 //! which get farther.
 #![forbid(unsafe_code)]
 
-mod deeds;
-mod federate;
-mod parts;
 mod rti;
 mod rti_oracle;
 mod steps;
 mod wire;
 
-pub use federate::{federate_raw, federate_structured};
+pub use lf_testkit::federate::{federate_raw, federate_structured};
 pub use rti::rti_raw;
 pub use steps::{RawStep, rti_structured};
 pub use wire::{wire_raw, wire_structured};

@@ -3,9 +3,10 @@
 
 use arbitrary::{Arbitrary, Result, Unstructured};
 use lf_coordination::rti::FEDERATION_ID_DEFAULT;
-use lf_wire::{Message, MessageType, NeighborStructure, UDP_PORT_CLOCK_SYNC_OFF};
+use lf_testkit::messages::introduction;
+use lf_testkit::parts::{self, delay};
+use lf_wire::{Message, MessageType};
 
-use crate::parts::{self, delay};
 use crate::rti::{CONNECTIONS, FEDERATES_MAX, World, config, with_world};
 
 /// What a joined federate says most.
@@ -49,9 +50,9 @@ fn join(world: &mut World<'_>, federates: usize, input: &mut Unstructured<'_>) -
             }
         }
         world.connect(connection);
-        world.say_message(connection, &Message::FedIds { federate: id, federation_id: FEDERATION_ID_DEFAULT });
-        world.say_message(connection, &Message::NeighborStructure(NeighborStructure::new(&upstream, &[])));
-        world.say_message(connection, &Message::UdpPort(UDP_PORT_CLOCK_SYNC_OFF));
+        for message in introduction(id, FEDERATION_ID_DEFAULT, &upstream, &[]) {
+            world.say_message(connection, &message);
+        }
         world.say_message(connection, &Message::Timestamp(0));
     }
     Ok(())

@@ -4,9 +4,8 @@
 
 use arbitrary::Unstructured;
 use lf_testkit::messages::encoded;
+use lf_testkit::parts;
 use lf_wire::{DecodeError, Decoded, InBuffer, Limits, Message, QueryEnd, decode, message_bytes_max};
-
-use crate::parts;
 
 /// The first bytes choose limits and the size of pieces, the rest comes from a peer.
 ///

@@ -9,8 +9,8 @@ use lf_coordination::heap::{Memory, Sizes};
 use lf_coordination::rti::{ClockSync, Config, ConnectionId, Notice, Outlet, Rti, Suspended, Verdict};
 use lf_coordination::{from_wire, to_wire};
 use lf_model::time::Instant;
-use lf_testkit::messages::encoded;
-use lf_wire::{Message, NeighborStructure, UDP_PORT_CLOCK_SYNC_OFF};
+use lf_testkit::messages::{encoded, introduction};
+use lf_wire::Message;
 
 use crate::bounds::{Bounds, Fault};
 use crate::graph::{Delay, Graph};
@@ -90,12 +90,8 @@ impl Suspension {
                     [0; 8],
                     &mut outlet,
                 );
-                for message in [
-                    Message::FedIds { federate: number(id), federation_id: FEDERATION_ID },
-                    Message::NeighborStructure(NeighborStructure::new(&upstream, &downstream)),
-                    Message::UdpPort(UDP_PORT_CLOCK_SYNC_OFF),
-                    Message::Timestamp(0),
-                ] {
+                let introduction = introduction(number(id), FEDERATION_ID, &upstream, &downstream);
+                for message in introduction.into_iter().chain([Message::Timestamp(0)]) {
                     let verdict = rti.handle_input(NOW, ConnectionId(id), &encoded(&message), &mut outlet);
                     assert!(matches!(verdict, Verdict::Consumed(_)), "{message:?}: {verdict:?}");
                 }

@@ -5,9 +5,9 @@
 //! the compiler generates, and bodies as users write them.
 #![allow(missing_docs, unreachable_pub, clippy::unwrap_used, reason = "a test program has no users")]
 #![allow(clippy::pedantic, reason = "bodies are written as users write them")]
-mod common;
+mod bench;
 
-use common::bench::{By, at, bench};
+use bench::{By, at, bench};
 use lf_model::prelude::*;
 
 /// What some target code passes around.

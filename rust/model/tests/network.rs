@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Messages to and from other federates: order, back-pressure in both directions, and what is refused.
 #![allow(missing_docs, unreachable_pub, clippy::unwrap_used, reason = "a test program has no users")]
-mod common;
+mod bench;
 
-use common::bench::{Builder, By, at, bench, entries};
+use bench::{Builder, By, at, bench, entries};
 use lf_model::{DeliverError, InputId, ModelError, OutputId, PayloadError, Progress, Settings, Tag};
 
 fn receiver() -> Builder {

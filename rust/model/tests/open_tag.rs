@@ -2,9 +2,9 @@
 //! Tags that run in pieces, as in cycles without delay: reactions wait for inputs, messages come while the tag is open,
 //! and the absence of values is told.
 #![allow(missing_docs, unreachable_pub, clippy::unwrap_used, reason = "a test program has no users")]
-mod common;
+mod bench;
 
-use common::bench::{Bench, Builder, By, at, bench, entries};
+use bench::{Bench, Builder, By, at, bench, entries};
 use lf_model::{DeliverError, InputId, OutputId, Progress, Settings, Tag};
 
 /// Level 0 sets the output's port, level 1 sends it, level 2 sees the input, level 3 runs by a timer.

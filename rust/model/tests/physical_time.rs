@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Physical actions from other threads, and deadlines.
 #![allow(missing_docs, unreachable_pub, clippy::unwrap_used, reason = "a test program has no users")]
-mod common;
+mod bench;
 
-use common::bench::{Bench, Builder, By, START, at, bench, entries, timing};
+use bench::{Bench, Builder, By, START, at, bench, entries, timing};
 use lf_model::prelude::*;
 use lf_model::{Interval, Policy, Progress, ScheduleError, Settings};
 
@@ -204,5 +204,5 @@ fn a_deadline_is_checked_when_its_reaction_begins() {
 }
 
 thread_local! {
-    static CLOCK: std::cell::Cell<Option<&'static common::Clock>> = const { std::cell::Cell::new(None) };
+    static CLOCK: std::cell::Cell<Option<&'static lf_testkit::host::Clock>> = const { std::cell::Cell::new(None) };
 }

@@ -14,13 +14,12 @@
     clippy::cast_sign_loss,
     reason = "small numbers"
 )]
-mod common;
 mod reference;
 
 use std::collections::BTreeMap;
 
-use common::{Clock, Host};
 use lf_model::{Engine, InputId, Instant, Interval, Microstep, Progress, Settings, Storage, Tag};
+use lf_testkit::host::{Clock, Host};
 use proptest::prelude::*;
 use reference::program::RandomProgram;
 use reference::{

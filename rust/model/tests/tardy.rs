@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Messages that come after their tag: when they happen, who is told, and what they were meant for.
 #![allow(missing_docs, unreachable_pub, clippy::unwrap_used, reason = "a test program has no users")]
-mod common;
+mod bench;
 
-use common::bench::{Bench, Builder, By, Cells, MS, at, bench, entries};
+use bench::{Bench, Builder, By, Cells, MS, at, bench, entries};
 use lf_model::{Delivery, InputId, Interval, ReactionContext, Settings};
 
 fn program() -> Builder {

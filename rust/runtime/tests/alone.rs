@@ -9,10 +9,9 @@ use lf_model::{Engine, Program as _, Settings};
 use lf_runtime::platform::Endpoint;
 use lf_runtime::{All, Buffers, Join, RunError, run_federate, run_unfederated};
 use lf_testkit::network::address_of;
+use lf_testkit::world::{Conditions, Fate, Threads, Trouble};
 use support::federation::{PORT, Plan, RTI, edge, federation_of};
-use support::network::Conditions;
 use support::node::{Behavior, Node, NodeStorage};
-use support::world::{Fate, Trouble, World};
 
 const MS: fn(i64) -> Interval = Interval::from_millis;
 
@@ -22,7 +21,7 @@ fn run(
     settings: Settings,
     interrupt: Option<i64>,
 ) -> (Result<(), RunError>, Interval, bool, Option<Trouble>) {
-    let world = World::new(Conditions::seeded(3));
+    let world = Threads::new(Conditions::seeded(3));
     let mut platform = world.join(Interval::ZERO, Interval::ZERO);
     if let Some(at) = interrupt {
         world.plan(MS(at), platform.number(), Fate::Interrupt);
@@ -79,7 +78,7 @@ fn a_buffer_without_room_for_a_message_is_an_error() {
     let plan = Plan::new(vec![timer(1), Behavior::default()], edges);
     let federation = federation_of(&plan, 0);
     for (input_bytes, output_bytes, which) in [(50, 500, "receive"), (500, 150, "send")] {
-        let world = World::new(Conditions::seeded(0));
+        let world = Threads::new(Conditions::seeded(0));
         let mut platform = world.join(Interval::ZERO, Interval::ZERO);
         world.start();
         platform.begin();

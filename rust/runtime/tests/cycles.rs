@@ -8,11 +8,10 @@ mod support;
 use lf_coordination::rti::Outcome;
 use lf_model::time::Interval;
 use lf_runtime::Coordination;
+use lf_testkit::world::{Conditions, Fate};
 use proptest::prelude::*;
 use support::federation::{Edge, Plan, Report, edge, run};
-use support::network::Conditions;
 use support::node::{Behavior, Log};
-use support::world::Fate;
 
 const MS: fn(i64) -> Interval = Interval::from_millis;
 

@@ -11,11 +11,10 @@ use lf_coordination::rti::{AfterLoss, Outcome};
 use lf_model::time::{Interval, Tag};
 use lf_model::{Instant, Microstep};
 use lf_runtime::{Coordination, RunError};
+use lf_testkit::world::{Conditions, Fate};
 use proptest::prelude::*;
 use support::federation::{self, Edge, Plan, Report, run};
-use support::network::Conditions;
 use support::node::{Behavior, Log};
-use support::world::Fate;
 
 const MS: fn(i64) -> Interval = Interval::from_millis;
 

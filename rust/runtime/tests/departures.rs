@@ -5,20 +5,18 @@
 
 mod support;
 
-use lf_coordination::Deadline;
 use lf_coordination::federate::FederateError;
 use lf_coordination::rti::{AfterLoss, Outcome};
 use lf_model::time::Interval;
-use lf_runtime::platform::{Endpoint, Interest, Platform as _, SocketId, Transfer};
+use lf_runtime::platform::{Endpoint, Platform as _, SocketId};
 use lf_runtime::{Coordination, PeerFault, RunError};
 use lf_testkit::messages::encoded;
 use lf_testkit::network::address_of;
+use lf_testkit::world::{Blocking, Conditions, Fate};
 use lf_wire::{ADDRESS_PORT_UNKNOWN, Message, QueryEnd, Tag};
 use proptest::prelude::*;
-use support::federation::{self, Edge, PORT, Plan, run, run_node};
-use support::network::Conditions;
+use support::federation::{self, Edge, Plan, run, run_with};
 use support::node::Behavior;
-use support::world::{Fate, VirtualPlatform, World};
 
 const MS: fn(i64) -> Interval = Interval::from_millis;
 /// The RTI's start delay and the time for the handshakes, roughly.
@@ -95,27 +93,17 @@ proptest! {
 }
 
 /// An RTI and a sender in one, which know only what the stock programs do.
-struct Stock {
-    platform: VirtualPlatform,
+struct Stock<'a> {
+    me: &'a mut Blocking,
     rti: SocketId,
     heard: Vec<u8>,
     query_end: QueryEnd,
     start: i64,
 }
 
-impl Stock {
+impl Stock<'_> {
     fn say(&mut self, socket: SocketId, message: &Message<'_>) {
-        self.say_bytes(socket, &encoded(message));
-    }
-
-    fn say_bytes(&mut self, socket: SocketId, bytes: &[u8]) {
-        let mut rest = bytes;
-        while !rest.is_empty() {
-            match self.platform.write(socket, rest).unwrap() {
-                Transfer::Bytes(count) => rest = &rest[count..],
-                other => panic!("the network has room for it: {other:?}"),
-            }
-        }
+        self.me.say(socket, message);
     }
 
     /// Waits for the next message of the federate.
@@ -131,12 +119,9 @@ impl Stock {
                 }
             }
             self.heard.drain(..at);
-            let mut bytes = [0; 256];
-            match self.platform.read(self.rti, &mut bytes).unwrap() {
-                Transfer::Bytes(count) => self.heard.extend(&bytes[..count]),
-                Transfer::WouldBlock => wait_for(&mut self.platform, self.rti, Interest::READ),
-                Transfer::Closed => panic!("the federate has left"),
-            }
+            let more = self.me.hear_some(self.rti, 256);
+            assert!(!more.is_empty(), "the federate has left");
+            self.heard.extend(more);
         }
     }
 
@@ -144,7 +129,7 @@ impl Stock {
     fn start(&mut self) -> SocketId {
         self.hear(|message| matches!(message, Message::FedIds { .. }).then_some(()));
         self.say(self.rti, &Message::Ack);
-        let now = self.platform.now().as_nanos();
+        let now = self.me.now().as_nanos();
         self.say(self.rti, &Message::T1(now));
         self.hear(|message| matches!(message, Message::T3 { .. }).then_some(()));
         self.say(self.rti, &Message::T4(now));
@@ -153,15 +138,13 @@ impl Stock {
             _ => None,
         });
         let address = Endpoint::new(address_of(1), u16::try_from(port).unwrap());
-        let sender = self.platform.connect(address).unwrap();
-        wait_for(&mut self.platform, sender, Interest::WRITE);
-        self.platform.connected(sender).unwrap();
+        let sender = self.me.connect(address);
         self.say(
             sender,
             &Message::P2pSendingFedId { federate: 0, is_transient: Some(false), federation_id: b"virtual" },
         );
         self.hear(|message| matches!(message, Message::Timestamp(_)).then_some(()));
-        self.start = self.platform.now().as_nanos() + 1_000_000;
+        self.start = self.me.now().as_nanos() + 1_000_000;
         self.say(self.rti, &Message::Timestamp(self.start));
         sender
     }
@@ -182,57 +165,28 @@ const NOWHERE: [u8; 4] = [0; 4];
 const LIMITS: lf_wire::Limits =
     lf_wire::Limits { payload_bytes_max: 64, federation_id_bytes_max: 64, neighbors_max: 8 };
 
-fn wait_for(platform: &mut VirtualPlatform, socket: SocketId, interest: Interest) {
-    platform.set_interest(socket, interest);
-    platform.wait(Deadline::Never, &mut |_, _| {});
-    platform.set_interest(socket, Interest::NONE);
-}
-
 /// How federate 1 ends, which has a connection from federate 0 over which it waits for ever, and what it has got.
-fn end_with(act: impl FnOnce(&mut Stock) + Send) -> (Result<(), RunError>, usize) {
+fn end_with(act: impl FnOnce(&mut Stock<'_>) + Send) -> (Result<(), RunError>, usize) {
     let edge = Edge { waits: (Interval::FOREVER, Interval::ZERO), ..federation::edge(0, 1) };
     let nodes = vec![Behavior::default(); 2];
     let plan = Plan { coordination: Coordination::Decentralized, trials: 1, ..Plan::new(nodes, vec![edge]) };
-    let world = World::new(Conditions::seeded(1));
-    let mut platform = world.join(Interval::ZERO, Interval::ZERO);
-    let mut federate = world.join(Interval::from_millis(1), Interval::ZERO);
-    let ran = std::thread::scope(|scope| {
-        scope.spawn(move || {
-            platform.begin();
-            let listener = platform.listen(PORT).unwrap();
-            let rti = loop {
-                match platform.accept(listener).unwrap() {
-                    Some((socket, _)) => break socket,
-                    None => wait_for(&mut platform, listener, Interest::READ),
-                }
-            };
-            let mut stock = Stock { platform, rti, heard: Vec::new(), query_end: QueryEnd::NONE, start: 0 };
-            act(&mut stock);
-            while let Ok(Transfer::Bytes(_) | Transfer::WouldBlock) = stock.platform.read(rti, &mut [0; 64]) {
-                wait_for(&mut stock.platform, rti, Interest::READ);
-            }
-            stock.platform.close(rti);
-        });
-        let ran = scope.spawn(move || {
-            federate.begin();
-            run_node::<2>(&plan, 1, &mut federate)
-        });
-        world.start();
-        ran.join().unwrap()
+    let (ran, ()) = run_with::<2, _>(&plan, 1, Interval::ZERO, |me, rti| {
+        act(&mut Stock { me, rti, heard: Vec::new(), query_end: QueryEnd::NONE, start: 0 });
+        me.hear_to_end(rti);
+        me.platform.close(rti);
     });
-    assert_eq!(world.trouble(), None);
     (ran.result, ran.log.len())
 }
 
 /// One value, and then the end of the connection, at once or in the middle of another message.
-fn send_and_close(stock: &mut Stock, sender: SocketId, in_message: bool) {
+fn send_and_close(stock: &mut Stock<'_>, sender: SocketId, in_message: bool) {
     let (tag, payload) = (Tag::new(stock.start, 0), [1, 0, 0, 0]);
     let message = Message::P2pTaggedMessage { port: 0, federate: 1, tag, payload: &payload };
     stock.say(sender, &message);
     if in_message {
-        stock.say_bytes(sender, &encoded(&message)[..9]);
+        stock.me.say_bytes(sender, &encoded(&message)[..9]);
     }
-    stock.platform.close(sender);
+    stock.me.platform.close(sender);
 }
 
 #[test]
@@ -280,7 +234,7 @@ fn a_sender_that_says_that_nothing_more_comes_has_left() {
     let end = end_with(|stock| {
         let sender = stock.start();
         stock.say(sender, &Message::PortAbsent { port: 0, federate: 1, tag: Tag::FOREVER });
-        stock.platform.close(sender);
+        stock.me.platform.close(sender);
     });
     assert_eq!(end, (Ok(()), 0));
 }

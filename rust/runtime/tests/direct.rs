@@ -6,11 +6,10 @@ mod support;
 
 use lf_coordination::rti::{AfterLoss, Outcome};
 use lf_model::time::Interval;
+use lf_testkit::world::{Conditions, Fate};
 use proptest::prelude::*;
 use support::federation::{Edge, Plan, Report, edge, run};
-use support::network::Conditions;
 use support::node::Behavior;
-use support::world::Fate;
 
 const MS: fn(i64) -> Interval = Interval::from_millis;
 /// The RTI's start delay and the time for the handshakes, roughly.

@@ -15,12 +15,11 @@ use lf_model::time::{EventTag, Interval};
 use lf_runtime::RunError;
 use lf_runtime::platform::NetError;
 use lf_testkit::network::address_of;
+use lf_testkit::world::{Conditions, Fate};
 use lf_wire::RejectCode;
 use proptest::prelude::*;
 use support::federation::{Edge, Plan, RTI, Report, edge, run};
-use support::network::Conditions;
 use support::node::Behavior;
-use support::world::Fate;
 
 const MS: fn(i64) -> Interval = Interval::from_millis;
 /// The RTI's start delay and the time for the handshakes, roughly.

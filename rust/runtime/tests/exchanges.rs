@@ -7,8 +7,8 @@ mod support;
 
 use lf_coordination::rti::{ClockSync, Config};
 use lf_model::time::Interval;
+use lf_testkit::world::{Conditions, Move};
 use lf_wire::{Message, MessageType, UDP_PORT_CLOCK_SYNC_INITIAL, UDP_PORT_CLOCK_SYNC_OFF};
-use support::network::{Conditions, Move};
 use support::raw::{Tester, config, with_rti};
 
 const TRIALS: u32 = 3;

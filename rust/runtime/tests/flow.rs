@@ -8,9 +8,9 @@ mod support;
 use lf_coordination::rti::{AfterLoss, Outcome};
 use lf_model::time::Interval;
 use lf_runtime::RunError;
+use lf_testkit::world::Conditions;
 use proptest::prelude::*;
 use support::federation::{Edge, Plan, Report, edge, run};
-use support::network::Conditions;
 use support::node::{Behavior, Log};
 
 const MS: fn(i64) -> Interval = Interval::from_millis;

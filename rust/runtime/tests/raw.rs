@@ -7,8 +7,8 @@ mod support;
 use lf_coordination::FederateId;
 use lf_coordination::rti::{AfterLoss, Cause, Outcome};
 use lf_runtime::DELAY_NONE;
+use lf_testkit::world::Conditions;
 use lf_wire::{Message, Tag};
-use support::network::Conditions;
 use support::raw::{Tester, config, with_rti};
 
 /// Sends messages to federate 1, each with the announcement of the next.

@@ -7,30 +7,26 @@ mod support;
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use lf_coordination::Deadline;
 use lf_model::time::{Instant, Interval};
 use lf_runtime::Coordination;
-use lf_runtime::platform::{Endpoint, Interest, IpAddress, Platform as _, SocketId, Transfer};
+use lf_runtime::platform::{Endpoint, IpAddress, Platform as _, SocketId, Transfer};
 use lf_testkit::golden::{Fill, Frame, Step};
 use lf_testkit::messages::encoded;
 use lf_testkit::network::address_of;
+use lf_testkit::world::{Blocking, Conditions, Threads, Virtual};
 use lf_wire::{Message, Tag};
 use support::federation::{Edge, PORT, Plan, RTI, Ran, edge, run_node};
-use support::network::Conditions;
 use support::node::Behavior;
-use support::world::{VirtualPlatform, World};
 
 const MS: fn(i64) -> Interval = Interval::from_millis;
 /// The federate's number among the participants.
 const FEDERATE: usize = 1;
 /// Connections between federates have numbers from here on.
 const FIRST_PEER: u16 = 1000;
-/// How long the tester waits for anything.
-const PATIENCE: Interval = Interval::from_secs(5);
 
 /// All but the federate.
 struct Tester {
-    platform: VirtualPlatform,
+    me: Blocking,
     rti: SocketId,
     peer: SocketId,
     connections: BTreeMap<u16, SocketId>,
@@ -42,11 +38,11 @@ struct Tester {
 }
 
 impl Tester {
-    fn new(mut platform: VirtualPlatform) -> Self {
-        platform.begin();
-        let (rti, peer) = (platform.listen(PORT).unwrap(), platform.listen(0).unwrap());
+    fn new(platform: Virtual) -> Self {
+        let mut me = Blocking::new(platform);
+        let (rti, peer) = (me.platform.listen(PORT).unwrap(), me.platform.listen(0).unwrap());
         Self {
-            platform,
+            me,
             rti,
             peer,
             connections: BTreeMap::new(),
@@ -62,28 +58,22 @@ impl Tester {
             match step {
                 Step::Connect(connection) => {
                     let listener = if *connection < FIRST_PEER { self.rti } else { self.peer };
-                    let accepted =
-                        self.wait_for(listener, Interest::READ, &at, |platform| platform.accept(listener).unwrap());
-                    self.connections.insert(*connection, accepted.0);
+                    self.connections.insert(*connection, self.me.accept(listener));
                     if *connection >= FIRST_PEER {
                         self.direct.insert(*connection);
                     }
                 }
                 Step::P2pConnect(connection) => {
                     let address = Endpoint::new(address_of(FEDERATE), self.advertised);
-                    let socket = self.platform.connect(address).unwrap();
-                    self.wait_for(socket, Interest::WRITE, &at, |platform| platform.connected(socket).ok());
-                    self.connections.insert(*connection, socket);
+                    self.connections.insert(*connection, self.me.connect(address));
                 }
                 Step::Send(frame) => self.send(frame),
                 Step::Recv(frame) => self.receive(frame, &at),
                 Step::Silence(connections) => {
-                    let until = self.platform.now() + MS(5);
-                    while self.platform.now() < until {
-                        self.platform.wait(Deadline::At(until), &mut |_, _| {});
-                    }
+                    let until = self.me.now() + MS(5);
+                    self.me.pass_until(until);
                     for connection in connections {
-                        let found = self.platform.read(self.connections[connection], &mut [0; 1]);
+                        let found = self.me.platform.read(self.connections[connection], &mut [0; 1]);
                         assert_eq!(found, Ok(Transfer::WouldBlock), "{at}");
                     }
                 }
@@ -91,46 +81,17 @@ impl Tester {
                     let socket = self.connections[connection];
                     if *connection >= FIRST_PEER {
                         // The stock federate closes at its end; ours hears out who sends to it, which ends there too.
-                        self.platform.shut_down_writing(socket);
+                        self.me.platform.shut_down_writing(socket);
                     }
-                    let mut last = Vec::<u8>::new();
-                    self.wait_for(socket, Interest::READ, &at, |platform| {
-                        let mut bytes = [0; 32];
-                        match platform.read(socket, &mut bytes).unwrap() {
-                            Transfer::Bytes(count) => last.extend(&bytes[..count]),
-                            Transfer::WouldBlock => {}
-                            Transfer::Closed => return Some(()),
-                        }
-                        None
-                    });
+                    let last = self.me.hear_to_end(socket);
                     // Ours says first that nothing more comes.
                     let end = encoded(&Message::PortAbsent { port: 0, federate: 1, tag: Tag::FOREVER });
                     let ends = if self.direct.contains(connection) { &end[..] } else { &[] };
                     assert_eq!(last, ends, "{at}");
                 }
-                Step::Close(connection) => self.platform.close(self.connections[connection]),
+                Step::Close(connection) => self.me.platform.close(self.connections[connection]),
                 other => panic!("not of a decentralized federate: {other:?}"),
             }
-        }
-    }
-
-    /// Asks again and again, as the socket becomes ready, until there is something.
-    fn wait_for<T>(
-        &mut self,
-        socket: SocketId,
-        interest: Interest,
-        at: &str,
-        mut ask: impl FnMut(&mut VirtualPlatform) -> Option<T>,
-    ) -> T {
-        let until = self.platform.now() + PATIENCE;
-        loop {
-            if let Some(found) = ask(&mut self.platform) {
-                self.platform.set_interest(socket, Interest::NONE);
-                return found;
-            }
-            assert!(self.platform.now() < until, "{at}: the federate does nothing");
-            self.platform.set_interest(socket, interest);
-            self.platform.wait(Deadline::At(until), &mut |_, _| {});
         }
     }
 
@@ -138,20 +99,18 @@ impl Tester {
         if let Some(tag) = frame.tag {
             // The recording says that it is sent at its time.
             let until = self.start + Interval::from_nanos(tag.time_ns);
-            while self.platform.now() < until {
-                self.platform.wait(Deadline::At(until), &mut |_, _| {});
-            }
+            self.me.pass_until(until);
         }
         let bytes = match &frame.fill {
             None => frame.bytes.exact().unwrap(),
-            Some(Fill::PhysicalTime) => frame.bytes.fill_with(self.platform.now().as_nanos().to_le_bytes()),
+            Some(Fill::PhysicalTime) => frame.bytes.fill_with(self.me.now().as_nanos().to_le_bytes()),
             Some(Fill::Start) => {
-                self.start = self.platform.now() + MS(300);
+                self.start = self.me.now() + MS(300);
                 frame.bytes.fill_with(self.start.as_nanos().to_le_bytes())
             }
             Some(Fill::TagTime) => self.expected(frame),
             Some(Fill::P2pPort) => {
-                let port = i32::from(self.platform.local_port(self.peer).unwrap());
+                let port = i32::from(self.me.platform.local_port(self.peer).unwrap());
                 let mut bytes = frame.bytes.fill_with(port.to_le_bytes());
                 // The tester is not on the computer on which it was recorded.
                 let address = bytes.len() - 4;
@@ -161,13 +120,7 @@ impl Tester {
             }
             Some(other) => panic!("not of a decentralized federate: {other:?}"),
         };
-        let mut rest = &bytes[..];
-        while !rest.is_empty() {
-            match self.platform.write(self.connections[&frame.connection], rest).unwrap() {
-                Transfer::Bytes(count) => rest = &rest[count..],
-                other => panic!("the network has room for it: {other:?}"),
-            }
-        }
+        self.me.say_bytes(self.connections[&frame.connection], &bytes);
     }
 
     /// The frame with its tag in place.
@@ -187,14 +140,8 @@ impl Tester {
         let has_kind = |found: &[u8]| found.first().is_some_and(|byte| WITH_KIND.contains(byte));
         while found.len() < frame.bytes.len() + usize::from(has_kind(&found)) {
             let needed = frame.bytes.len() + usize::from(has_kind(&found)) - found.len();
-            let bytes = self.wait_for(socket, Interest::READ, at, |platform| {
-                let mut bytes = vec![0; needed];
-                match platform.read(socket, &mut bytes).unwrap() {
-                    Transfer::Bytes(count) => Some(bytes[..count].to_vec()),
-                    Transfer::WouldBlock => None,
-                    Transfer::Closed => panic!("{at}: the federate has closed the connection"),
-                }
-            });
+            let bytes = self.me.hear_some(socket, needed);
+            assert!(!bytes.is_empty(), "{at}: the federate has closed the connection");
             found.extend(bytes);
         }
         if has_kind(&found) {
@@ -225,7 +172,7 @@ fn replay(name: &str, id: u16, behavior: Behavior, timeout: Interval, seed: u64)
         federation_id: b"Unidentified Federation",
         ..Plan::new(nodes, vec![edge])
     };
-    let world = World::new(Conditions::seeded(seed));
+    let world = Threads::new(Conditions::seeded(seed));
     let tester = world.join(Interval::ZERO, Interval::ZERO);
     let mut federate = world.join(Interval::ZERO, MS(1_700));
     std::thread::scope(|scope| {

@@ -8,10 +8,10 @@ use lf_coordination::rti::Outcome;
 use lf_model::time::Interval;
 use lf_runtime::{Coordination, PeerFault, RunError};
 use lf_testkit::messages::encoded;
+use lf_testkit::world::Conditions;
 use lf_wire::{Message, RejectCode};
 use proptest::prelude::*;
 use support::federation::{Edge, INTRUSION, Intruder, Plan, edge, run};
-use support::network::Conditions;
 use support::node::Behavior;
 
 const MS: fn(i64) -> Interval = Interval::from_millis;

@@ -10,9 +10,9 @@ use lf_coordination::rti::Outcome;
 use lf_model::time::{Interval, Tag};
 use lf_runtime::Coordination;
 use lf_runtime::trace::{Event, RTI, Record, Subject, Waits, Word};
+use lf_testkit::world::Conditions;
 use proptest::prelude::*;
 use support::federation::{Edge, Plan, Report, edge, run};
-use support::network::Conditions;
 use support::node::Behavior;
 
 const MS: fn(i64) -> Interval = Interval::from_millis;

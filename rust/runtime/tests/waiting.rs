@@ -9,11 +9,10 @@ use lf_coordination::rti::AfterLoss;
 use lf_model::time::Interval;
 use lf_runtime::{Coordination, RunError};
 use lf_testkit::network::address_of;
+use lf_testkit::world::{Conditions, Fate};
 use lf_wire::{Message, RejectCode};
 use support::federation::{Edge, Intruder, Plan, RTI, Report, edge, run};
-use support::network::Conditions;
 use support::node::Behavior;
-use support::world::Fate;
 
 const MS: fn(i64) -> Interval = Interval::from_millis;
 

@@ -4,53 +4,33 @@
 
 mod support;
 
-use lf_coordination::Deadline;
 use lf_model::time::Interval;
-use lf_runtime::platform::{Interest, Platform as _, SocketId, Transfer};
-use lf_testkit::messages::encoded;
+use lf_runtime::platform::SocketId;
+use lf_testkit::world::Blocking;
 use lf_wire::{Message, MessageType, Tag};
-use support::federation::{PORT, Plan, edge, run_node};
-use support::network::Conditions;
+use support::federation::{Plan, edge, run_with};
 use support::node::Behavior;
-use support::world::{VirtualPlatform, World};
 
 const TRIALS: u16 = 3;
 
 /// An RTI that says what it likes.
-struct Liar {
-    platform: VirtualPlatform,
+struct Liar<'a> {
+    me: &'a mut Blocking,
     socket: SocketId,
     start: i64,
 }
 
-impl Liar {
+impl Liar<'_> {
     fn say(&mut self, bytes: &[u8]) {
-        let mut rest = bytes;
-        while !rest.is_empty() {
-            match self.platform.write(self.socket, rest).unwrap() {
-                Transfer::Bytes(count) => rest = &rest[count..],
-                other => panic!("the network has room for it: {other:?}"),
-            }
-        }
+        self.me.say_bytes(self.socket, bytes);
     }
 
     fn say_message(&mut self, message: &Message<'_>) {
-        self.say(&encoded(message));
+        self.me.say(self.socket, message);
     }
 
-    /// Waits until this many bytes have come, and forgets them.
     fn hear(&mut self, bytes: usize) {
-        let mut left = vec![0; bytes];
-        while !left.is_empty() {
-            match self.platform.read(self.socket, &mut left).unwrap() {
-                Transfer::Bytes(count) => drop(left.drain(..count)),
-                Transfer::WouldBlock => {
-                    self.platform.set_interest(self.socket, Interest::READ);
-                    self.platform.wait(Deadline::Never, &mut |_, _| {});
-                }
-                Transfer::Closed => panic!("the federate has left"),
-            }
-        }
+        self.me.hear(self.socket, bytes);
     }
 
     /// Lets the federate in and start.
@@ -59,13 +39,13 @@ impl Liar {
         // FED_IDS of the federation "virtual", NEIGHBOR_STRUCTURE with one upstream federate, UDP_PORT.
         self.hear(4 + 7 + 9 + 10 + 3);
         for _ in 0..TRIALS {
-            let now = self.platform.now().as_nanos();
+            let now = self.me.now().as_nanos();
             self.say_message(&Message::T1(now));
             self.hear(MessageType::T3.fixed_bytes());
             self.say_message(&Message::T4(now));
         }
         self.hear(MessageType::Timestamp.fixed_bytes());
-        self.start = self.platform.now().as_nanos() + 1_000_000;
+        self.start = self.me.now().as_nanos() + 1_000_000;
         self.say_message(&Message::Timestamp(self.start));
     }
 
@@ -75,43 +55,17 @@ impl Liar {
 }
 
 /// Why federate 1, which has an input from federate 0, ends when its RTI does this.
-fn complaint(lie: impl FnOnce(&mut Liar) + Send) -> String {
+fn complaint(lie: impl FnOnce(&mut Liar<'_>) + Send) -> String {
     complaint_with(&[], lie)
 }
 
 /// The same, where some numbers of ports are left out.
-fn complaint_with(own_ports: &'static [u16], lie: impl FnOnce(&mut Liar) + Send) -> String {
+fn complaint_with(own_ports: &'static [u16], lie: impl FnOnce(&mut Liar<'_>) + Send) -> String {
     let nodes = vec![Behavior::default(); 2];
     let plan = Plan { trials: TRIALS, keepalive: true, own_ports, ..Plan::new(nodes, vec![edge(0, 1)]) };
-    let world = World::new(Conditions::seeded(1));
-    let mut platform = world.join(Interval::ZERO, Interval::ZERO);
-    let mut federate = world.join(Interval::from_millis(1), Interval::from_millis(1_700));
-    let ran = std::thread::scope(|scope| {
-        scope.spawn(move || {
-            platform.begin();
-            let listener = platform.listen(PORT).unwrap();
-            let socket = loop {
-                if let Some((socket, _)) = platform.accept(listener).unwrap() {
-                    break socket;
-                }
-                platform.set_interest(listener, Interest::READ);
-                platform.wait(Deadline::Never, &mut |_, _| {});
-            };
-            platform.set_interest(listener, Interest::NONE);
-            let mut liar = Liar { platform, socket, start: 0 };
-            lie(&mut liar);
-            // Until the federate has closed the connection.
-            while let Ok(Transfer::Bytes(_) | Transfer::WouldBlock) = liar.platform.read(socket, &mut [0; 64]) {
-                liar.platform.set_interest(socket, Interest::READ);
-                liar.platform.wait(Deadline::Never, &mut |_, _| {});
-            }
-        });
-        let ran = scope.spawn(move || {
-            federate.begin();
-            run_node::<2>(&plan, 1, &mut federate)
-        });
-        world.start();
-        ran.join().unwrap()
+    let (ran, ()) = run_with::<2, _>(&plan, 1, Interval::from_millis(1_700), |me, socket| {
+        lie(&mut Liar { me, socket, start: 0 });
+        me.hear_to_end(socket);
     });
     ran.result.unwrap_err().to_string()
 }

@@ -2,8 +2,18 @@
 //! What the tests and tools of several crates share, and no product contains.
 #![forbid(unsafe_code)]
 
+#[cfg(feature = "coordination")]
+pub mod federate;
 pub mod golden;
+#[cfg(feature = "host")]
+pub mod host;
 pub mod messages;
 #[cfg(feature = "network")]
 pub mod network;
+#[cfg(feature = "coordination")]
+pub mod parts;
 pub mod random;
+#[cfg(feature = "coordination")]
+pub mod rti;
+#[cfg(feature = "network")]
+pub mod world;

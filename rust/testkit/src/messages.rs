@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Messages that own what they are made of, and their bytes, for tests and tools: a [`Message`] only borrows.
 
-use lf_wire::{Message, MessageType, NeighborStructure, RejectCode, Tag};
+use lf_wire::{Message, MessageType, NeighborStructure, RejectCode, Tag, UDP_PORT_CLOCK_SYNC_OFF};
 
 /// What any message can be made of; each takes what it needs.
 #[derive(Clone, Debug)]
@@ -96,6 +96,20 @@ impl Parts {
     pub fn bytes(&self) -> Vec<u8> {
         encoded(&self.message())
     }
+}
+
+/// The messages by which a federate without clock synchronization introduces itself to an RTI.
+pub fn introduction<'a>(
+    federate: u16,
+    federation_id: &'a [u8],
+    upstream: &'a [(u16, i64)],
+    downstream: &'a [u16],
+) -> [Message<'a>; 3] {
+    [
+        Message::FedIds { federate, federation_id },
+        Message::NeighborStructure(NeighborStructure::new(upstream, downstream)),
+        Message::UdpPort(UDP_PORT_CLOCK_SYNC_OFF),
+    ]
 }
 
 /// The bytes of a message.

@@ -4,6 +4,7 @@
 
 use lf_runtime::platform::{Endpoint, Interest, NetError, SocketId, Transfer};
 use lf_testkit::network::{Medium, Network, address_of};
+use lf_testkit::random::Random;
 
 const PORT: u16 = 7;
 const LATENCY: u64 = 10;
@@ -25,6 +26,10 @@ impl Medium for Wire {
 
     fn piece(&mut self, most: usize) -> usize {
         most
+    }
+
+    fn random(&mut self) -> &mut Random {
+        unreachable!("nobody asks for random numbers")
     }
 
     fn copies(&mut self) -> usize {

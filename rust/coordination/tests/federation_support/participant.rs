@@ -11,7 +11,7 @@ use lf_testkit::messages::encoded;
 use lf_wire::{DELAY_NONE, Decoded, Limits, Message, decode};
 
 use super::graph::{END_NS, Edge, Graph, Inputs, Trace};
-use crate::rti_support::World;
+use lf_testkit::rti::Rig;
 
 /// The tag that is open.
 struct Open {
@@ -57,7 +57,7 @@ fn leak<T>(items: impl IntoIterator<Item = T>) -> &'static mut [T] {
 }
 
 impl Participant {
-    pub(crate) fn new(id: u16, graph: &Graph, world: &mut World, room: usize) -> Self {
+    pub(crate) fn new(id: u16, graph: &Graph, rig: &mut Rig, room: usize) -> Self {
         let mut upstream: BTreeMap<u16, i64> = BTreeMap::new();
         for edge in graph.edges.iter().filter(|edge| edge.to == id) {
             let delay = edge.delay.map_or(DELAY_NONE, Interval::as_nanos);
@@ -71,10 +71,10 @@ impl Participant {
         let awaited = graph.numbered().filter(|(_, edge)| edge.to == id && graph.is_awaited(*edge));
         let inputs: &[_] = leak(awaited.map(|(port, _)| AwaitedInput { port, level: input_level(port) }));
         let mut federate = Federate::new(config).unwrap();
-        federate.handle_connected(world.now, [0; 8]);
+        federate.handle_connected(rig.now, [0; 8]);
         Self {
             federate,
-            connection: world.connect(),
+            connection: rig.connect(),
             id,
             graph: graph.clone(),
             awaited: Awaited::new(inputs, leak(inputs.iter().map(|_| Tag::NEVER))).unwrap(),

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Whole federations of [`Node`]s with an RTI, as participants of a [`World`].
+//! Whole federations of [`Node`]s with an RTI, as participants of a [`Threads`].
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Mutex;
@@ -9,7 +9,7 @@ use lf_coordination::heap::{Growing, Memory, Sizes};
 use lf_coordination::rti::{AfterLoss, ClockSync as RtiClockSync, Config, Outcome, START_REPORT, SetupError};
 use lf_model::time::{Interval, Tag};
 use lf_model::{Engine, Settings};
-use lf_runtime::platform::{Endpoint, Interest, IpAddress, Platform as _, Transfer};
+use lf_runtime::platform::{Endpoint, Interest, IpAddress, Platform as _, SocketId, Transfer};
 use lf_runtime::trace::Record;
 use lf_runtime::{
     AwaitedInput, Buffers, ClockSync, Coordination, DELAY_NONE, FederateLoop, Federation, Inbound, Inlet, Join,
@@ -19,9 +19,8 @@ use lf_testkit::network::address_of;
 use lf_wire::Storage;
 
 use super::lines;
-use super::network::Conditions;
 use super::node::{Behavior, Late, Log, Node, NodeStorage, TardyStorage};
-use super::world::{Fate, Trouble, VirtualPlatform, World};
+use lf_testkit::world::{Blocking, Conditions, Fate, Threads, Trouble, Virtual};
 
 /// The port of the first listener of a federate.
 const FIRST_EPHEMERAL_PORT: u16 = 49_152;
@@ -107,7 +106,7 @@ pub struct Intruder {
 
 impl Intruder {
     /// Connects, and keeps its connections until it is interrupted.
-    fn intrude(&self, platform: &mut VirtualPlatform) {
+    fn intrude(&self, platform: &mut Virtual) {
         let address = match self.to {
             Some(federate) => Endpoint::new(address_of(1 + usize::from(federate)), FIRST_EPHEMERAL_PORT),
             None => Endpoint::new(address_of(RTI), PORT),
@@ -124,7 +123,7 @@ impl Intruder {
         }
     }
 
-    fn connect(&self, platform: &mut VirtualPlatform, address: Endpoint) -> bool {
+    fn connect(&self, platform: &mut Virtual, address: Endpoint) -> bool {
         let Ok(socket) = platform.connect(address) else { return false };
         platform.set_interest(socket, Interest::WRITE);
         let mut ready = false;
@@ -242,7 +241,7 @@ pub struct Ran {
 /// Runs a federation to its end.
 pub fn run(plan: &Plan, conditions: Conditions) -> Report {
     lines::keep();
-    let world = World::new(conditions);
+    let world = Threads::new(conditions);
     let results = Mutex::new(Results::default());
     let rti = world.join(plan.rti_begins.unwrap_or(Interval::ZERO), Interval::ZERO);
     let federates: Vec<_> = (0..u16::try_from(plan.nodes.len()).unwrap())
@@ -293,6 +292,32 @@ pub fn run(plan: &Plan, conditions: Conditions) -> Report {
         world.start();
     });
     Report { records: world.records(), ..report(results.into_inner().unwrap(), world.trouble()) }
+}
+
+/// Runs one federate, while `act` plays its RTI, which has accepted its connection, and all others; how it went.
+pub fn run_with<const N: usize, T: Send>(
+    plan: &Plan,
+    id: u16,
+    clock_offset: Interval,
+    act: impl FnOnce(&mut Blocking, SocketId) -> T + Send,
+) -> (Ran, T) {
+    let world = Threads::new(Conditions::seeded(1));
+    let tester = world.join(Interval::ZERO, Interval::ZERO);
+    let mut federate = world.join(Interval::from_millis(1), clock_offset);
+    std::thread::scope(|scope| {
+        let acted = scope.spawn(move || {
+            let mut tester = Blocking::new(tester);
+            let listener = tester.platform.listen(PORT).unwrap();
+            let rti = tester.accept(listener);
+            act(&mut tester, rti)
+        });
+        let ran = scope.spawn(move || {
+            federate.begin();
+            run_node::<N>(plan, id, &mut federate)
+        });
+        world.start();
+        (ran.join().unwrap(), acted.join().unwrap())
+    })
 }
 
 fn report(results: Results, trouble: Option<Trouble>) -> Report {
@@ -360,7 +385,7 @@ impl Storage for Scarce {
     }
 }
 
-fn run_the_rti(plan: &Plan, platform: &mut VirtualPlatform, notices: &mut Vec<String>) -> Result<Outcome, SetupError> {
+fn run_the_rti(plan: &Plan, platform: &mut Virtual, notices: &mut Vec<String>) -> Result<Outcome, SetupError> {
     let listener = platform.listen(PORT).unwrap();
     let count = plan.nodes.len();
     let connections = count + 2;
@@ -434,7 +459,7 @@ pub fn federation_of(plan: &Plan, id: u16) -> Federation {
 }
 
 /// Runs one federate of a federation on this platform.
-pub fn run_node<const N: usize>(plan: &Plan, id: u16, platform: &mut VirtualPlatform) -> Ran {
+pub fn run_node<const N: usize>(plan: &Plan, id: u16, platform: &mut Virtual) -> Ran {
     // A connection's port is its place among the connections to its destination, those to itself included.
     let port_of = |index: usize| {
         let to = plan.edges[index].to;

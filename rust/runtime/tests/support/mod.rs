@@ -11,7 +11,5 @@
 
 pub mod federation;
 pub mod lines;
-pub mod network;
 pub mod node;
 pub mod raw;
-pub mod world;

@@ -12,7 +12,7 @@ use lf_model::{
     TardyInput, Timer, TriggerCell, TriggerId, TriggerInfo, TriggerKind, Undelivered,
 };
 
-use super::world::Side;
+use lf_testkit::world::Side;
 
 /// The engine's memory for any node of a test.
 pub type NodeStorage = lf_model::Storage<16, 1, 1, 1>;
@@ -183,7 +183,7 @@ impl<const N: usize> Node<N> {
             ctx.set(&mut self.output, self.fired);
         }
         if self.behavior.work > Interval::ZERO {
-            self.side.compute(self.behavior.work);
+            self.side.compute(self.behavior.work.as_nanos().unsigned_abs());
         }
         if self.behavior.stop_at == Some(self.fired) {
             ctx.request_stop(Asap);

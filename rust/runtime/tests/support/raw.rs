@@ -9,19 +9,16 @@ use lf_coordination::rti::{ClockSync, Config, Outcome, SetupError};
 use lf_model::time::{Instant, Interval};
 use lf_runtime::platform::{Endpoint, Interest, Platform as _, SocketId, Transfer};
 use lf_runtime::{Inlet, Outgoing, RtiSetup, run_rti};
-use lf_testkit::messages::encoded;
+use lf_testkit::messages::{encoded, introduction};
 use lf_testkit::network::address_of;
-use lf_wire::{Decoded, Limits, Message, MessageType, NeighborStructure, Tag, UDP_PORT_CLOCK_SYNC_OFF, decode};
+use lf_wire::{Decoded, Limits, Message, MessageType, Tag, UDP_PORT_CLOCK_SYNC_OFF, decode};
 
 use super::federation::{PORT, RTI};
-use super::network::{Conditions, Move};
-use super::world::{Trouble, VirtualPlatform, World};
+use lf_testkit::world::{Blocking, Conditions, Move, Threads, Trouble, Virtual};
 
 const ID: &[u8] = b"raw";
 /// Longest payload that the RTI takes.
 pub const PAYLOAD_BYTES_MAX: usize = 100;
-/// How long the tester waits for anything.
-const PATIENCE: Interval = Interval::from_secs(120);
 
 /// Without clock synchronization.
 pub fn config() -> Config<'static> {
@@ -40,7 +37,7 @@ pub struct Ended {
 
 /// All federates of an RTI, and whoever else connects to it.
 pub struct Tester {
-    platform: VirtualPlatform,
+    me: Blocking,
     /// The connections, and what has come on each and has not been heard.
     connections: Vec<(SocketId, Vec<u8>)>,
     start: i64,
@@ -53,7 +50,7 @@ pub fn with_rti(
     conditions: Conditions,
     act: impl FnOnce(&mut Tester) + Send,
 ) -> Ended {
-    let world = World::new(conditions);
+    let world = Threads::new(conditions);
     let rti = world.join(Interval::ZERO, Interval::ZERO);
     // By then the RTI listens.
     let tester = world.join(Interval::from_millis(1), Interval::ZERO);
@@ -66,9 +63,7 @@ pub fn with_rti(
             run(&mut platform, config, federates, notices)
         });
         scope.spawn(move || {
-            let mut platform = tester;
-            platform.begin();
-            act(&mut Tester { platform, connections: Vec::new(), start: 0 });
+            act(&mut Tester { me: Blocking::new(tester), connections: Vec::new(), start: 0 });
         });
         world.start();
         outcome.join().unwrap()
@@ -77,7 +72,7 @@ pub fn with_rti(
 }
 
 fn run(
-    platform: &mut VirtualPlatform,
+    platform: &mut Virtual,
     config: Config<'static>,
     federates: usize,
     notices: &Mutex<Vec<String>>,
@@ -96,17 +91,17 @@ fn run(
 impl Tester {
     /// A new connection, by its number.
     pub fn connect(&mut self) -> usize {
-        let socket = self.platform.connect(Endpoint::new(address_of(RTI), PORT)).unwrap();
-        self.wait_for(socket, Interest::WRITE, |platform| platform.connected(socket).ok());
+        let socket = self.me.connect(Endpoint::new(address_of(RTI), PORT));
         self.connections.push((socket, Vec::new()));
         self.connections.len() - 1
     }
 
     /// Says all that comes before the exchanges of clock synchronization, and hears that it is right.
     pub fn introduce(&mut self, connection: usize, id: u16, upstream: &[(u16, i64)], udp_port: u16) {
-        self.say(connection, &Message::FedIds { federate: id, federation_id: ID });
-        self.say(connection, &Message::NeighborStructure(NeighborStructure::new(upstream, &[])));
-        self.say(connection, &Message::UdpPort(udp_port));
+        let [ids, neighbors, _] = introduction(id, ID, upstream, &[]);
+        for message in [ids, neighbors, Message::UdpPort(udp_port)] {
+            self.say(connection, &message);
+        }
         self.hear(connection, |message| *message == Message::Ack);
     }
 
@@ -146,17 +141,7 @@ impl Tester {
     }
 
     pub fn say_bytes(&mut self, connection: usize, bytes: &[u8]) {
-        let socket = self.connections[connection].0;
-        let mut rest = bytes;
-        while !rest.is_empty() {
-            let count =
-                self.wait_for(socket, Interest::WRITE, |platform| match platform.write(socket, rest).unwrap() {
-                    Transfer::Bytes(count) => Some(count),
-                    Transfer::WouldBlock => None,
-                    Transfer::Closed => panic!("the connection is closed"),
-                });
-            rest = &rest[count..];
-        }
+        self.me.say_bytes(self.connections[connection].0, bytes);
     }
 
     /// Takes messages of a connection until one is `enough`, or the RTI has closed it. Returns whether one was.
@@ -170,15 +155,7 @@ impl Tester {
                     return true;
                 }
             }
-            let socket = *socket;
-            let more = self.wait_for(socket, Interest::READ, |platform| {
-                let mut buffer = [0; 64];
-                match platform.read(socket, &mut buffer) {
-                    Ok(Transfer::Bytes(count)) => Some(buffer[..count].to_vec()),
-                    Ok(Transfer::WouldBlock) => None,
-                    Ok(Transfer::Closed) | Err(_) => Some(Vec::new()),
-                }
-            });
+            let more = self.me.hear_some(*socket, 64);
             if more.is_empty() {
                 return false;
             }
@@ -188,18 +165,18 @@ impl Tester {
 
     /// Ends this direction of a connection. To close it could reset it, and then what is on its way would be lost.
     pub fn end(&mut self, connection: usize) {
-        self.platform.shut_down_writing(self.connections[connection].0);
+        self.me.platform.shut_down_writing(self.connections[connection].0);
     }
 
     /// Waits until messages come on some of these connections, and takes them.
     pub fn hear_any(&mut self, connections: &[usize]) -> Vec<(usize, MessageType)> {
-        let until = self.now() + PATIENCE;
+        let until = self.now() + Interval::from_secs(120);
         loop {
             let mut heard = Vec::new();
             for index in connections {
                 let (socket, bytes) = &mut self.connections[*index];
                 let mut buffer = [0; 64];
-                if let Ok(Transfer::Bytes(count)) = self.platform.read(*socket, &mut buffer) {
+                if let Ok(Transfer::Bytes(count)) = self.me.platform.read(*socket, &mut buffer) {
                     bytes.extend(&buffer[..count]);
                 }
                 while let Ok(Decoded::Complete { message, len }) = decode(bytes, &Limits::NONE) {
@@ -207,48 +184,27 @@ impl Tester {
                     bytes.drain(..len);
                 }
                 let interest = if heard.is_empty() { Interest::READ } else { Interest::NONE };
-                self.platform.set_interest(*socket, interest);
+                self.me.platform.set_interest(*socket, interest);
             }
             if !heard.is_empty() {
                 return heard;
             }
-            assert!(!self.platform.interrupted() && self.now() < until, "the RTI does nothing");
-            self.platform.wait(Deadline::At(until), &mut |_, _| {});
+            assert!(!self.me.platform.interrupted() && self.now() < until, "the RTI does nothing");
+            self.me.platform.wait(Deadline::At(until), &mut |_, _| {});
         }
     }
 
     pub fn close(&mut self, connection: usize) {
-        self.platform.close(self.connections[connection].0);
+        self.me.platform.close(self.connections[connection].0);
     }
 
     /// Lets so much virtual time pass.
     pub fn pass(&mut self, time: Interval) {
-        let until = self.platform.now() + time;
-        while self.now() < until {
-            self.platform.wait(Deadline::At(until), &mut |_, _| {});
-        }
+        let until = self.now() + time;
+        self.me.pass_until(until);
     }
 
     pub fn now(&mut self) -> Instant {
-        self.platform.now()
-    }
-
-    /// Asks again and again, as the socket becomes ready, until there is something.
-    fn wait_for<T>(
-        &mut self,
-        socket: SocketId,
-        interest: Interest,
-        mut ask: impl FnMut(&mut VirtualPlatform) -> Option<T>,
-    ) -> T {
-        let until = self.now() + PATIENCE;
-        loop {
-            if let Some(found) = ask(&mut self.platform) {
-                self.platform.set_interest(socket, Interest::NONE);
-                return found;
-            }
-            assert!(!self.platform.interrupted() && self.now() < until, "the RTI does nothing");
-            self.platform.set_interest(socket, interest);
-            self.platform.wait(Deadline::At(until), &mut |_, _| {});
-        }
+        self.me.now()
     }
 }

@@ -16,7 +16,7 @@ use super::lent::{Body, Effect, Group, InstanceId, LentVariable, Memory, Place};
 use super::tables::{Runs, tables};
 use super::value::{Shape, Value};
 use crate::scenario::{Scenario, Script};
-use crate::world::Side;
+use lf_testkit::world::Side;
 
 /// The plan asks for a queue that this program has no type for.
 #[derive(Clone, PartialEq, Eq, Debug)]

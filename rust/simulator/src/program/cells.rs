@@ -14,7 +14,7 @@ use lf_model::{
 };
 
 use super::value::Value;
-use crate::world::Side;
+use lf_testkit::world::Side;
 
 /// The greatest capacity that a queue can have here.
 pub(crate) const CAPACITY_MAX: usize = 16384;

@@ -9,12 +9,15 @@ use lf_model::prelude::{After, Asap};
 use lf_model::time::{Interval, Tag};
 use lf_model::{PhysicalActionRef, Port, ReactionContext, ReactionId, Readable, TriggerId};
 use lf_testkit::random::combine;
+use lf_testkit::world::{Side, Thread};
 
 use super::cells::Cell;
 use super::tables::keep;
 use super::value::{Shape, Value};
 use crate::scenario::Script;
-use crate::world::{Side, Thread};
+
+/// What a thread's events can cause.
+const THREAD_ENERGY: u64 = 4;
 
 /// An instance of a reactor, the same one whether federated or not.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Debug)]
@@ -174,7 +177,12 @@ impl Lent {
                 if let Some(Own::Trigger(Cell::Physical(recorded))) = own {
                     // A thread that schedules the action again and again.
                     let action = PhysicalActionRef::clone(recorded.action.action());
-                    memory.side.start(Thread::new(ctx.physical_link(), action, choice, &effect.outside));
+                    let link = ctx.physical_link();
+                    memory.side.start(Thread::new(&effect.outside, move |left| {
+                        let value = Value::new(combine(choice, left as u64), THREAD_ENERGY, Shape::Fixed(1));
+                        // An inbox that is full refuses it, and then it does not happen in any of the runs.
+                        let _ = link.schedule_physical_with_v(&action, Some(value), Asap);
+                    }));
                 }
             } else if energy > 0 && choice % 100 < body.script.percent {
                 cause(effect, own, choice, (energy, body.script.offset_ns), ctx);

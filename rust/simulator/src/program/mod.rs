@@ -22,7 +22,7 @@ use lf_model::{
 pub(crate) use build::{BuildError, Played};
 pub(crate) use tables::Runs;
 use tables::Shuffled;
-pub(crate) use value::{Shape, Value};
+pub(crate) use value::Value;
 
 pub(crate) use cells::{CAPACITY_MAX, Handled};
 use cells::{Cell, Queued};

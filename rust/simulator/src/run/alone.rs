@@ -10,7 +10,7 @@ use lf_model::{Env, ModelError, Outgoing, Outside, Program as _, Progress, SendE
 use super::federate::EngineMemory;
 use crate::program::{Played, Record, Runs, Scripted};
 use crate::scenario::Scenario;
-use crate::world::Side;
+use lf_testkit::world::Side;
 
 /// So many tags are a sign that a program does not end.
 const TAGS_MAX: u32 = 10_000_000;

@@ -9,11 +9,12 @@ use lf_runtime::{
     AwaitedInput, Buffers, ClockSync, Coordination, DELAY_NONE, FederateLoop, Federation, Inbound, Join, Outbound,
     RunError,
 };
+use lf_testkit::network::address_of;
 
 use super::rti::{FEDERATION_ID, PORT};
 use crate::program::{BuildError, Runs, Scripted};
 use crate::scenario::Scenario;
-use crate::world::{Virtual, address_of};
+use crate::world::Virtual;
 
 /// A federate's event loop.
 pub(super) type Member<'a> = FederateLoop<'a, 'a, Virtual>;
@@ -65,7 +66,7 @@ impl FederateMemory {
         federate: &plan::Federate,
         platform: Virtual,
     ) -> Result<Self, BuildError> {
-        let program = Scripted::new(scenario, plan, federate, platform.side, None, Runs::OneByOne)?;
+        let program = Scripted::new(scenario, plan, federate, platform.side(), None, Runs::OneByOne)?;
         let tables = program.tables();
         let target = &plan.target;
         let settings = Settings {

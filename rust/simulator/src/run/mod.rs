@@ -15,6 +15,7 @@ use lf_coordination::rti::{Notice, Outcome};
 use lf_model::time::{Instant, Interval, Tag};
 use lf_runtime::{RunError, Turn};
 use lf_testkit::random::combine;
+use lf_testkit::world::{Shared, Side};
 
 pub(crate) use alone::{Decided, run_alone, work_alone};
 pub(crate) use reports::Reports;
@@ -22,7 +23,7 @@ pub(crate) use reports::Reports;
 use crate::check::{Counts, Seen, Sent, Violation};
 use crate::program::{BuildError, Handled, Played, Record};
 use crate::scenario::{Fault, FaultKind, Scenario};
-use crate::world::{Cables, Side, World};
+use crate::world::{Cables, World, strike, world};
 use federate::{FederateMemory, Member};
 use rti::{Centre, RtiBuffers, RtiMemory};
 
@@ -195,8 +196,8 @@ impl Participant<'_> {
 pub(crate) fn run(scenario: &Scenario, plan: &Plan, prints: bool) -> Result<Report, BuildError> {
     reports::listen();
     reports::take();
-    let mut world = World::new(&scenario.conditions, combine(scenario.seed, 11));
-    world.network.borrow_mut().medium_mut().watch.prints = prints;
+    let world = world(&scenario.conditions, combine(scenario.seed, 11));
+    world.lock().network.medium_mut().watch.prints = prints;
     let noted = Rc::new(RefCell::new(Noted::default()));
     let mut buffers = RtiBuffers::new(scenario, plan.federates.len());
     let mut rti = RtiMemory::new(scenario, plan, world.platform(0), note_into(Rc::clone(&noted), prints), &mut buffers);
@@ -220,11 +221,11 @@ pub(crate) fn run(scenario: &Scenario, plan: &Plan, prints: bool) -> Result<Repo
         cut_short: false,
     };
     stage.faults.sort_by_key(|fault| fault.at);
-    let violation = stage.play(&mut world, &noted);
+    let violation = stage.play(&world, &noted);
     let Stage { ends, ended, counted, outcome, struck, turns, participants, cut_short, .. } = stage;
     drop(participants);
-    let network = world.network.borrow();
-    let Cables { watch, refused_writes, .. } = network.medium();
+    let world = world.lock();
+    let Cables { watch, refused_writes, .. } = world.network.medium();
     let mut report = Report {
         rti: outcome,
         ends,
@@ -244,7 +245,7 @@ pub(crate) fn run(scenario: &Scenario, plan: &Plan, prints: bool) -> Result<Repo
         sent: watch.direct.sent.iter().filter_map(|sent| to_input(plan, sent)).collect(),
         left: watch.seen.iter().map(|seen| seen.left).collect(),
         lateness: Vec::new(),
-        sides: world.sides.clone(),
+        sides: (0..=plan.federates.len()).map(|participant| world.side(participant)).collect(),
         refused_writes: *refused_writes,
         fullest_percent: 0,
         digest: combine(watch.digest, turns),
@@ -372,47 +373,47 @@ impl Progress {
 
 impl Stage<'_> {
     /// Turn by turn, until all have ended or nobody can go on.
-    fn play(&mut self, world: &mut World, noted: &RefCell<Noted>) -> Option<Violation> {
+    fn play(&mut self, world: &Shared<Cables>, noted: &RefCell<Noted>) -> Option<Violation> {
         loop {
+            let mut locked = world.lock();
             if self.first_fault.is_none() && noted.borrow().started.is_some() {
-                self.first_fault = Some(world.now);
+                self.first_fault = Some(locked.now());
             }
-            let fault_at = self.next_fault(world);
-            let Some(participant) = world.next_turn(fault_at) else {
-                if self.strike_next(world) {
+            let fault_at = self.next_fault(&locked);
+            let Some(participant) = locked.next_turn(fault_at) else {
+                if self.strike_next(&mut locked) {
                     continue;
                 }
-                let waiting = self.left(world);
-                let now_ns = world.now;
+                let waiting = self.left(&locked);
+                let now_ns = locked.now();
                 return (!waiting.is_empty()).then_some(Violation::Deadlock { waiting, now_ns });
             };
             self.turns += 1;
-            let counted = self.turns.saturating_sub(world.datagram_turns());
-            self.progress.note(world.reactions(), participant == 0, counted, world.now);
-            self.cut_short = self.turns > TURNS_MAX || world.reactions() > REACTIONS_MAX;
+            let (now_ns, reactions, side) = (locked.now(), locked.reactions(), locked.side(participant));
+            let counted = self.turns.saturating_sub(locked.network.medium().datagram_turns);
+            self.progress.note(reactions, participant == 0, counted, now_ns);
+            self.cut_short = self.turns > TURNS_MAX || reactions > REACTIONS_MAX;
             if self.cut_short {
                 return None;
             }
-            if self.progress.has_ceased(counted, world.now) {
-                return Some(Violation::NoEnd { running: self.left(world), now_ns: world.now, turns: self.turns });
+            if self.progress.has_ceased(counted, now_ns) {
+                return Some(Violation::NoEnd { running: self.left(&locked), now_ns, turns: self.turns });
             }
+            drop(locked);
             let step = self.participants[participant].turn();
             self.listen(participant);
             match step {
-                Step::Wait(until) => {
-                    let until = world.sides[participant].virtual_time(until);
-                    world.after_turn(participant, until);
-                }
+                Step::Wait(until) => world.lock().after_turn(participant, side.virtual_time(until)),
                 Step::Outcome(outcome) => {
                     self.outcome = Some(outcome);
-                    self.leave(world, participant);
+                    self.leave(&mut world.lock(), participant);
                 }
                 Step::End(result) => {
                     if participant > 0 {
                         self.ends[participant - 1] = FederateEnd::Ended(result);
-                        self.ended[participant - 1] = Some(world.sides[participant].now());
+                        self.ended[participant - 1] = Some(side.now());
                     }
-                    self.leave(world, participant);
+                    self.leave(&mut world.lock(), participant);
                 }
             }
         }
@@ -450,12 +451,12 @@ impl Stage<'_> {
         let Some(index) = self.faults.iter().position(|fault| !world.has_ended(fault.participant)) else {
             return false;
         };
-        let Fault { participant, kind, .. } = self.faults.remove(index);
-        self.struck.push((participant, kind));
-        if kind == FaultKind::Vanish {
-            self.participants[participant] = Participant::Gone;
+        let fault = self.faults.remove(index);
+        self.struck.push((fault.participant, fault.kind));
+        if fault.kind == FaultKind::Vanish {
+            self.participants[fault.participant] = Participant::Gone;
         }
-        world.strike(participant, kind, at);
+        strike(world, &fault, at);
         true
     }
 }

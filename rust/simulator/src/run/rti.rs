@@ -85,7 +85,7 @@ impl<'a> RtiMemory<'a> {
             ClockSync::Off | ClockSync::Init { .. } => None,
         };
         let listener = self.platform.listen(PORT).map_err(|error| RunError::RtiUnreachable {
-            address: Endpoint::new(crate::world::address_of(0), PORT),
+            address: Endpoint::new(lf_testkit::network::address_of(0), PORT),
             last: Some(error),
         })?;
         let setup = RtiSetup {

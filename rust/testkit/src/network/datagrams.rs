@@ -58,7 +58,7 @@ impl<M: Medium> Network<M> {
             // Where nobody listens, nobody notices.
             if let Some(arriving) = self.tables[host].arriving_at(to.port) {
                 arriving.0.push((at, from, bytes.to_vec()));
-                self.medium.wake(host, at);
+                self.wakes.push((host, at));
             }
         }
         Ok(())

@@ -12,6 +12,8 @@ mod switch;
 
 use lf_runtime::platform::IpAddress;
 
+use crate::random::Random;
+
 pub use switch::Network;
 
 /// What lies between the participants of a network, and who looks on.
@@ -32,8 +34,8 @@ pub trait Medium {
     /// How often a datagram arrives: 0 times when it gets lost.
     fn copies(&mut self) -> usize;
 
-    /// A participant may have to be called at this time: something comes for it, or it has room.
-    fn wake(&mut self, _participant: usize, _at: u64) {}
+    /// What decides by chance what participants ask their systems for.
+    fn random(&mut self) -> &mut Random;
 
     /// Something has happened.
     fn see(&mut self, _event: Event<'_>, _now: u64) {}

@@ -24,12 +24,14 @@ pub struct Network<M> {
     pub(crate) medium: M,
     links: Vec<Link>,
     pub(crate) tables: Vec<Table>,
+    /// Participants that may have to be called at a time, since the last look.
+    pub(crate) wakes: Vec<(usize, u64)>,
 }
 
 impl<M: Medium> Network<M> {
     /// A network without participants.
     pub fn new(medium: M) -> Self {
-        Self { medium, links: Vec::new(), tables: Vec::new() }
+        Self { medium, links: Vec::new(), tables: Vec::new(), wakes: Vec::new() }
     }
 
     /// One more participant; its number. Before it listens, connections to it are refused.
@@ -46,6 +48,11 @@ impl<M: Medium> Network<M> {
     /// What lies between the participants.
     pub fn medium_mut(&mut self) -> &mut M {
         &mut self.medium
+    }
+
+    /// Takes who may have to be called when, because something comes for it or it has room.
+    pub fn take_wakes(&mut self) -> Vec<(usize, u64)> {
+        std::mem::take(&mut self.wakes)
     }
 
     /// The participant that has this address.
@@ -90,7 +97,7 @@ impl<M: Medium> Network<M> {
         };
         let comes = waiting.back().map_or(0, |(at, ..)| *at).max(there);
         waiting.push_back((comes, number, address_of(owner)));
-        self.medium.wake(host, comes);
+        self.wakes.push((host, comes));
         let pipes = [Pipe::default(), Pipe::default()];
         self.links.push(Link { pipes, owners: [owner, host], interests: [Interest::NONE; 2] });
         self.medium.see(Event::Begun { connection: number, by: owner, to: host }, now);
@@ -158,7 +165,7 @@ impl<M: Medium> Network<M> {
         self.medium.see(Event::Read { connection, side: 1 - side, bytes }, now);
         if link.interests[1 - side].writable {
             // The news of the room travels back.
-            self.medium.wake(link.owners[1 - side], now + back);
+            self.wakes.push((link.owners[1 - side], now + back));
         }
         Ok(Transfer::Bytes(bytes))
     }
@@ -190,7 +197,7 @@ impl<M: Medium> Network<M> {
         let at = link.pipes[side].after_all(now + self.medium.latency_ns(beginner, bytes.len()));
         link.pipes[side].push(at, bytes);
         if link.interests[1 - side].readable {
-            self.medium.wake(link.owners[1 - side], at);
+            self.wakes.push((link.owners[1 - side], at));
         }
         self.medium.see(Event::Written { connection, side, bytes, arrives: at }, now);
         Ok(Transfer::Bytes(bytes.len()))
@@ -200,7 +207,7 @@ impl<M: Medium> Network<M> {
     fn break_off(&mut self, connection: usize, side: usize, at: u64) {
         let link = &mut self.links[connection];
         link.pipes[side].reset.get_or_insert(at);
-        self.medium.wake(link.owners[1 - side], at);
+        self.wakes.push((link.owners[1 - side], at));
     }
 
     /// Who reads what this side writes learns then, or after all that was written, that no more comes.
@@ -208,7 +215,7 @@ impl<M: Medium> Network<M> {
         let link = &mut self.links[connection];
         let at = link.pipes[side].after_all(at);
         link.pipes[side].end.get_or_insert(at);
-        self.medium.wake(link.owners[1 - side], at);
+        self.wakes.push((link.owners[1 - side], at));
     }
 
     /// When news of a connection that is sent now comes.
@@ -253,7 +260,7 @@ impl<M: Medium> Network<M> {
         } else {
             self.end(connection, side, at);
         }
-        self.medium.wake(writer, at);
+        self.wakes.push((writer, at));
     }
 
     fn sockets_of(&self, owner: usize) -> Vec<SocketId> {

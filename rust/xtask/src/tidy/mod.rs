@@ -27,6 +27,7 @@ const RULES: &[(&str, Rule)] = &[
     ("licence headers", rules::licence_headers),
     ("unfinished work", rules::unfinished_work),
     ("waiting in tests", rules::waiting_in_tests),
+    ("files of other crates", rules::modules_of_others),
     ("stray files", rules::stray_files),
     ("paths in documents", documents::paths_exist),
     ("links between documents", documents::pages_linked),

@@ -69,6 +69,16 @@ pub(super) fn waiting_in_tests(tree: &Tree) -> Vec<Finding> {
     lines(tree, is_test, |line| is_wait(line).then(|| "a test waits for an event, not for a time".to_owned()))
 }
 
+/// What several crates share is a crate: no module is a file of another one.
+pub(super) fn modules_of_others(tree: &Tree) -> Vec<Finding> {
+    let is_rust = |file: &File| file.kind() == "rs";
+    let names_file = |line: &str| ["#[path =", "include!(\""].iter().any(|start| line.trim_start().starts_with(start));
+    lines(tree, is_rust, |line| {
+        let is_elsewhere = names_file(line) && line.contains("../");
+        is_elsewhere.then(|| "a file that is not below this one; share it by a crate, as rust/testkit".to_owned())
+    })
+}
+
 pub(super) fn stray_files(tree: &Tree) -> Vec<Finding> {
     let mut findings = Vec::new();
     for file in &tree.files {
@@ -126,12 +136,20 @@ mod tests {
 
     use super::super::tree::{File, Tree};
     use super::{
-        contains_word, file_sizes, licence_headers, line_lengths, stray_files, unfinished_work, waiting_in_tests,
+        contains_word, file_sizes, licence_headers, line_lengths, modules_of_others, stray_files, unfinished_work,
+        waiting_in_tests,
     };
 
     fn tree(path: &str, text: &str) -> Tree {
         let file = File { path: path.to_owned(), size: text.len() as u64, text: Some(text.to_owned()) };
         Tree { root: PathBuf::new(), files: vec![file] }
+    }
+
+    #[test]
+    fn a_module_of_another_crate_is_found() {
+        assert_eq!(modules_of_others(&tree("a.rs", "#[path = \"../../b/world.rs\"]\nmod world;\n")).len(), 1);
+        assert_eq!(modules_of_others(&tree("a.rs", "  include!(\"../b.rs\");\n")).len(), 1);
+        assert_eq!(modules_of_others(&tree("a.rs", "#[path = \"world/mod.rs\"]\nmod world;\n")), []);
     }
 
     #[test]

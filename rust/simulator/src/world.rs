@@ -1,0 +1,119 @@
+// SPDX-License-Identifier: Apache-2.0
+//! The world of a scenario: its participants, what the network between them is like, and who reads along.
+
+use lf_testkit::network::{Event, Medium};
+use lf_testkit::random::Random;
+use lf_testkit::world::{Pace, Shared, Side};
+
+use crate::check::Watch;
+use crate::scenario::{Conditions, Fault, FaultKind, Host, Wire};
+
+pub(crate) type World = lf_testkit::world::World<Cables>;
+/// One participant's view of the world.
+pub(crate) type Virtual = lf_testkit::world::Virtual<Cables>;
+
+/// The world of these conditions, in which the seed decides what they leave open.
+pub(crate) fn world(conditions: &Conditions, seed: u64) -> Shared<Cables> {
+    let mut random = Random::new(seed);
+    let keep = |host: &Host| Side::keep(host.clock_offset, host.clock_drift_ppb);
+    let sides: Vec<_> = conditions.hosts.iter().map(keep).collect();
+    let cables = Cables::new(conditions, sides.clone(), random.number());
+    let mut world = World::new(cables, random);
+    for (side, host) in sides.into_iter().zip(&conditions.hosts) {
+        let pace = Pace { turn_ns: (100, host.turn_ns), wake_ns: host.wake_ns };
+        world.join(side, u64::try_from(host.begins).unwrap_or(0), pace);
+    }
+    Shared::new(world)
+}
+
+/// Something goes wrong, at this virtual time.
+pub(crate) fn strike(world: &mut World, fault: &Fault, at: u64) {
+    world.advance_to(at);
+    match fault.kind {
+        FaultKind::Vanish => world.end(fault.participant),
+        FaultKind::Break => world.break_connections(fault.participant),
+        FaultKind::Interrupt => world.interrupt(fault.participant),
+    }
+}
+
+/// How many datagrams of a hundred are lost, and how many of the others come twice.
+const LOST_PERCENT: u64 = 5;
+const DOUBLE_PERCENT: u64 = 2;
+
+/// The wires of the participants.
+#[derive(Debug)]
+pub(crate) struct Cables {
+    wires: Vec<Wire>,
+    pieces: bool,
+    random: Random,
+    /// How far each participant has come.
+    sides: Vec<&'static Side>,
+    /// By connection: both participants.
+    ends: Vec<[usize; 2]>,
+    /// Sees all bytes that are written.
+    pub(crate) watch: Watch,
+    /// How often a write found no room.
+    pub(crate) refused_writes: u64,
+    /// How many turns datagrams can account for: one that sends, and one at each arrival.
+    pub(crate) datagram_turns: u64,
+}
+
+impl Cables {
+    fn new(conditions: &Conditions, sides: Vec<&'static Side>, seed: u64) -> Self {
+        Self {
+            wires: conditions.hosts.iter().map(|host| host.link.clone()).collect(),
+            pieces: conditions.pieces,
+            random: Random::new(seed),
+            sides,
+            ends: Vec::new(),
+            watch: Watch::new(conditions.hosts.len() - 1),
+            refused_writes: 0,
+            datagram_turns: 0,
+        }
+    }
+}
+
+impl Medium for Cables {
+    fn latency_ns(&mut self, owner: usize, bytes: usize) -> u64 {
+        let wire = &self.wires[owner];
+        let jitter = self.random.time(0, wire.jitter);
+        let jitter = if self.random.percent(wire.slow_percent) { 10 * jitter } else { jitter };
+        let transfer = wire.ns_per_byte.saturating_mul(i64::try_from(bytes).unwrap_or(0));
+        u64::try_from(wire.latency + jitter + transfer).unwrap_or(0)
+    }
+
+    fn pipe_bytes(&self, owner: usize) -> usize {
+        self.wires[owner].socket_bytes
+    }
+
+    fn piece(&mut self, most: usize) -> usize {
+        if self.pieces && self.random.percent(50) { self.random.count(1, most) } else { most }
+    }
+
+    fn copies(&mut self) -> usize {
+        let is_lost = self.random.percent(LOST_PERCENT);
+        let copies = if is_lost { 0 } else { 1 + u8::from(self.random.percent(DOUBLE_PERCENT)) };
+        self.datagram_turns += 1 + u64::from(copies);
+        copies.into()
+    }
+
+    fn random(&mut self) -> &mut Random {
+        &mut self.random
+    }
+
+    fn see(&mut self, event: Event<'_>, now: u64) {
+        match event {
+            Event::Begun { connection, by, to } => {
+                self.ends.push([by, to]);
+                self.watch.begin(connection, by, to);
+            }
+            Event::Written { connection, side, bytes, arrives } => {
+                // A reader whose turn goes on longer than that sees it only after the turn.
+                let visible = arrives.max(self.sides[self.ends[connection][1 - side]].now());
+                self.watch.write(connection, side, bytes, now, visible);
+            }
+            Event::Read { connection, side, bytes } => self.watch.read(connection, side, bytes, now),
+            Event::Refused => self.refused_writes += 1,
+        }
+    }
+}

@@ -1,0 +1,239 @@
+// SPDX-License-Identifier: Apache-2.0
+//! A virtual world: participants with clocks, the network between them, virtual time, and whose turn is next.
+//!
+//! Virtual time stands still while a participant has its turn, and goes on to the earliest time at which anybody has a
+//! reason to run. A participant's own time runs ahead while it computes. So a run follows from its seed alone, and
+//! takes no longer than its work.
+//!
+//! A driver asks [`World::next_turn`] and reports with [`World::after_turn`]: one loop that calls the participants'
+//! event loops, or [`Threads`], where each participant blocks in `wait` of its platform.
+
+mod blocking;
+mod platform;
+mod side;
+mod threads;
+mod turns;
+mod wires;
+
+use std::cmp::Reverse;
+use std::collections::BinaryHeap;
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+
+use lf_runtime::trace::Record;
+
+use crate::network::{Medium, Network};
+use crate::random::Random;
+
+pub use blocking::Blocking;
+pub use platform::Virtual;
+pub use side::{Side, Thread};
+pub use threads::Threads;
+pub use turns::{Fate, Trouble};
+pub use wires::{Conditions, Move, Wires};
+
+/// How fast a participant's computer is, in nanoseconds.
+#[derive(Clone, Copy, Debug)]
+pub struct Pace {
+    /// What a turn of the event loop takes at least and at most.
+    pub turn_ns: (i64, i64),
+    /// How late it is woken at most.
+    pub wake_ns: i64,
+}
+
+impl Pace {
+    /// Nothing takes time.
+    pub const INSTANT: Self = Self { turn_ns: (0, 0), wake_ns: 0 };
+}
+
+/// One participant, as the world knows it.
+#[derive(Debug)]
+struct Member {
+    side: &'static Side,
+    pace: Pace,
+    /// When its next turn is; nothing when it waits without end or has ended.
+    next: Option<u64>,
+    ended: bool,
+    interrupted: bool,
+    records: Vec<Record>,
+}
+
+/// Participants, their network, and virtual time.
+#[derive(Debug)]
+pub struct World<M> {
+    /// What lies between them.
+    pub network: Network<M>,
+    members: Vec<Member>,
+    random: Random,
+    /// Time, a number that decides between equals, and the participant.
+    queue: BinaryHeap<Reverse<(u64, u64, usize)>>,
+    now: u64,
+    /// Whether a wait may leave some sockets that are ready for the next one.
+    leaves_some: bool,
+    /// Whether what participants record is kept.
+    keeps_records: bool,
+}
+
+impl<M: Medium> World<M> {
+    /// A world without participants, in which `random` decides what is left open.
+    pub fn new(medium: M, random: Random) -> Self {
+        Self {
+            network: Network::new(medium),
+            members: Vec::new(),
+            random,
+            queue: BinaryHeap::new(),
+            now: 0,
+            leaves_some: false,
+            keeps_records: false,
+        }
+    }
+
+    /// Adds a participant that begins at this virtual time; its number.
+    pub fn join(&mut self, side: &'static Side, begins: u64, pace: Pace) -> usize {
+        let participant = self.network.join();
+        let (next, ended, interrupted) = (None, false, false);
+        self.members.push(Member { side, pace, next, ended, interrupted, records: Vec::new() });
+        self.schedule(participant, begins);
+        participant
+    }
+
+    /// Virtual time.
+    pub fn now(&self) -> u64 {
+        self.now
+    }
+
+    /// What a participant shares with its threads.
+    pub fn side(&self, participant: usize) -> &'static Side {
+        self.members[participant].side
+    }
+
+    /// How many reactions have run, of all participants.
+    pub fn reactions(&self) -> u64 {
+        self.members.iter().map(|member| member.side.reactions()).sum()
+    }
+
+    /// The participant has something to do at this time, or when it is through with what it does.
+    pub fn schedule(&mut self, participant: usize, at: u64) {
+        let member = &mut self.members[participant];
+        if member.ended {
+            return;
+        }
+        let late = u64::try_from(self.random.time(0, member.pace.wake_ns)).unwrap_or(0);
+        let at = at.max(member.side.now()).max(self.now) + late;
+        if member.next.is_none_or(|next| at < next) {
+            member.next = Some(at);
+            self.queue.push(Reverse((at, self.random.number(), participant)));
+        }
+    }
+
+    /// The participant whose turn is next, not after `limit`. Its time goes on to that.
+    pub fn next_turn(&mut self, limit: Option<u64>) -> Option<usize> {
+        loop {
+            let Reverse((at, _, participant)) = *self.queue.peek()?;
+            let member = &mut self.members[participant];
+            if member.next != Some(at) {
+                self.queue.pop();
+                continue;
+            }
+            if limit.is_some_and(|limit| limit < at) {
+                return None;
+            }
+            self.queue.pop();
+            member.next = None;
+            self.now = at;
+            member.side.advance_to(at);
+            let (least, most) = member.pace.turn_ns;
+            member.side.compute(u64::try_from(self.random.time(least, most)).unwrap_or(0));
+            return Some(participant);
+        }
+    }
+
+    /// A turn has ended, and the participant waits until this virtual time, for its sockets, and for its threads.
+    pub fn after_turn(&mut self, participant: usize, until: Option<u64>) {
+        let side = self.side(participant);
+        let woken = side.take_woken().then(|| side.now());
+        let ready = self.network.next_ready(participant);
+        if let Some(at) = [until, woken, ready, side.next_act()].into_iter().flatten().min() {
+            self.schedule(participant, at);
+        }
+        self.pass_on();
+    }
+
+    /// Those to whom something was sent have something to do.
+    fn pass_on(&mut self) {
+        for (participant, at) in self.network.take_wakes() {
+            self.schedule(participant, at);
+        }
+    }
+
+    /// The participant has ended, or is no more: its system closes its sockets.
+    pub fn end(&mut self, participant: usize) {
+        self.members[participant].ended = true;
+        self.members[participant].next = None;
+        self.side(participant).end();
+        self.switch_off(participant);
+    }
+
+    /// Whether a participant has ended.
+    pub fn has_ended(&self, participant: usize) -> bool {
+        self.members[participant].ended
+    }
+
+    /// How many have not ended.
+    pub fn left(&self) -> usize {
+        self.members.iter().filter(|member| !member.ended).count()
+    }
+
+    fn switch_off(&mut self, participant: usize) {
+        let now = self.side(participant).now().max(self.now);
+        self.network.switch_off(participant, now);
+        self.pass_on();
+    }
+
+    /// Virtual time goes on to this, if it is later; something happens then that is nobody's turn.
+    pub fn advance_to(&mut self, at: u64) {
+        self.now = self.now.max(at);
+    }
+
+    /// All connections of a participant break.
+    pub fn break_connections(&mut self, participant: usize) {
+        self.network.break_all(participant, self.now);
+        self.pass_on();
+    }
+
+    /// Somebody asks a participant to end.
+    pub fn interrupt(&mut self, participant: usize) {
+        self.members[participant].interrupted = true;
+        self.schedule(participant, self.now);
+    }
+}
+
+/// A world that its participants share with whoever drives them.
+#[derive(Debug)]
+pub struct Shared<M>(Arc<Mutex<World<M>>>);
+
+impl<M> Clone for Shared<M> {
+    fn clone(&self) -> Self {
+        Self(Arc::clone(&self.0))
+    }
+}
+
+impl<M: Medium> Shared<M> {
+    /// Shares a world.
+    pub fn new(world: World<M>) -> Self {
+        Self(Arc::new(Mutex::new(world)))
+    }
+
+    /// The world.
+    pub fn lock(&self) -> MutexGuard<'_, World<M>> {
+        lock(&self.0)
+    }
+
+    /// A participant's platform, whose `wait` returns at once.
+    pub fn platform(&self, participant: usize) -> Virtual<M> {
+        Virtual::new(self.clone(), participant, None)
+    }
+}
+
+fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
+    mutex.lock().unwrap_or_else(PoisonError::into_inner)
+}
