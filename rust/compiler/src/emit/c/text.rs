@@ -51,7 +51,7 @@ impl<'p> Text<'p> {
 
     /// Says that the next line is one of this file again.
     pub(super) fn continues(&mut self) -> &mut Self {
-        if self.plan.target.c.no_lines {
+        if self.view.native.no_lines {
             return self;
         }
         let (next, path) = (self.lines.lines().count() + 2, name_of(&self.path).to_owned());
