@@ -34,7 +34,7 @@ impl Coverage {
             ("run: grants taken back", counts.taken_back > 0),
             ("run: cut short", report.cut_short),
             ("run: stop asked for by several", counts.stop_requests > 1),
-            ("run: RTI's memory of transit full (fog)", report.noted.fog),
+            ("run: RTI's memory of transit full", report.noted.overflow),
             ("run: message late at the RTI", report.noted.late),
             ("run: message to one that has left", report.noted.dropped),
             ("run: socket full", report.refused_writes > 0),

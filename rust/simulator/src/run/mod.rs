@@ -47,7 +47,7 @@ pub(crate) enum FederateEnd {
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Noted {
     started: Option<Instant>,
-    pub(crate) fog: bool,
+    pub(crate) overflow: bool,
     pub(crate) late: bool,
     pub(crate) dropped: bool,
 }
@@ -311,7 +311,7 @@ fn note_into(noted: Rc<RefCell<Noted>>, prints: bool) -> Box<dyn FnMut(Notice<'_
         let mut noted = noted.borrow_mut();
         match notice {
             Notice::Started(start) => noted.started = Some(start),
-            Notice::InTransitFull(_) => noted.fog = true,
+            Notice::InTransitFull(_) => noted.overflow = true,
             Notice::Late { .. } => noted.late = true,
             Notice::Dropped { .. } => noted.dropped = true,
             _ => {}
