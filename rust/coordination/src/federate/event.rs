@@ -36,7 +36,7 @@ pub enum Event<'m> {
     /// More tags may be possible: all up to and including this one.
     Granted(Tag),
     /// A provisional grant, in a cycle without delay: this tag may be begun, and is to be begun even without an event,
-    /// but not all is known of its inputs. See [`Federate::summons`](super::Federate::summons).
+    /// but not all is known of its inputs. See [`Federate::demanded_tag`](super::Federate::demanded_tag).
     GrantedProvisionally(Tag),
     /// A value for a network input, later than every tag that has been begun, or for the tag that is open after a
     /// provisional grant. Whether it is in time for that depends on the reactions that have run.

@@ -28,7 +28,7 @@
 //!    tag's physical time has come, [`Federate::begin`], run the tag, [`Federate::complete`]. After a
 //!    [`Event::Granted`] or [`Event::StopGranted`], ask again.
 //!
-//!    In a cycle without delay, [`Federate::summons`] may name a tag that comes before the next event: it is begun like
+//!    In a cycle without delay, [`Federate::demanded_tag`] may name a tag that comes before the next event: it is begun like
 //!    any other, for federates downstream wait for the messages of this tag, or for word that there are none. Tell
 //!    [`Awaited`] of all that comes at awaited inputs, and run only reactions below [`Awaited::max_level`].
 //!

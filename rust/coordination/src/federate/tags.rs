@@ -33,7 +33,7 @@ pub(super) struct Tags<N> {
     /// The last PTAG.
     provisional: Option<Tag>,
     /// The PTAG that this federate has not followed yet.
-    summons: Option<Tag>,
+    demanded: Option<Tag>,
     /// The tag from which on grants have been taken back, until it is confirmed that all before it is complete.
     taken_back: Option<Tag>,
     /// The RTI is to be told when the open tag is complete, for it has been granted by a PTAG.
@@ -64,7 +64,7 @@ impl<N: Needs> Tags<N> {
             start: None,
             net: NetRules::new(has_upstream, has_downstream),
             provisional: None,
-            summons: None,
+            demanded: None,
             taken_back: None,
             confirm: false,
             confirmed: Tag::NEVER,
@@ -109,8 +109,8 @@ impl<N: Needs> Tags<N> {
     }
 
     /// The tag to which a PTAG calls, unless it has been begun.
-    pub(super) fn summons(&self) -> Option<Tag> {
-        if N::CYCLES { self.summons.filter(|tag| *tag > self.current) } else { None }
+    pub(super) fn demanded_tag(&self) -> Option<Tag> {
+        if N::CYCLES { self.demanded.filter(|tag| *tag > self.current) } else { None }
     }
 
     /// Whether it is known of all inputs what comes at the current tag.
@@ -152,7 +152,7 @@ impl<N: Needs> Tags<N> {
         if stops && tag > self.current && tag <= self.net.granted() {
             self.net.take_back(tag);
             self.provisional = self.provisional.filter(|provisional| *provisional < tag);
-            self.summons = self.summons.filter(|summons| *summons < tag);
+            self.demanded = self.demanded.filter(|demanded| *demanded < tag);
             self.taken_back = Some(tag);
             return;
         }
@@ -164,7 +164,7 @@ impl<N: Needs> Tags<N> {
             // A federate that waits within an earlier tag learns what it waits for from what comes at the later one.
             // A PTAG of for ever calls to no tag, and one that comes after a later one does not any more.
             if self.provisional == Some(tag) {
-                self.summons = Some(tag);
+                self.demanded = Some(tag);
             }
         } else if tag == self.current && self.open {
             self.confirm = true;
@@ -258,7 +258,7 @@ impl<N: Needs> Tags<N> {
     /// event there. Nobody waits longer because of this: the event at `tag` cannot be granted before the earlier tag.
     fn owes_tag_before(&self, tag: Tag) -> bool {
         let bound = self.bound.filter(|bound| self.net.is_last(*bound) && !self.net.allows(*bound));
-        N::CYCLES && self.summons().or(bound).is_some_and(|owed| owed < tag)
+        N::CYCLES && self.demanded_tag().or(bound).is_some_and(|owed| owed < tag)
     }
 
     /// The tag before which no physical action can cause an output, if that is earlier than the next event.
@@ -278,12 +278,12 @@ impl<N: Needs> Tags<N> {
         self.current = tag;
         self.open = true;
         self.confirm = self.provisional() == Some(tag);
-        if !N::CYCLES || self.summons != Some(tag) || self.next == Some(tag) {
+        if !N::CYCLES || self.demanded != Some(tag) || self.next == Some(tag) {
             // What is next is told at once. But who is only called to a tag waits for its time to tell again, for a
             // bound that is told calls the whole cycle to its tag.
             self.renewal = Deadline::Never;
         }
-        self.summons = self.summons();
+        self.demanded = self.demanded_tag();
         self.bound = self.bound.filter(|bound| *bound > tag);
         self.net.begun(tag);
         self.next = None;

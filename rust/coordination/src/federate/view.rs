@@ -56,8 +56,8 @@ impl<N: Needs> Federate<'_, N> {
 
     /// The tag to which a PTAG calls this federate, though it may have no event there: to be begun when no event is
     /// earlier. Others of its cycle wait for what it sends at that tag, or for word that there is nothing.
-    pub fn summons(&self) -> Option<Tag> {
-        self.tags.summons().filter(|tag| *tag <= self.stop.last_tag())
+    pub fn demanded_tag(&self) -> Option<Tag> {
+        self.tags.demanded_tag().filter(|tag| *tag <= self.stop.last_tag())
     }
 
     /// Whether it is known of all inputs what comes at the current tag.

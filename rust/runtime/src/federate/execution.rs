@@ -181,8 +181,8 @@ impl<'a, 's, N: Needs> Execution<'a, 's, N> {
     pub(super) fn announce(&mut self, now: Instant, held: Tag) -> Option<Tag> {
         let event = self.engine.next_tag();
         // In a cycle without delay others may wait for this federate at a tag at which it has no event.
-        let summons = self.machine.summons().filter(|summons| event.is_none_or(|event| *summons < event));
-        let tag = summons.or(event)?;
+        let demanded = self.machine.demanded_tag().filter(|demanded| event.is_none_or(|event| *demanded < event));
+        let tag = demanded.or(event)?;
         // What this federate announces after it has done something stands for all that it was sent before the grant for
         // that, which includes the messages that wait for room.
         self.machine.next_event(now, event.unwrap_or(Tag::FOREVER).min(held));

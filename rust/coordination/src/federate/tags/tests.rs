@@ -32,9 +32,9 @@ fn a_provisional_grant_allows_its_tag_and_what_is_before_and_has_it_confirmed() 
     let mut tags = started();
     tags.grant_provisionally(tag(5, 0), false);
     let allowed = [tag(4, 9), tag(5, 0), tag(5, 1)].map(|tag| tags.allows(tag));
-    assert_eq!((allowed, tags.summons()), ([true, true, false], Some(tag(5, 0))));
+    assert_eq!((allowed, tags.demanded_tag()), ([true, true, false], Some(tag(5, 0))));
     tags.begin(tag(5, 0));
-    assert!(!tags.knows_all_inputs() && tags.summons().is_none());
+    assert!(!tags.knows_all_inputs() && tags.demanded_tag().is_none());
     assert_eq!(tags.message_received(tag(5, 0)), Arrival::InTime);
     tags.complete(false);
     assert_eq!((tags.ltc(), tags.message_received(tag(5, 0))), (Some(tag(5, 0)), Arrival::Late));
@@ -61,7 +61,7 @@ fn what_a_stop_takes_back_has_to_be_asked_for_again() {
     tags.begin(tag(1, 0));
     tags.complete(false);
     tags.grant_provisionally(tag(5, 0), true);
-    assert!(tags.allows(tag(4, 0)) && !tags.allows(tag(5, 0)) && tags.summons().is_none());
+    assert!(tags.allows(tag(4, 0)) && !tags.allows(tag(5, 0)) && tags.demanded_tag().is_none());
     announce(&mut tags, tag(5, 0));
     assert_eq!((tags.ltc(), tags.net()), (Some(tag(5, 0).before()), Some(tag(5, 0))));
     assert!(tags.grant(tag(5, 0)) && tags.allows(tag(5, 0)));
@@ -165,7 +165,7 @@ proptest! {
                         granted = tag.before();
                         provisional = if provisional < tag { provisional } else { Tag::NEVER };
                         tags.grant_provisionally(tag, true);
-                        prop_assert!(!tags.allows(tag) && tags.summons().is_none_or(|summons| summons < tag));
+                        prop_assert!(!tags.allows(tag) && tags.demanded_tag().is_none_or(|demanded| demanded < tag));
                     }
                 }
                 Step::Dnet(tag) => tags.handle_dnet(tag),
@@ -219,7 +219,7 @@ proptest! {
                 prop_assert!(tag <= tags.current().max(next.before()));
             }
             prop_assert_eq!(tags.granted(), granted);
-            prop_assert!(tags.summons().is_none_or(|summons| tags.allows(summons)));
+            prop_assert!(tags.demanded_tag().is_none_or(|demanded| tags.allows(demanded)));
         }
     }
 }
