@@ -157,7 +157,7 @@ fn the_rti_waits_for_an_answer_as_long_as_answers_may_take() {
     now += MS;
     assert!(poll.begin(Instant::from_nanos(now)));
     assert!(poll.begin(Instant::from_nanos(now + 100 * MS)));
-    assert!(!poll.begin(Instant::from_nanos(now + 299 * MS)), "patience grows while answers fail to come");
+    assert!(!poll.begin(Instant::from_nanos(now + 299 * MS)), "the time-out grows while answers fail to come");
     assert!(poll.begin(Instant::from_nanos(now + 300 * MS)));
 }
 

@@ -140,8 +140,8 @@ proptest! {
             let lost = matches!(cause(result), Some(FederateError::RtiLost { .. }));
             let never_there = matches!(result, Err(RunError::RtiUnreachable { .. }));
             prop_assert!(lost || never_there, "{:?}", result);
-            let patience = if lost { at + LAST_WORDS } else { 61_000 };
-            prop_assert!(*ended <= MS(patience), "{:?} {:?}", result, ended);
+            let limit = if lost { at + LAST_WORDS } else { 61_000 };
+            prop_assert!(*ended <= MS(limit), "{:?} {:?}", result, ended);
         }
     }
 

@@ -26,7 +26,7 @@ const FEDERATE: usize = 1;
 /// Connections between federates have numbers from here on.
 const FIRST_PEER: u16 = 1000;
 /// How long the tester waits for anything.
-const PATIENCE: Interval = Interval::from_secs(5);
+const TIME_OUT: Interval = Interval::from_secs(5);
 
 /// All but the federate.
 struct Tester {
@@ -122,7 +122,7 @@ impl Tester {
         at: &str,
         mut ask: impl FnMut(&mut VirtualPlatform) -> Option<T>,
     ) -> T {
-        let until = self.platform.now() + PATIENCE;
+        let until = self.platform.now() + TIME_OUT;
         loop {
             if let Some(found) = ask(&mut self.platform) {
                 self.platform.set_interest(socket, Interest::NONE);

@@ -54,7 +54,7 @@ fn who_finds_no_rti_says_so_before_it_gives_up() {
     assert!(report.results.iter().all(Result::is_ok), "{:?}", report.results);
 }
 
-/// A stranger claims the id of a federate; when the RTI has lost its patience with it, the federate takes part.
+/// A stranger claims the id of a federate; when the RTI has closed its connection, the federate takes part.
 #[test]
 fn a_federate_whose_id_is_taken_asks_again_and_says_so() {
     let mut says = vec![0; 64];

@@ -5,8 +5,8 @@ use lf_model::time::{Instant, Interval};
 
 use super::ROUND_TIME_OUT;
 
-/// The RTI's patience is never less than this.
-const PATIENCE_MIN: Interval = Interval::from_millis(100);
+/// The shortest time that the RTI waits for an answer.
+const TIME_OUT_MIN: Interval = Interval::from_millis(100);
 
 /// Whether a round with a federate is under way, and how long its answer may take.
 ///
@@ -18,7 +18,7 @@ const PATIENCE_MIN: Interval = Interval::from_millis(100);
 #[derive(Clone, Copy, PartialEq, Eq, Hash, Debug)]
 pub struct Poll {
     stage: Stage,
-    patience: Interval,
+    time_out: Interval,
 }
 
 #[derive(Clone, Copy, PartialEq, Eq, Hash, Debug)]
@@ -33,13 +33,13 @@ enum Stage {
 
 impl Poll {
     /// No round has begun.
-    pub const NONE: Self = Self { stage: Stage::Idle, patience: ROUND_TIME_OUT };
+    pub const NONE: Self = Self { stage: Stage::Idle, time_out: ROUND_TIME_OUT };
 
     /// Begins a round, unless one is under way whose answer may still come.
     pub fn begin(&mut self, now: Instant) -> bool {
         match self.stage {
-            Stage::Begun(begun) if now.since(begun) < self.patience => return false,
-            Stage::Begun(_) => self.patience = self.patience.saturating_add(self.patience).min(ROUND_TIME_OUT),
+            Stage::Begun(begun) if now.since(begun) < self.time_out => return false,
+            Stage::Begun(_) => self.time_out = self.time_out.saturating_add(self.time_out).min(ROUND_TIME_OUT),
             // Coarse clocks can show the time of the last T4 for a while.
             Stage::Answered(at) if now == at => return false,
             Stage::Idle | Stage::Answered(_) => {}
@@ -53,8 +53,8 @@ impl Poll {
         let Stage::Begun(begun) = self.stage else { return false };
         self.stage = Stage::Answered(now);
         let ample = now.since(begun).as_nanos().max(0).saturating_mul(8);
-        let less = self.patience.as_nanos() / 8 * 7;
-        self.patience = Interval::from_nanos(ample.max(less)).clamp(PATIENCE_MIN, ROUND_TIME_OUT);
+        let less = self.time_out.as_nanos() / 8 * 7;
+        self.time_out = Interval::from_nanos(ample.max(less)).clamp(TIME_OUT_MIN, ROUND_TIME_OUT);
         true
     }
 }

@@ -48,20 +48,20 @@ impl Awaited<'_> {
         wait_until(since, wait.max(Interval::ZERO))
     }
 
-    /// Where reactions of the open tag have to wait; `None` when all is known. `patience` is, by port, how long an
+    /// Where reactions of the open tag have to wait; `None` when all is known. `wait_limit` is, by port, how long an
     /// input is waited for within the tag.
-    pub fn pause(&self, current: Tag, since: Instant, patience: impl Fn(u16) -> Interval) -> Option<Pause> {
+    pub fn pause(&self, current: Tag, since: Instant, wait_limit: impl Fn(u16) -> Interval) -> Option<Pause> {
         let unknown = || self.known().filter(|(_, known)| *known < current).map(|(input, _)| input);
         let level = unknown().map(|input| input.level).min()?;
-        let until = unknown().map(|input| wait_until(since, patience(input.port))).min()?;
+        let until = unknown().map(|input| wait_until(since, wait_limit(input.port))).min()?;
         Some(Pause { level, until })
     }
 
     /// It is `now` by the federation's clock: the inputs of which it is not known what comes at the open tag, and whose
     /// time is over, are taken as absent.
-    pub fn assume_absent(&mut self, current: Tag, since: Instant, now: Instant, patience: impl Fn(u16) -> Interval) {
+    pub fn assume_absent(&mut self, current: Tag, since: Instant, now: Instant, wait_limit: impl Fn(u16) -> Interval) {
         for (input, known) in self.inputs() {
-            if *known < current && wait_until(since, patience(input.port)) <= now {
+            if *known < current && wait_until(since, wait_limit(input.port)) <= now {
                 *known = current;
             }
         }
@@ -106,7 +106,7 @@ mod tests {
         let (inputs, mut known) = (inputs(&rows), [Tag::NEVER; 2]);
         let mut awaited = Awaited::new(&inputs, &mut known).expect("there is memory");
         awaited.start(tag(0, 0), |port| rows[usize::from(port)].1.map(Interval::from_nanos));
-        let (max_wait, patience) = (
+        let (max_wait, wait_limit) = (
             |port| Interval::from_nanos(rows[usize::from(port)].2),
             |port| {
                 Interval::from_nanos(rows[usize::from(port)].2)
@@ -115,14 +115,14 @@ mod tests {
         );
         assert_eq!(awaited.begin_time(tag(0, 0), tag(0, 0).time, max_wait), START);
         assert_eq!(
-            awaited.pause(tag(0, 0), tag(0, 0).time, patience),
+            awaited.pause(tag(0, 0), tag(0, 0).time, wait_limit),
             Some(Pause { level: 3, until: Instant::FOREVER })
         );
         awaited.learn(0, tag(0, 0));
-        assert_eq!(awaited.pause(tag(0, 0), tag(0, 0).time, patience), None);
+        assert_eq!(awaited.pause(tag(0, 0), tag(0, 0).time, wait_limit), None);
         // The next microstep needs word again; the other input is known for as long as its delay.
         assert_eq!(awaited.begin_time(tag(0, 1), tag(0, 1).time, max_wait), START);
-        assert_eq!(awaited.pause(tag(0, 1), tag(0, 1).time, patience).map(|pause| pause.level), Some(3));
+        assert_eq!(awaited.pause(tag(0, 1), tag(0, 1).time, wait_limit).map(|pause| pause.level), Some(3));
         assert_eq!(awaited.begin_time(tag(2, 0), tag(2, 0).time, max_wait), Instant::FOREVER);
         awaited.learn(0, Tag::FOREVER);
         assert_eq!(awaited.begin_time(tag(10, 0), tag(10, 0).time, max_wait), START + Interval::from_nanos(10));
@@ -167,21 +167,21 @@ mod tests {
             let (inputs, mut known) = (inputs(&rows), [Tag::NEVER; 5]);
             let mut awaited = Awaited::new(&inputs, &mut known).expect("there is memory");
             awaited.start(tag(0, 0), |port| rows[usize::from(port)].1.map(Interval::from_nanos));
-            let patience = |port| {
+            let wait_limit = |port| {
                 let row = rows[usize::from(port)];
                 Interval::from_nanos(row.2).saturating_add(Interval::from_nanos(row.3))
             };
             let current = tag(at, 0);
             let mut levels = Vec::new();
-            while let Some(pause) = awaited.pause(current, current.time, patience) {
+            while let Some(pause) = awaited.pause(current, current.time, wait_limit) {
                 levels.push(pause.level);
                 if pause.until == Instant::FOREVER {
                     prop_assert!(rows.iter().any(|row| row.2 == i64::MAX));
                     return Ok(());
                 }
-                awaited.assume_absent(current, current.time, pause.until - Interval::from_nanos(1), patience);
-                prop_assert_eq!(awaited.pause(current, current.time, patience), Some(pause));
-                awaited.assume_absent(current, current.time, pause.until, patience);
+                awaited.assume_absent(current, current.time, pause.until - Interval::from_nanos(1), wait_limit);
+                prop_assert_eq!(awaited.pause(current, current.time, wait_limit), Some(pause));
+                awaited.assume_absent(current, current.time, pause.until, wait_limit);
             }
             prop_assert!(levels.is_sorted() && levels.len() <= rows.len());
             prop_assert!(awaited.knows_before(current.next_microstep()));

@@ -101,7 +101,7 @@ impl<'a, N: Needs> Federate<'a, N> {
         if let Ok(Event::Started(start)) = result {
             self.tags.start(start);
         }
-        self.heed(result)
+        self.fail_on_error(result)
     }
 
     /// A message after the start.
@@ -221,7 +221,7 @@ impl<'a, N: Needs> Federate<'a, N> {
     /// When the time for it is over.
     pub fn peer_lost(&mut self, now: Instant) -> Result<(), FederateError> {
         let result = self.session.peer_lost(&self.config, now);
-        self.heed(result)
+        self.fail_on_error(result)
     }
 
     /// Whether a federate whose direct connection has ended without a word has left in order, as far as the RTI can
@@ -238,7 +238,7 @@ impl<'a, N: Needs> Federate<'a, N> {
     /// When this federate still needed it.
     pub fn handle_disconnected(&mut self) -> Result<Disconnected, FederateError> {
         let result = self.session.handle_disconnected();
-        self.heed(result)
+        self.fail_on_error(result)
     }
 
     /// The time that [`Federate::poll_timeout`] named has come. Harmless at any other time.
@@ -252,7 +252,7 @@ impl<'a, N: Needs> Federate<'a, N> {
         self.tags.handle_timeout(now);
         self.departure.handle_timeout(now);
         let result = self.session.handle_timeout(&self.config, &mut self.clock, now);
-        self.heed(result)
+        self.fail_on_error(result)
     }
 
     /// The next message for the RTI that is due and no longer than `room` bytes; `None` when there is none, or no room.
@@ -364,7 +364,7 @@ impl<'a, N: Needs> Federate<'a, N> {
         } else {
             Err(FederateError::NotGranted { tag: relative(tag) })
         };
-        self.heed(result)
+        self.fail_on_error(result)
     }
 
     /// The tag begun last is complete, and all its messages are in the out-buffer. `had_network_input`: whether a value
@@ -431,7 +431,7 @@ impl<'a, N: Needs> Federate<'a, N> {
     }
 
     /// Gives a result on. After an error this federate has failed.
-    fn heed<T>(&mut self, result: Result<T, FederateError>) -> Result<T, FederateError> {
+    fn fail_on_error<T>(&mut self, result: Result<T, FederateError>) -> Result<T, FederateError> {
         if let Err(error) = &result {
             self.end(Some(*error));
         }

@@ -27,7 +27,7 @@ pub(super) struct Session {
     nonce: Nonce,
     meeting: Meeting,
     /// When to give up waiting for the RTI, before the start.
-    patience: Deadline,
+    deadline: Deadline,
 }
 
 impl Session {
@@ -37,7 +37,7 @@ impl Session {
             outbox: Outbox::default(),
             nonce: Nonce::default(),
             meeting: Meeting::default(),
-            patience: Deadline::Never,
+            deadline: Deadline::Never,
         }
     }
 
@@ -47,7 +47,7 @@ impl Session {
 
     /// When [`Session::handle_timeout`] is to be called.
     pub(super) fn poll_timeout(&self) -> Deadline {
-        self.patience
+        self.deadline
     }
 
     /// The place of the federate to which a connection is to be made next.
@@ -82,7 +82,7 @@ impl Session {
             self.phase = Phase::Introducing;
             self.outbox.fed_ids = true;
         }
-        self.patience = Deadline::At(now + config.connect_time_out);
+        self.deadline = Deadline::At(now + config.connect_time_out);
     }
 
     /// The connection to the RTI has ended, or broken.
@@ -106,7 +106,7 @@ impl Session {
     fn disconnected(&mut self) {
         self.phase = Phase::Disconnected;
         self.outbox.clear();
-        self.patience = Deadline::Never;
+        self.deadline = Deadline::Never;
     }
 
     /// A message before the start.
@@ -176,7 +176,7 @@ impl Session {
         clock: &mut Clock,
         now: Instant,
     ) -> Result<Event<'static>, FederateError> {
-        if !self.patience.is_due(now) {
+        if !self.deadline.is_due(now) {
             return Ok(Event::None);
         }
         match (self.phase, clock.initial.estimate()) {
@@ -189,7 +189,7 @@ impl Session {
                 Ok(Event::None)
             }
             _ => {
-                self.patience = Deadline::Never;
+                self.deadline = Deadline::Never;
                 Ok(Event::None)
             }
         }
@@ -223,7 +223,7 @@ impl Session {
     }
 
     fn expect_clock_sync(&mut self, config: &Config<'_, impl Needs>, now: Instant) {
-        self.patience = Deadline::At(now + config.clock_sync_time_out);
+        self.deadline = Deadline::At(now + config.clock_sync_time_out);
     }
 
     /// One exchange is complete, `seen` in all.
@@ -267,7 +267,7 @@ impl Session {
 
     /// Asks for the next address, or goes on to the start barrier when all connections are there.
     fn meet(&mut self, config: &Config<'_, impl Needs>, clock: &Clock, now: Instant) {
-        self.patience = Deadline::Never;
+        self.deadline = Deadline::Never;
         let next = self.meeting.ask(config.peers());
         if next.is_some() {
             self.phase = Phase::Meeting;
@@ -288,7 +288,7 @@ impl Session {
         match self.meeting.handle_address(config.peers(), now, port, ip) {
             Address::Unasked => Event::None,
             Address::AskAgain(time) => {
-                self.patience = Deadline::At(time);
+                self.deadline = Deadline::At(time);
                 Event::None
             }
             Address::Found(federate, address) => Event::PeerFound { federate, address },
@@ -307,7 +307,7 @@ impl Session {
     pub(super) fn peer_lost(&mut self, config: &Config<'_, impl Needs>, now: Instant) -> Result<(), FederateError> {
         if self.phase == Phase::Meeting {
             let again = self.meeting.lost(config.peers(), now);
-            self.patience = Deadline::At(again.map_err(|federate| FederateError::PeerUnreachable { federate })?);
+            self.deadline = Deadline::At(again.map_err(|federate| FederateError::PeerUnreachable { federate })?);
         }
         Ok(())
     }
@@ -331,6 +331,6 @@ impl Session {
             self.outbox.reject = Some(RejectCode::HmacMismatch);
         }
         self.phase = Phase::Failed;
-        self.patience = Deadline::Never;
+        self.deadline = Deadline::Never;
     }
 }

@@ -7,7 +7,7 @@
 //! from everything else, when the owner is ready to write it. And where many come at once, the first exchange begins
 //! when their handshakes have come to where they wait for it: when nothing of that has been heard for [`QUIET`].
 //!
-//! Who does not answer holds nobody up for long: after [`PATIENCE`] the next one has its turn, too. Federates whose
+//! Who does not answer holds nobody up for long: after [`EXCHANGE_TIME_OUT`] the next one has its turn, too. Federates whose
 //! answers always take that long are so far away that it is not each other that they wait for.
 
 use lf_model::time::{Instant, Interval};
@@ -19,7 +19,7 @@ use super::storage::Phase;
 use crate::Deadline;
 
 /// How long the next federate waits for the answer of the one before it.
-const PATIENCE: Interval = Interval::from_millis(10);
+const EXCHANGE_TIME_OUT: Interval = Interval::from_millis(10);
 /// How long the RTI has heard nothing of handshakes when exchanges begin.
 const QUIET: Interval = Interval::from_millis(1);
 /// How long a federate waits for that.
@@ -80,7 +80,7 @@ impl Exchanges {
         let count = if is_next { &mut self.waiting } else { &mut self.asked };
         *count = count.saturating_sub(1);
         if is_next || self.current() == Some(connection) {
-            self.current = Some((connection, now + PATIENCE));
+            self.current = Some((connection, now + EXCHANGE_TIME_OUT));
         }
         members.set_deadline(connection, Some(now + time_out));
         let known = &mut members.connections[connection.0];

@@ -168,20 +168,20 @@ impl Tags<'_> {
         let TagState { granted, provisional, .. } = *self.state(federate);
         let next_event = self.graph.next_event(federate);
         let count = self.graph.upstreams(federate);
-        let mut index = self.graph.nodes[federate].hindrance;
-        let mut least = Tag::FOREVER;
+        let mut index = self.graph.nodes[federate].blocking;
+        let mut earliest = Tag::FOREVER;
         for _ in 0..count {
             // The connections may be others than when it was remembered.
             index = if index < count { index } else { 0 };
             let completed = self.completed_by(federate, index);
             if completed < next_event || completed < provisional || completed <= granted {
-                self.graph.nodes[federate].hindrance = index;
+                self.graph.nodes[federate].blocking = index;
                 return None;
             }
-            least = least.min(completed);
+            earliest = earliest.min(completed);
             index += 1;
         }
-        Some(least)
+        Some(earliest)
     }
 
     /// What one federate immediately upstream has completed, seen from this one. One that is not there sends nothing.

@@ -42,7 +42,7 @@ pub struct Node {
     /// Next event: NEVER while none is known. Lowered by messages in transit.
     pub(super) next_event: Tag,
     /// An immediate upstream entry: the one that was last seen not to have completed enough.
-    pub(super) hindrance: usize,
+    pub(super) blocking: usize,
     /// One mark for each of 64 federates: those with the numbers from 64 times that of this one on.
     marks: u64,
     /// Search: the least delay so far of a path from this federate.
@@ -64,7 +64,7 @@ impl Node {
         leads_to_cycle: false,
         tags: TagState::EMPTY,
         next_event: Tag::NEVER,
-        hindrance: 0,
+        blocking: 0,
         marks: 0,
         delay: PathDelay::NO_PATH,
         queue: 0,

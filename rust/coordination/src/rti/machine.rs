@@ -248,12 +248,12 @@ impl<'s> Rti<'s> {
         if let Some(federate) = self.members.joined_on(connection) {
             self.expel(federate, Cause::NoMemory { bytes }, outlet);
         } else if self.members.phase(connection) != Phase::Vacant {
-            self.lose_patience(connection, outlet);
+            self.time_out(connection, outlet);
         }
     }
 
     /// A connection has been silent for too long.
-    pub(super) fn lose_patience(&mut self, connection: ConnectionId, outlet: &mut impl Outlet) {
+    pub(super) fn time_out(&mut self, connection: ConnectionId, outlet: &mut impl Outlet) {
         if let Some(federate) = self.members.joined_on(connection) {
             return self.expel(federate, Cause::NoClock, outlet);
         }

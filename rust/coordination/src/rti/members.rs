@@ -14,19 +14,19 @@ pub(super) struct Members<'s> {
     pub(super) slots: &'s mut [Slot],
     pub(super) connections: &'s mut [Connection],
     /// The earliest deadline of the connections.
-    patience: Deadline,
+    earliest_deadline: Deadline,
 }
 
 impl<'s> Members<'s> {
     /// Those that the storage holds.
     pub(super) fn new(slots: &'s mut [Slot], connections: &'s mut [Connection]) -> Self {
-        let patience = patience(connections);
-        Self { slots, connections, patience }
+        let earliest_deadline = earliest_deadline(connections);
+        Self { slots, connections, earliest_deadline }
     }
 
     /// When the RTI loses patience with a connection.
-    pub(super) fn patience(&self) -> Deadline {
-        self.patience
+    pub(super) fn earliest_deadline(&self) -> Deadline {
+        self.earliest_deadline
     }
 
     /// The connection of a federate that is part of the federation.
@@ -64,10 +64,10 @@ impl<'s> Members<'s> {
     /// Until when the RTI has patience with a connection.
     pub(super) fn set_deadline(&mut self, connection: ConnectionId, deadline: Option<Instant>) {
         let before = core::mem::replace(&mut self.connections[connection.0].deadline, deadline);
-        if before.is_some() && self.patience == before.into() {
-            self.patience = patience(self.connections);
+        if before.is_some() && self.earliest_deadline == before.into() {
+            self.earliest_deadline = earliest_deadline(self.connections);
         }
-        self.patience = self.patience.min(deadline.into());
+        self.earliest_deadline = self.earliest_deadline.min(deadline.into());
     }
 
     /// A federate that has joined has said something: until it has told its clock, it may not be silent for long.
@@ -97,7 +97,7 @@ impl<'s> Members<'s> {
 }
 
 /// The earliest deadline of the connections.
-fn patience(connections: &[Connection]) -> Deadline {
+fn earliest_deadline(connections: &[Connection]) -> Deadline {
     connections.iter().filter_map(|connection| connection.deadline).min().into()
 }
 
@@ -107,9 +107,9 @@ mod tests {
     use proptest::prelude::*;
 
     proptest! {
-        /// Whatever deadlines come and go, patience ends at the earliest.
+        /// Whatever deadlines come and go, the earliest is known.
         #[test]
-        fn patience_is_the_earliest_deadline(
+        fn the_earliest_deadline_is_kept(
             steps in proptest::collection::vec((0..4usize, proptest::option::of(0..9i64), any::<bool>()), 0..40),
         ) {
             let mut connections = [Connection::EMPTY; 4];
@@ -120,7 +120,7 @@ mod tests {
                 } else {
                     members.set_deadline(ConnectionId(connection), deadline.map(Instant::from_nanos));
                 }
-                prop_assert_eq!(members.patience(), patience(members.connections));
+                prop_assert_eq!(members.earliest_deadline(), earliest_deadline(members.connections));
             }
         }
     }

@@ -188,7 +188,7 @@ impl<'s> Tags<'s> {
     }
 
     /// The federate because of which another one is not granted more, and its next event.
-    pub(super) fn hindrance(&self, federate: usize) -> Option<(FederateId, Tag)> {
+    pub(super) fn blocking_federate(&self, federate: usize) -> Option<(FederateId, Tag)> {
         let by = self.graph.earliest_source(federate)?;
         Some((id(by), self.graph.next_event(by)))
     }
@@ -197,7 +197,7 @@ impl<'s> Tags<'s> {
     pub(super) fn normalize(&mut self) {
         for federate in 0..self.federates() {
             self.in_transit(federate).normalize();
-            self.graph.nodes[federate].hindrance = 0;
+            self.graph.nodes[federate].blocking = 0;
         }
     }
 }
@@ -246,7 +246,7 @@ mod tests {
             assert_eq!((tags.grant(1), tags.awaited(1)), (None, None));
             tags.set_next_event(1, at(15));
             assert_eq!((tags.grant(1), tags.awaited(1)), (None, Some(at(15))));
-            assert_eq!(tags.hindrance(1), Some((FederateId(0), at(10))));
+            assert_eq!(tags.blocking_federate(1), Some((FederateId(0), at(10))));
             // Whoever has left sends nothing any more.
             tags.depart(0);
             assert_eq!(tags.grant(1), Some(Grant::Final(Tag::FOREVER)));

@@ -19,7 +19,7 @@ impl Rti<'_> {
 
     /// When [`handle_timeout`](Self::handle_timeout) is to be called.
     pub fn poll_timeout(&self) -> Deadline {
-        let ends = self.members.patience().min(self.tags.idle.deadline());
+        let ends = self.members.earliest_deadline().min(self.tags.idle.deadline());
         let ends = ends.min(self.stop.deadline().into()).min(self.barrier.deadline().into());
         ends.min(self.watch_deadline())
     }
@@ -29,10 +29,10 @@ impl Rti<'_> {
     /// Looks at every connection and every federate once.
     #[cfg_attr(target_pointer_width = "32", inline(never))]
     pub fn handle_timeout(&mut self, now: Instant, outlet: &mut impl Outlet) {
-        if self.members.patience().is_due(now) {
+        if self.members.earliest_deadline().is_due(now) {
             for index in 0..self.members.connections.len() {
                 if self.members.connections[index].deadline.is_some_and(|deadline| deadline <= now) {
-                    self.lose_patience(ConnectionId(index), outlet);
+                    self.time_out(ConnectionId(index), outlet);
                 }
             }
         }

@@ -149,7 +149,7 @@ fn look_for_waits(
         outlet.notice(Notice::Waits(if waits_for_it {
             Waits::Stop(federate_id)
         } else {
-            let (by, at) = tags.hindrance(federate).unwrap_or((federate_id, tag));
+            let (by, at) = tags.blocking_federate(federate).unwrap_or((federate_id, tag));
             let [tag, at] = [tag, at].map(|tag| EventTag::relative(tag, start));
             Waits::Grant { federate: federate_id, tag, lasts, by, at }
         }));

@@ -314,7 +314,7 @@ impl<N: Needs> Execution<'_, '_, N> {
     /// once the time for that is over.
     pub(super) fn pause(&self, now: Instant) -> Option<(u16, Option<Advance>)> {
         let current = self.engine.current_tag();
-        let pause = self.awaited.pause(current, self.waits_since(current), |port| self.patience(port))?;
+        let pause = self.awaited.pause(current, self.waits_since(current), |port| self.wait_limit(port))?;
         let waits = self.physical(now) < pause.until;
         Some((pause.level, waits.then(|| self.wait_for(pause.until))))
     }
@@ -323,7 +323,7 @@ impl<N: Needs> Execution<'_, '_, N> {
     pub(super) fn assume_absent(&mut self, now: Instant) {
         let (now, engine) = (self.physical(now), &self.engine);
         let (current, since) = (engine.current_tag(), self.waits_since(engine.current_tag()));
-        self.awaited.assume_absent(current, since, now, |port| patience(engine, port));
+        self.awaited.assume_absent(current, since, now, |port| wait_limit(engine, port));
     }
 
     /// From when on inputs of this tag are waited for: from its time, or else from when this federate has learnt that
@@ -340,8 +340,8 @@ impl<N: Needs> Execution<'_, '_, N> {
         Advance::Until(Deadline::At(self.machine.clock().local(time)))
     }
 
-    fn patience(&self, port: u16) -> Interval {
-        patience(&self.engine, port)
+    fn wait_limit(&self, port: u16) -> Interval {
+        wait_limit(&self.engine, port)
     }
 
     /// The inputs to which a federate sends past the RTI, and whether that is over a physical connection.
@@ -378,12 +378,12 @@ impl<N: Needs> Execution<'_, '_, N> {
         let tag = if self.engine.is_in_tag() { tag } else { tag.before() };
         let inputs = (0..).zip(self.engine.tables().inputs);
         let mut inputs = inputs.filter(|(_, input)| !input.physical && input.federate == from);
-        inputs.any(|(port, _)| self.patience(port) == Interval::FOREVER && !self.awaited.is_known(port, tag))
+        inputs.any(|(port, _)| self.wait_limit(port) == Interval::FOREVER && !self.awaited.is_known(port, tag))
     }
 }
 
 /// How long after a tag's time an input is waited for within the tag.
-fn patience(engine: &Engine<'_>, port: u16) -> Interval {
+fn wait_limit(engine: &Engine<'_>, port: u16) -> Interval {
     let input = engine.tables().inputs.get(usize::from(port));
     input.map_or(Interval::ZERO, |input| engine.max_wait(InputId(port)).saturating_add(input.absent_after))
 }
