@@ -1,42 +1,43 @@
 // SPDX-License-Identifier: Apache-2.0
-//! How two federates begin a connection with each other.
+//! The introduction at the beginning of a connection between two federates.
 //!
-//! Whoever sends over the connection makes it, and says who it is (`P2P_SENDING_FED_ID`); the other one, to whose
-//! address the RTI has led it, answers with ACK or REJECT. There is one connection per direction. What is sent over it
-//! afterwards is up to the owners: the untagged messages of physical connections, or tagged ones and absences.
+//! The sending federate makes the connection and introduces itself (`P2P_SENDING_FED_ID`); the receiver, whose address
+//! came from the RTI, answers with ACK or REJECT. There is one connection per direction. The owners decide what is sent
+//! over it afterwards: untagged messages of physical connections, or tagged ones and absences.
 
 use lf_wire::{DecodeError, Decoded, IntroductionHeader, Limits, Message, RejectCode, decode};
 
 use crate::FederateId;
 
-/// What a federate that has connected is to be told.
+/// The reply to a federate that has connected.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum VisitorReply {
-    /// Nothing yet: its introduction has at least this many bytes more.
+    /// No reply yet: the introduction lacks at least this many bytes.
     Incomplete(usize),
-    /// It says that it is this federate: ACK if that one is awaited.
+    /// It introduces itself as this federate: ACK if that one is expected.
     Introduced(FederateId),
     /// REJECT with this code; the connection is then closed.
     Refuse(RejectCode),
-    /// It says that it is this federate, and transient. REJECT, since nobody here awaits one who comes and goes.
+    /// It introduces itself as this federate, and as transient: REJECT, because no federate here expects a transient
+    /// one.
     Transient(FederateId),
 }
 
-/// The introduction of whoever has connected, as far as it has come. It is compared byte by byte, so that nobody who is
-/// not known takes more memory than this.
+/// The introduction of a federate that has connected, as far as it has come. It is compared byte by byte, so that an
+/// unknown peer takes no more memory than this.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Introduction {
     header: [u8; IntroductionHeader::BYTES_MAX],
-    /// Bytes of the header.
+    /// Received bytes of the header.
     header_len: usize,
-    /// Bytes of the federation id.
+    /// Received bytes of the federation id.
     id_len: usize,
-    /// A byte of the federation id was another one.
+    /// Whether a byte of the federation id differs.
     differs: bool,
 }
 
 impl Introduction {
-    /// Takes what has come next, which has to be at most as many bytes as are missing.
+    /// Takes the next bytes, at most as many as are missing.
     pub fn take(&mut self, bytes: &[u8], federation_id: &[u8]) {
         for &byte in bytes {
             if let IntroductionHeader::Incomplete(_) = self.header(federation_id) {
@@ -55,7 +56,7 @@ impl Introduction {
         IntroductionHeader::read(self.header.get(..self.header_len).unwrap_or_default(), federation_id.len())
     }
 
-    /// What is to be told.
+    /// Returns the reply.
     pub fn judge(&self, federation_id: &[u8]) -> VisitorReply {
         match self.header(federation_id) {
             IntroductionHeader::Incomplete(missing) => VisitorReply::Incomplete(missing),
@@ -74,16 +75,16 @@ impl Introduction {
     }
 }
 
-/// What a federate to which this one has connected thinks of it.
+/// The answer of a federate to which this one has connected.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum IntroductionReply {
-    /// Nothing yet.
+    /// No answer yet.
     Incomplete,
-    /// It takes this federate's messages.
+    /// It accepts this federate's messages.
     Accepted,
-    /// It does not, and why.
+    /// It refuses them, with this code.
     Rejected(RejectCode),
-    /// It is no federate.
+    /// It is not a federate.
     Wrong(DecodeError),
 }
 
@@ -106,7 +107,7 @@ mod tests {
 
     const ID: &[u8] = b"Unidentified Federation";
 
-    /// Hands `piece` bytes at a time to a new introduction, never more than it says are missing.
+    /// Passes `piece` bytes at a time to a new introduction, never more than are missing.
     fn judge(bytes: &[u8], id: &[u8], piece: usize) -> VisitorReply {
         let mut introduction = Introduction::default();
         let mut rest = bytes;
@@ -122,7 +123,7 @@ mod tests {
         }
     }
 
-    /// An introduction of federate 0 as LF 0.12 sends it, and as LF 0.13 does.
+    /// Returns an introduction of federate 0 as LF 0.12 sends it, and as LF 0.13 does.
     fn introductions(id: &[u8]) -> [Vec<u8>; 2] {
         let length = u8::try_from(id.len()).expect("it is short");
         [[&[16, 0, 0, length][..], id].concat(), [&[16, 0, 0, 0, length][..], id].concat()]
@@ -148,7 +149,7 @@ mod tests {
         }
     }
 
-    /// The length of a federation id of one byte is what a transient federate has at the same place.
+    /// A federation id of one byte has its length where a transient federate has its mark.
     #[test]
     fn a_federation_id_of_one_byte_is_understood_in_both_forms() {
         for id in [&b"x"[..], b"\x01", b"\x00"] {

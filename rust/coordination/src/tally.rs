@@ -1,37 +1,38 @@
 // SPDX-License-Identifier: Apache-2.0
-//! What can happen often is counted, and told now and then: whoever is told of each would have to look for the rest.
+//! Counters of frequent events. Only some of them are logged, because a reader of a log would miss everything else
+//! otherwise.
 
 use core::fmt;
 
 use lf_texts::say;
 
-/// How often something has happened.
+/// The number of times that something has happened.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 pub struct Tally(u32);
 
 impl Tally {
-    /// Nothing has happened.
+    /// A counter at 0.
     pub const NOTHING: Self = Self(0);
 
-    /// It has happened once more; gives how often by now.
+    /// Counts one more; returns the number so far.
     pub fn count(&mut self) -> Times {
         self.0 = self.0.saturating_add(1);
         Times(self.0)
     }
 
-    /// How often it has happened.
+    /// Returns the number so far.
     pub fn times(self) -> Times {
         Times(self.0)
     }
 }
 
-/// How often something has happened. Shows as ` (100 so far)` behind a sentence about the last time, and as nothing
-/// behind one about the only time.
+/// The number of times that something has happened. Displays as ` (100 so far)` behind a sentence about the last time,
+/// and as nothing behind one about the only time.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub struct Times(pub u32);
 
 impl Times {
-    /// Whether people are told of this time: the first, the tenth, the hundredth, and so on.
+    /// Returns whether to log this time: the first, the tenth, the hundredth, and so on.
     pub fn is_told(self) -> bool {
         self.0.checked_ilog10().is_some_and(|digits| self.0 == 10_u32.pow(digits))
     }

@@ -88,7 +88,7 @@ impl Responder {
             Ok(Decoded::Complete { message, len }) if len == datagram.len() => message,
             _ => return Heard::default(),
         };
-        if let Some(trouble) = self.doubt(now, physical, from, &message) {
+        if let Some(trouble) = self.check(now, physical, from, &message) {
             return Heard { trouble: Some(trouble), ..Heard::default() };
         }
         match message {
@@ -108,7 +108,7 @@ impl Responder {
     }
 
     /// Why a datagram is ignored: it is from another port than the rounds, or its time cannot be the RTI's.
-    fn doubt(&self, now: Instant, physical: Option<Instant>, from: Endpoint, message: &Message<'_>) -> Option<Trouble> {
+    fn check(&self, now: Instant, physical: Option<Instant>, from: Endpoint, message: &Message<'_>) -> Option<Trouble> {
         let (Message::T1(time) | Message::T4(time) | Message::CodedProbe(time)) = *message else { return None };
         if let Some((_, came, sender)) = self.last
             && sender != from

@@ -60,7 +60,7 @@ const CONTRADICTIONS_LONG: u8 = 4;
 /// Where nothing is known, the clock may as well stand still.
 const ANY_DRIFT_PPB: i32 = 1_000_000_000;
 /// Hardly any doubt: a slope is taken whatever it is.
-const DOUBT_SMALL_PPB: i32 = 100_000;
+const UNCERTAINTY_SMALL_PPB: i32 = 100_000;
 /// More drift than that of any oscillator: 10 ms in a second.
 const DRIFT_LARGE_PPB: i32 = 10_000_000;
 /// Times that are off by less are no trouble.
@@ -111,7 +111,7 @@ pub struct Tracker {
     /// The line's slope, which outlives it.
     drift_ppb: i32,
     /// How far from the truth that may be, by the points that it was found from.
-    doubt_ppb: i32,
+    uncertainty_ppb: i32,
     /// How often the length of a stretch is halved.
     haste: u8,
     /// How many stretches are over since that changed.
@@ -141,7 +141,7 @@ impl Tracker {
             open: None,
             line: None,
             drift_ppb: 0,
-            doubt_ppb: ANY_DRIFT_PPB,
+            uncertainty_ppb: ANY_DRIFT_PPB,
             haste: 0,
             calm: 0,
             contradictions: 0,
@@ -166,7 +166,7 @@ impl Tracker {
 
     /// What is wrong with the federate's clock, as far as that is known.
     pub fn trouble(&self) -> Option<Trouble> {
-        let is_sure = self.points.len() >= POINTS_SURE && self.doubt_ppb <= DRIFT_LARGE_PPB;
+        let is_sure = self.points.len() >= POINTS_SURE && self.uncertainty_ppb <= DRIFT_LARGE_PPB;
         if is_sure && self.drift_ppb.saturating_abs() > DRIFT_LARGE_PPB {
             return Some(Trouble::Drift(self.drift_ppb));
         }
@@ -188,7 +188,7 @@ impl Tracker {
         let drift_ppb = self.drift_ppb;
         if let Some(stretch) = self.open {
             let (lasts, point) = (lower.at.saturating_sub(stretch.begun), stretch.point(drift_ppb));
-            if lasts >= STRETCH_MIN.as_nanos() && scale(lasts, self.doubt_ppb) > point.width.saturating_abs() {
+            if lasts >= STRETCH_MIN.as_nanos() && scale(lasts, self.uncertainty_ppb) > point.width.saturating_abs() {
                 self.close(point);
             }
         }
@@ -234,7 +234,7 @@ impl Tracker {
     fn contradicts(&mut self, lower: Bound, upper: Bound) -> bool {
         let (Some(line), Some((own, offset))) = (self.line, self.origin) else { return false };
         let since = own.saturating_add(lower.at).saturating_sub(line.at.as_nanos());
-        let slack_ppb = DRIFT_SLACK_PPB.saturating_add(self.doubt_ppb);
+        let slack_ppb = DRIFT_SLACK_PPB.saturating_add(self.uncertainty_ppb);
         let margin = line.width.as_nanos().saturating_mul(2).saturating_add(CONTRADICTION_NS);
         let margin = margin.saturating_add(scale(since.saturating_abs(), slack_ppb));
         let on_line = |bound: Bound| {
@@ -261,7 +261,7 @@ impl Tracker {
     fn begin_anew(&mut self, off: i64) {
         self.points.clear();
         (self.origin, self.open, self.line) = (None, None, None);
-        self.doubt_ppb = ANY_DRIFT_PPB;
+        self.uncertainty_ppb = ANY_DRIFT_PPB;
         (self.haste, self.calm) = ((self.haste + 1).min(HASTE_MAX), 0);
         (self.contradictions, self.agreed, self.astray) = (0, 0, off);
     }
@@ -277,17 +277,17 @@ impl Tracker {
         let (Some(first), Some(last)) = (near.first(), near.last()) else { return };
         if let Some(found) = slope_ppb(&near) {
             let widest = near.iter().fold(width, |widest, point| widest.max(point.width.saturating_abs()));
-            self.doubt_ppb = rate_ppb(widest, last.at.saturating_sub(first.at));
-            let is_settled = near.len() >= 3 && self.doubt_ppb <= DOUBT_SMALL_PPB;
-            if is_settled || found.abs_diff(self.drift_ppb) > self.doubt_ppb.unsigned_abs() {
+            self.uncertainty_ppb = rate_ppb(widest, last.at.saturating_sub(first.at));
+            let is_settled = near.len() >= 3 && self.uncertainty_ppb <= UNCERTAINTY_SMALL_PPB;
+            if is_settled || found.abs_diff(self.drift_ppb) > self.uncertainty_ppb.unsigned_abs() {
                 self.drift_ppb = found;
             }
         }
-        let (drift_ppb, doubt_ppb) = (self.drift_ppb, self.doubt_ppb);
+        let (drift_ppb, uncertainty_ppb) = (self.drift_ppb, self.uncertainty_ppb);
         let levels = near.iter().filter_map(|point| {
             let since = last.at.saturating_sub(point.at);
             // What the doubt moves by more than the bounds leave open says nothing of where the clock is now.
-            let counts = scale(since, doubt_ppb) <= width;
+            let counts = scale(since, uncertainty_ppb) <= width;
             counts.then(|| point.offset.saturating_add(scale(since, drift_ppb)))
         });
         let Some(level) = middle_mean(levels) else { return };

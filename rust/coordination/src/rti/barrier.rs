@@ -10,11 +10,11 @@ use lf_model::time::{Instant, Interval};
 use lf_wire::MessageType;
 
 use super::config::START_DELAY;
-use super::doubt::{CLOCK_MAX, CLOCK_MIN, Doubt};
 use super::notice::{Notice, Violation};
 use super::outcome::Outcome;
 use super::outlet::Outlet;
 use super::storage::{Membership, Slot, id};
+use super::suspected_violation::{CLOCK_MAX, CLOCK_MIN, SuspectedViolation};
 use crate::FederateId;
 
 /// How far the clocks of two federates may be apart at the start without a word: a clock is told some time before the
@@ -99,11 +99,11 @@ pub(super) fn take_clock(
 
 /// The federate whose clock is far ahead of another one's, when all have told theirs. They have told them at different
 /// times, so each is compared with the RTI's clock at that time.
-pub(super) fn doubt_clocks(slots: &[Slot]) -> Option<(usize, Doubt)> {
+pub(super) fn check_clocks(slots: &[Slot]) -> Option<(usize, SuspectedViolation)> {
     let clocks = || (0..).zip(slots).map(|(federate, slot)| (slot.ahead, federate));
     let ((earliest, of), (latest, ahead)) = (clocks().min()?, clocks().max()?);
     let by = Interval::from_nanos(latest.as_nanos().saturating_sub(earliest.as_nanos()));
-    (by > CLOCKS_APART_MAX).then_some((ahead, Doubt::Ahead { of: id(of), by }))
+    (by > CLOCKS_APART_MAX).then_some((ahead, SuspectedViolation::Ahead { of: id(of), by }))
 }
 
 /// A second after the latest clock, rounded up to a multiple if there is one.

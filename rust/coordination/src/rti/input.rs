@@ -4,12 +4,12 @@
 use lf_model::time::Instant;
 use lf_wire::{ADDRESS_PORT_UNKNOWN, DecodeError, Decoded, Message, MessageType, decode};
 
-use super::doubt::Doubt;
 use super::machine::Rti;
 use super::notice::{Cause, Notice, Violation};
 use super::outlet::{ConnectionId, Outlet, Verdict};
 use super::sending::{Sending, Step};
 use super::storage::{Phase, Slot, id};
+use super::suspected_violation::SuspectedViolation;
 use super::window;
 use crate::tag::from_wire;
 use crate::{FederateId, IpAddress};
@@ -192,7 +192,7 @@ impl Rti<'_> {
         if reply.is_none()
             && let Some(federate) = self.members.joined_on(connection)
         {
-            self.members.doubt(federate, Doubt::OtherFamily(FederateId(asked)), outlet);
+            self.members.report_suspected(federate, SuspectedViolation::OtherFamily(FederateId(asked)), outlet);
         }
         outlet.send(connection, &reply.unwrap_or(NO_ADDRESS));
         Ok(Step::Done)

@@ -187,8 +187,8 @@ impl<'s> Rti<'s> {
         self.watch = Watch::default();
         self.tags.begin(start);
         outlet.notice(Notice::Started(start));
-        if let Some((ahead, doubt)) = barrier::doubt_clocks(self.members.slots) {
-            self.members.doubt(ahead, doubt, outlet);
+        if let Some((ahead, violation)) = barrier::check_clocks(self.members.slots) {
+            self.members.report_suspected(ahead, violation, outlet);
         }
         let stop_tag = self.stop.tag();
         self.sending(outlet).broadcast(stop_tag, |_| true, |pending| pending.start = true);

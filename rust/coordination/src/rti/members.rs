@@ -3,10 +3,10 @@
 
 use lf_model::time::Instant;
 
-use super::doubt::Doubt;
 use super::notice::Notice;
 use super::outlet::{ConnectionId, Outlet};
 use super::storage::{Connection, Membership, Phase, Slot, id};
+use super::suspected_violation::SuspectedViolation;
 use crate::Deadline;
 
 /// The federates and the connections, in storage that the owner gives.
@@ -89,9 +89,14 @@ impl<'s> Members<'s> {
     }
 
     /// Names a federate that says what is doubtful, once.
-    pub(super) fn doubt(&mut self, federate: usize, doubt: Doubt, outlet: &mut impl Outlet) {
-        if !core::mem::replace(&mut self.slots[federate].doubted, true) {
-            outlet.notice(Notice::Doubtful { federate: id(federate), doubt });
+    pub(super) fn report_suspected(
+        &mut self,
+        federate: usize,
+        violation: SuspectedViolation,
+        outlet: &mut impl Outlet,
+    ) {
+        if !core::mem::replace(&mut self.slots[federate].suspected, true) {
+            outlet.notice(Notice::SuspectedViolation { federate: id(federate), violation });
         }
     }
 }

@@ -39,7 +39,6 @@ mod barrier;
 mod clock_sync;
 mod config;
 mod delay;
-mod doubt;
 mod earliest;
 mod exchange;
 mod grants;
@@ -61,6 +60,7 @@ mod sending;
 mod stop;
 mod storage;
 mod strangers;
+mod suspected_violation;
 mod suspend;
 mod tag_state;
 mod tags;
@@ -74,7 +74,6 @@ pub use config::{
     AfterLoss, CLOCK_SYNC_TRIALS, CLOCK_TIME_OUT, CONNECTION_TIME_OUT, ClockSync, Config, FEDERATION_ID_DEFAULT,
     START_BARRIER_TIME_OUT, START_DELAY, STOP_REPLY_TIME_OUT, SetupError, WINDOW,
 };
-pub use doubt::{CLOCK_MAX, CLOCK_MIN, Doubt};
 pub use graph::Node;
 pub use machine::Rti;
 pub use notice::{Cause, Notice, Violation};
@@ -82,6 +81,7 @@ pub use outcome::{Outcome, Status};
 pub use outlet::{ConnectionId, Outlet, Verdict};
 pub use path::PathWords;
 pub use storage::{Connection, RtiStorage, Slot};
+pub use suspected_violation::{CLOCK_MAX, CLOCK_MIN, SuspectedViolation};
 pub use suspend::Suspended;
 pub use waits::{Progress, Waits};
 pub use watch::START_REPORT;

@@ -8,7 +8,7 @@ use lf_model::time::{Instant, Tag};
 use lf_texts::{say, text};
 use lf_wire::{DecodeError, MessageType, RejectCode};
 
-use super::doubt::Doubt;
+use super::suspected_violation::SuspectedViolation;
 use super::waits::Waits;
 use crate::tag::to_wire;
 use crate::{Endpoint, FederateId, Times};
@@ -197,11 +197,11 @@ pub enum Notice<'a> {
         started: bool,
     },
     /// A federate says what is hardly true. Told once of each.
-    Doubtful {
+    SuspectedViolation {
         /// The federate.
         federate: FederateId,
         /// What it says.
-        doubt: Doubt,
+        violation: SuspectedViolation,
     },
     /// Somebody has been waiting for too long.
     Waits(Waits),
@@ -310,7 +310,7 @@ impl fmt::Display for Notice<'_> {
             Self::Lost { federate, cause, started: false } => {
                 say!(f, "federate {federate} is lost before the start, its place is free again: {cause}")
             }
-            Self::Doubtful { federate, doubt } => say!(f, "federate {federate} {doubt}"),
+            Self::SuspectedViolation { federate, violation } => say!(f, "federate {federate} {violation}"),
             Self::Waits(ref waits) => waits.fmt(f),
             Self::Missing(federate) => {
                 say!(f, "federate {federate} is missing: the federation ends without having started")

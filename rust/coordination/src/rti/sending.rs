@@ -5,12 +5,12 @@
 use lf_model::time::Tag;
 use lf_wire::{Message, MessageType};
 
-use super::doubt::Doubt;
 use super::grants::Grant;
 use super::members::Members;
 use super::notice::{Notice, Violation};
 use super::outlet::{ConnectionId, Outlet};
 use super::storage::{Membership, Pending, Slot, id};
+use super::suspected_violation::SuspectedViolation;
 use super::tags::Tags;
 use crate::tag::to_wire;
 
@@ -86,7 +86,7 @@ impl<O: Outlet> Sending<'_, '_, O> {
 
     /// A federate announces its next event, which counts as `limited`. Once all are to stop it is not doubted.
     pub(super) fn announced(&mut self, federate: usize, tag: Tag, limited: Tag, stops: bool) {
-        self.doubt(federate, self.tags.doubt_next_event(federate, tag).filter(|_| !stops));
+        self.report_suspected(federate, self.tags.check_next_event(federate, tag).filter(|_| !stops));
         self.tags.in_transit(federate).announce(tag);
         self.next_event(federate, limited);
         self.tags.note_idleness(self.tags.graph.next_event(federate));
@@ -95,16 +95,16 @@ impl<O: Outlet> Sending<'_, '_, O> {
     /// A federate has completed a tag, and with it the messages up to it. Once all are to stop, each goes to the stop
     /// tag, and that is not doubted.
     pub(super) fn completed(&mut self, federate: usize, tag: Tag, stops: bool) {
-        self.doubt(federate, self.tags.doubt_completed(federate, tag).filter(|_| !stops));
+        self.report_suspected(federate, self.tags.check_completed(federate, tag).filter(|_| !stops));
         let state = self.tags.state_mut(federate);
         state.completed = state.completed.max(tag);
         self.advance_downstream(federate);
         self.tags.in_transit(federate).complete(tag);
     }
 
-    fn doubt(&mut self, federate: usize, doubt: Option<Doubt>) {
-        if let Some(doubt) = doubt {
-            self.members.doubt(federate, doubt, self.outlet);
+    fn report_suspected(&mut self, federate: usize, violation: Option<SuspectedViolation>) {
+        if let Some(violation) = violation {
+            self.members.report_suspected(federate, violation, self.outlet);
         }
     }
 

@@ -158,7 +158,7 @@ pub struct Slot {
     /// The rounds of its clock synchronization.
     pub(super) poll: Poll,
     /// Something that it said was doubtful.
-    pub(super) doubted: bool,
+    pub(super) suspected: bool,
     /// What it did and is told now and then.
     pub(super) tallies: Tallies,
     /// What it waits for, if that is looked at.
@@ -180,7 +180,7 @@ impl Slot {
         port: ADDRESS_PORT_UNKNOWN,
         udp_port: 0,
         poll: Poll::NONE,
-        doubted: false,
+        suspected: false,
         tallies: Tallies::NOTHING,
         seen: Seen::NOTHING,
     };

@@ -8,11 +8,11 @@
 
 use lf_model::time::{Instant, Tag};
 
-use super::doubt::Doubt;
 use super::graph::{Graph, Node};
 use super::idle::Idle;
 use super::in_transit::InTransit;
 use super::storage::id;
+use super::suspected_violation::SuspectedViolation;
 use super::tag_state::TagState;
 use crate::{Deadline, FederateId};
 
@@ -162,15 +162,15 @@ impl<'s> Tags<'s> {
 
     /// What is doubtful in that a federate has completed this tag. Those without upstream federates need no grants, and
     /// neither do those that announce nothing, as with decentralized coordination.
-    pub(super) fn doubt_completed(&self, federate: usize, tag: Tag) -> Option<Doubt> {
+    pub(super) fn check_completed(&self, federate: usize, tag: Tag) -> Option<SuspectedViolation> {
         let asks = self.graph.upstreams(federate) > 0 && self.graph.next_event(federate) != Tag::NEVER;
-        (asks && tag > self.state(federate).reach()).then_some(Doubt::NotGranted(tag))
+        (asks && tag > self.state(federate).reach()).then_some(SuspectedViolation::NotGranted(tag))
     }
 
     /// What is doubtful in that a federate announces this event.
-    pub(super) fn doubt_next_event(&self, federate: usize, next: Tag) -> Option<Doubt> {
+    pub(super) fn check_next_event(&self, federate: usize, next: Tag) -> Option<SuspectedViolation> {
         let completed = self.state(federate).completed;
-        (next <= completed && completed != Tag::FOREVER).then_some(Doubt::Backwards { next, completed })
+        (next <= completed && completed != Tag::FOREVER).then_some(SuspectedViolation::Backwards { next, completed })
     }
 
     /// When the first of the federates will have an event after this time, as far as they have said.

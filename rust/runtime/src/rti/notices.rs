@@ -18,7 +18,7 @@ pub fn log_notice(notice: Notice<'_>) {
         | Notice::RejectedBy { .. }
         | Notice::Late { .. } => Level::Error,
         Notice::HandshakeAbandoned { .. }
-        | Notice::Doubtful { .. }
+        | Notice::SuspectedViolation { .. }
         | Notice::MadeWay(_)
         | Notice::Sum { .. }
         | Notice::Waits(Waits::Grant { .. } | Waits::Stop(_) | Waits::Sender { .. })

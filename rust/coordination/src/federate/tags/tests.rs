@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! The contract of the state of tags, step by step and with anything that can come.
+//! The contract of the state of tags, step by step and with arbitrary input.
 
 use std::vec;
 
@@ -21,7 +21,7 @@ fn started() -> Tags<All> {
     tags
 }
 
-/// Announces without physical actions.
+/// Announces a next event without physical actions.
 fn announce(tags: &mut Tags<All>, next: Tag) {
     assert!(tags.next_event(next));
     tags.announce(START, None, |_| unreachable!("nothing bounds the next event"));
@@ -72,7 +72,7 @@ fn what_is_left_out_is_told_after_a_while() {
     let mut tags = started();
     announce(&mut tags, tag(1, 0));
     tags.net_transmitted();
-    // Nothing up to there matters to anybody, so the RTI knows more than it has asked for.
+    // No NET up to there matters downstream, so the RTI knows more than it has asked for.
     tags.handle_dnet(tag(0, 0));
     tags.grant(tag(9, 0));
     tags.begin(tag(1, 0));
@@ -136,17 +136,17 @@ fn step() -> impl Strategy<Value = Step> {
 }
 
 proptest! {
-    /// Whatever comes in whatever order: what may be begun has been granted and not been taken back, tags rise, no
-    /// LTC is told twice or becomes due while its tag is to come, and a NET is neither of a tag that is over nor later
-    /// than what is next.
+    /// For any input in any order: a tag that may begin has been granted and not been revoked, tags rise, no LTC is
+    /// sent twice or becomes due before its tag is complete, and a NET is neither of a tag that is over nor later than
+    /// the next event.
     #[test]
     fn no_promise_is_broken(steps in prop::collection::vec(step(), 0..120)) {
         let mut tags = started();
         let (mut granted, mut provisional) = (Tag::NEVER, Tag::NEVER);
         let (mut ltc, mut now) = (Tag::NEVER, START);
-        // The least of what has been announced since a tag was begun, with what bounded it.
+        // The minimum of what was announced since a tag was begun, with what bounded it.
         let mut next = Tag::FOREVER;
-        // Physical time does not run backwards, so what it bounds does not either.
+        // Physical time does not run backwards, so neither does the bound that it sets.
         let mut physical_min = 0;
         for step in steps {
             let (before, ltc_before) = (tags.current(), tags.ltc());

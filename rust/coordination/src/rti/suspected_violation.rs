@@ -22,7 +22,7 @@ pub const CLOCK_MIN: Instant = Instant::from_nanos(-2_208_988_800_000_000_000);
 
 /// What is doubtful.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Doubt {
+pub enum SuspectedViolation {
     /// The federate has completed a tag that it was not granted.
     NotGranted(Tag),
     /// The federate announces an event that is not later than what it has completed.
@@ -43,7 +43,7 @@ pub enum Doubt {
     OtherFamily(FederateId),
 }
 
-impl fmt::Display for Doubt {
+impl fmt::Display for SuspectedViolation {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::NotGranted(tag) => say!(

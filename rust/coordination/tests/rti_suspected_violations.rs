@@ -13,7 +13,7 @@ const HOUR: Interval = Interval::from_secs(3600);
 /// How far apart clocks may be without a word.
 const APART: Interval = Interval::from_secs(2);
 
-fn doubts(world: &World, federate: u16) -> Vec<&str> {
+fn suspected(world: &World, federate: u16) -> Vec<&str> {
     let begin = format!("federate {federate} ");
     let said = world.outlet.notices.iter().filter_map(|notice| notice.strip_prefix(&begin));
     said.filter(|words| ["says that", "announces", "has a clock"].iter().any(|begin| words.starts_with(begin)))
@@ -42,14 +42,14 @@ fn clocks_that_are_seconds_apart_are_named() {
         world.message(federates[0], &Message::Timestamp(500));
         world.message(federates[1], &Message::Timestamp(500 + apart));
         assert!(world.rti.start_time().is_some());
-        let doubts = doubts(&world, 1);
-        assert_eq!(!doubts.is_empty(), named);
+        let suspected = suspected(&world, 1);
+        assert_eq!(!suspected.is_empty(), named);
         let words = format!(
             "has a clock that is {} s ahead of that of federate 0, which waits so long for the start: set the clocks, \
              or use `clock-sync: init`, for federates on the RTI's computer with `local-federates-on`",
             apart / 1_000_000_000
         );
-        assert!(!named || doubts == [words], "{doubts:?}");
+        assert!(!named || suspected == [words], "{suspected:?}");
     }
 }
 
@@ -62,7 +62,7 @@ fn clocks_that_are_told_at_different_times_are_not_apart() {
     world.now = world.now + HOUR;
     world.message(federates[1], &Message::Timestamp(500 + HOUR.as_nanos()));
     assert!(world.rti.start_time().is_some());
-    assert_eq!(doubts(&world, 1), Vec::<&str>::new());
+    assert_eq!(suspected(&world, 1), Vec::<&str>::new());
 }
 
 #[test]
@@ -73,11 +73,11 @@ fn who_completes_what_was_not_granted_is_named_once() {
         world.message(federates[1], &Message::LatestTagComplete(at(ns)));
     }
     assert_eq!(
-        doubts(&world, 1),
+        suspected(&world, 1),
         ["says that it has completed (1000000005 ns, 0), which it was not granted: messages to others may come too \
              late"]
     );
-    assert_eq!(doubts(&world, 0), Vec::<&str>::new());
+    assert_eq!(suspected(&world, 0), Vec::<&str>::new());
 }
 
 #[test]
@@ -85,20 +85,20 @@ fn an_event_before_what_is_complete_is_named() {
     let (mut world, federates) = started(config(), Sizes::ample(2), &[vec![], vec![(0, DELAY_NONE)]]);
     world.message(federates[0], &Message::LatestTagComplete(at(8)));
     world.message(federates[0], &Message::NextEventTag(at(9)));
-    assert_eq!(doubts(&world, 0), Vec::<&str>::new());
+    assert_eq!(suspected(&world, 0), Vec::<&str>::new());
     world.message(federates[0], &Message::NextEventTag(at(8)));
     assert_eq!(
-        doubts(&world, 0),
+        suspected(&world, 0),
         ["announces an event at (1000000008 ns, 0), though it has completed (1000000008 ns, 0)"]
     );
 }
 
 /// An announcement may become earlier: a message has come for it, or a physical action.
 #[test]
-fn an_earlier_event_that_is_not_complete_is_none_to_doubt() {
+fn an_earlier_event_that_is_not_complete_is_not_suspected() {
     let (mut world, federates) = started(config(), Sizes::ample(2), &[vec![], vec![(0, DELAY_NONE)]]);
     for ns in [9, 7] {
         world.message(federates[0], &Message::NextEventTag(at(ns)));
     }
-    assert_eq!(doubts(&world, 0), Vec::<&str>::new());
+    assert_eq!(suspected(&world, 0), Vec::<&str>::new());
 }
