@@ -8,13 +8,13 @@ use super::ROUND_TIME_OUT;
 /// The shortest time that the RTI waits for an answer.
 const TIME_OUT_MIN: Interval = Interval::from_millis(100);
 
-/// Whether a round with a federate is under way, and how long its answer may take.
+/// The current round with a federate, and the time that its answer may take.
 ///
 /// T3 does not say which T1 it answers. So while an answer may still come, no other round begins with that federate;
-/// otherwise a late T3 would be taken for a quick one. What is usual is learnt: a lost T3 then costs little on a quick
-/// network, and a slow one is given up to [`ROUND_TIME_OUT`].
+/// otherwise a late T3 would count as a fast one. The time-out adapts to the network: a lost T3 costs little on a fast
+/// network, and a slow network has up to [`ROUND_TIME_OUT`].
 ///
-/// Nor does T4 say which T1 it belongs to, but its time does: a T1 is always later than the T4 of the round before.
+/// T4 does not name its T1 either, but its time does: a T1 is always later than the T4 of the round before.
 #[derive(Clone, Copy, PartialEq, Eq, Hash, Debug)]
 pub struct Poll {
     stage: Stage,
@@ -25,7 +25,7 @@ pub struct Poll {
 enum Stage {
     /// No round has begun.
     Idle,
-    /// T1 was sent at this time, T3 is awaited.
+    /// T1 was sent at this time; T3 may come.
     Begun(Instant),
     /// T3 was answered at this time.
     Answered(Instant),
@@ -48,7 +48,7 @@ impl Poll {
         true
     }
 
-    /// T3 has come. `true` if it was awaited, and is to be answered.
+    /// Handles T3. Returns `true` if it was expected, and has to be answered.
     pub fn answer(&mut self, now: Instant) -> bool {
         let Stage::Begun(begun) = self.stage else { return false };
         self.stage = Stage::Answered(now);

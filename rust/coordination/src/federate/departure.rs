@@ -5,14 +5,14 @@
 //! just closes, and so does the system of a killed process. The RTI knows the difference, because a federate that
 //! leaves in order sends RESIGN. Two questions that every RTI answers find out what it knows:
 //!
-//! 1. Does this RTI tell of departures? This federate advertises that it has no address, and asks for its own address.
+//! 1. Does this RTI report departures? This federate advertises that it has no address, and asks for its own address.
 //!    Our RTI keeps the address, because that advertisement has a meaning of its own (module `rti::stop`); a stock RTI
 //!    forgets it. No other question for addresses is open by then, as all connections are made before the start.
 //! 2. Where is the other federate? Our RTI knows the computer of each federate that is there, also of one without a
 //!    port, and of none that has left. After a loss it sends FAILED instead, unless the others are to go on without the
 //!    lost federate; then that one has left, too.
 //!
-//! A stock RTI tells no federate of a loss. With it the end of a connection counts as a departure in order.
+//! A stock RTI reports no loss. With it the end of a connection counts as a departure in order.
 
 use lf_model::time::Instant;
 use lf_wire::{ADDRESS_PORT_UNKNOWN, Message};
@@ -23,7 +23,7 @@ use crate::{Deadline, FederateId};
 /// The question about one other federate at a time.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Departure {
-    /// Whether the RTI tells of departures, once it has shown that.
+    /// Whether the RTI reports departures, once it has shown that.
     tells: Option<bool>,
     /// Whether this federate has advertised that it has no address.
     advertised: bool,
@@ -149,7 +149,7 @@ mod tests {
         assert_eq!(transmit(&mut departure), Some(query(OTHER)));
         departure.answered(again, false, false);
         assert!(departure.has_left(OTHER));
-        // For the next one, this federate knows already what the RTI tells.
+        // For the next one, this federate knows already what the RTI reports.
         assert!(!departure.has_left(FederateId(2)));
         assert_eq!(transmit(&mut departure), Some(query(FederateId(2))));
     }

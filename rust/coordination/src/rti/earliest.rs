@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-//! The earliest that any federate at the other end of a row means for the federate of that row.
+//! The minimum over the federates at the other ends of a row, kept up to date by a tournament tree.
 //!
-//! A federate asks two things of the next events of others: when the first message can come from those upstream, and
-//! up to which tag those downstream need to know of its own events. Both are the least over a row, and both are asked
-//! far more often than they change. So the entries of each row play a tournament that is kept up to date: when a next
-//! event changes, only the games of that federate are played again, in the rows of those that it can matter to. That
-//! costs at most the logarithm of the length of each such row, and mostly one game, because whoever loses it as before
-//! changes nothing farther up.
+//! A federate asks two questions about the next events of others: when the first message can come from those upstream,
+//! and up to which tag those downstream need to know of its own events. Both answers are minimums over a row, and both
+//! are asked far more often than they change. So the entries of each row form a tournament tree: when a next event
+//! changes, only the games of that federate are played again, in the rows of those that it can matter to. That costs at
+//! most the logarithm of the length of each such row, and mostly one game, because a federate that loses it as before
+//! changes nothing higher up.
 //!
 //! The tournament of a row of k entries has k - 1 games, numbered from 1, whose winners are kept beside the entries.
 //! The players of game i are the winners of the games 2i and 2i + 1; the number k + p stands for entry p itself.
@@ -16,7 +16,7 @@ use lf_model::time::{Instant, Tag};
 use super::graph::{Graph, Row};
 use super::path::{self, Path};
 
-/// Which row of a federate.
+/// The row of a federate.
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum Side {
     /// The paths that lead to it: when can a message come?
@@ -26,12 +26,12 @@ enum Side {
 }
 
 impl Graph<'_> {
-    /// The next event of a federate; NEVER while none is known.
+    /// Returns the next event of a federate; NEVER while it is unknown.
     pub(super) fn next_event(&self, federate: usize) -> Tag {
         self.nodes[federate].next_event
     }
 
-    /// The next event of a federate is another one.
+    /// Sets the next event of a federate.
     pub(super) fn set_next_event(&mut self, federate: usize, tag: Tag) {
         if core::mem::replace(&mut self.nodes[federate].next_event, tag) == tag {
             return;
@@ -42,7 +42,7 @@ impl Graph<'_> {
         }
     }
 
-    /// No next event of a federate that is there is later than `tag`.
+    /// Limits the next events of all federates that are there to `tag`.
     pub(super) fn limit_next_events(&mut self, tag: Tag) {
         for node in self.nodes.iter_mut().filter(|node| !node.tags.departed) {
             node.next_event = node.next_event.min(tag);
@@ -50,9 +50,9 @@ impl Graph<'_> {
         self.find_all_earliest();
     }
 
-    /// The earliest tag with which a message may still come from any federate upstream, however indirectly.
+    /// Returns the earliest tag with which a message may still come from any federate upstream, directly or indirectly.
     ///
-    /// A federate that has not announced anything is taken to have its next event at the start, from now on.
+    /// A federate that has not announced anything counts as having its next event at the start, from now on.
     pub(super) fn earliest_incoming(&mut self, federate: usize, start: Instant) -> Tag {
         let earliest = self.earliest(federate, Side::Incoming);
         if earliest != Tag::NEVER {
@@ -68,19 +68,19 @@ impl Graph<'_> {
         self.earliest(federate, Side::Incoming)
     }
 
-    /// The federate from which that message may come: the one because of which nothing later can be granted.
+    /// Returns the federate from which that message may come: the one that keeps the RTI from granting more.
     pub(super) fn earliest_source(&self, federate: usize) -> Option<usize> {
         let row = self.nodes[federate].incoming;
         (row.len > 0).then(|| self.other_end(row, self.winner(row, 1)))
     }
 
-    /// The latest tag of a federate that can matter to any other federate downstream, by its next event. Up to date
-    /// only if DNETs are sent.
+    /// Returns the latest tag of a federate that can matter to any other federate downstream, by its next event. Up to
+    /// date only if DNETs are sent.
     pub(super) fn earliest_needed(&self, federate: usize) -> Tag {
         self.earliest(federate, Side::Outgoing)
     }
 
-    /// Plays all tournaments anew.
+    /// Plays all tournaments again.
     pub(super) fn find_all_earliest(&mut self) {
         for federate in 0..self.nodes.len() {
             let sides: &[Side] = if self.dnet { &[Side::Incoming, Side::Outgoing] } else { &[Side::Incoming] };
@@ -106,7 +106,7 @@ impl Graph<'_> {
             let mut game = self.row(other, theirs).len.midpoint(place);
             while game > 0 {
                 let before = self.play(other, theirs, game);
-                // The same winner at the same tag changes nothing farther up.
+                // The same winner at the same tag changes nothing higher up.
                 if before != place && self.winner(self.row(other, theirs), game) == before {
                     break;
                 }
@@ -115,7 +115,7 @@ impl Graph<'_> {
         }
     }
 
-    /// Plays one game. Returns who won it before.
+    /// Plays one game. Returns its previous winner.
     fn play(&mut self, federate: usize, side: Side, game: usize) -> usize {
         let row = self.row(federate, side);
         let (one, other) = (self.winner(row, 2 * game), self.winner(row, 2 * game + 1));
@@ -128,7 +128,7 @@ impl Graph<'_> {
         before
     }
 
-    /// The winner of a game, as a place in the row.
+    /// Returns the winner of a game, as an index into the row.
     fn winner(&self, row: Row, game: usize) -> usize {
         match game.checked_sub(row.len) {
             Some(place) => place,
@@ -136,13 +136,13 @@ impl Graph<'_> {
         }
     }
 
-    /// The tag of the winner of a row; FOREVER if the row is empty.
+    /// Returns the tag of the winner of a row; FOREVER if the row is empty.
     fn earliest(&self, federate: usize, side: Side) -> Tag {
         let row = self.row(federate, side);
         if row.len == 0 { Tag::FOREVER } else { self.tag(federate, side, self.winner(row, 1)) }
     }
 
-    /// What the next event at the other end of an entry means for the federate of the row.
+    /// Returns the meaning of the next event at the other end of an entry for the federate of the row.
     fn tag(&self, federate: usize, side: Side, place: usize) -> Tag {
         let Path { federate: other, delay, .. } = Path::read(&self.paths[self.row(federate, side).start + place]);
         let other = usize::from(other);
@@ -183,7 +183,7 @@ mod tests {
     }
 
     proptest! {
-        /// Whatever changes, one at a time or all at once, the winner has the least tag of its row.
+        /// After any changes, one at a time or all at once, the winner has the earliest tag of its row.
         #[test]
         fn the_winner_is_the_least_of_the_row(
             edges in edges(),

@@ -7,27 +7,27 @@
 //!
 //! A grant depends on the earliest of these tags only, but once that tag is complete the next one counts, and the peers
 //! decide how many there are: a sender with a long `after` sends many before the first is due. The storage is bounded,
-//! and the RTI holds up no sender for it, because the waiting federate may need that sender's next announcement. The
-//! ring therefore stores as many tags as fit, the earliest first. The other tags are merged into *overflow ranges*: each
-//! range has an earliest and a latest tag, and there may be messages anywhere between them.
+//! and the RTI holds up no sender for it, because the waiting federate may need that sender's next announcement. So the
+//! ring stores as many tags as fit, the earliest first. The other tags are merged into *overflow ranges*: each range
+//! has an earliest and a latest tag, and there may be messages anywhere between them.
 //!
 //! Ranges are exact enough, because the RTI has to remember a message only until its receiver has seen it. From then on
 //! the receiver's announcements account for the message, even while it waits for room there. The receiver also shows
-//! what it has seen: connections keep the order, so a federate that completes a tag has seen everything that was sent to
-//! it before the grant of that tag. There are three overflow ranges:
+//! what it has seen: connections keep the order, so a federate that completes a tag has seen everything that was sent
+//! to it before the grant of that tag. There are three overflow ranges:
 //!
 //! - *open*: messages later than every grant of the receiver. The earliest of their tags is exact, because the receiver
 //!   can complete none of them. A grant that reaches the earliest tag closes the range.
 //! - *closed*: messages sent before the grant that reached the earliest of them. The receiver has seen them all when it
 //!   completes that tag. Two closed ranges that are joined keep the later of the two tags.
-//! - *seen*: the receiver's next announcement stands for all of them. The end of the range is kept, because it tells how
-//!   far the receiver is behind.
+//! - *seen*: the receiver's next announcement stands for all of them. The end of the range is kept, because it shows
+//!   how far the receiver is behind.
 //!
 //! **Safe**: the tag that counts is never later than the true one. **Live**: once a federate has done all that it may,
 //! no range is closed, so its announcement counts, or the earliest message that is not due yet. No federate therefore
 //! waits for a tag without a message, just as if all tags were stored. Only within a cycle without delay can two closed
-//! ranges keep federates waiting at a PTAG; there the capacity has to cover the tags that can be in transit at once. The
-//! RTI reports the first overflow, because overflow ranges also make flow control coarse (module `window`).
+//! ranges keep federates waiting at a PTAG; there the capacity has to cover the tags that can be in transit at once.
+//! The RTI reports the first overflow, because overflow ranges also make flow control coarse (module `window`).
 
 use lf_model::time::Tag;
 
@@ -212,15 +212,15 @@ mod tests {
 
     #[derive(Clone, Debug)]
     enum Step {
-        /// A message is forwarded, so much after what is granted.
+        /// A message is forwarded, this much after the last grant.
         Forward(i64),
-        /// So much more is granted.
+        /// This much more is granted.
         Grant(i64),
-        /// The federate takes what was sent to it first.
+        /// The federate takes the earliest message.
         Take,
-        /// The federate does its next event, if it may, which makes another one so much later.
+        /// The federate executes its next event, if it may, which makes another one this much later.
         Do(Option<i64>),
-        /// The RTI takes what the federate has said first.
+        /// The RTI takes the earliest announcement of the federate.
         Hear,
     }
 
@@ -248,7 +248,7 @@ mod tests {
     struct Federate {
         granted: i64,
         announced: Tag,
-        /// What has been forwarded and not been completed, as if there were room for all.
+        /// The forwarded tags that were not completed, as if there were room for all.
         exact: BTreeSet<i64>,
         sent: VecDeque<Sent>,
         said: VecDeque<Said>,
@@ -328,7 +328,7 @@ mod tests {
             }
         }
 
-        /// The next event as it counts, and as it would if all tags were kept.
+        /// Returns the next event as the RTI knows it, and as it would be if all tags were stored.
         fn counts(&self, queue: &mut InTransit<'_>) -> (Tag, Tag) {
             let exact = self.exact.first().map_or(Tag::FOREVER, |time| at(*time));
             (self.announced.min(queue.earliest()), self.announced.min(exact))
@@ -336,8 +336,8 @@ mod tests {
     }
 
     proptest! {
-        /// What counts as the next event is never later than if all tags were kept; it is the same where they fit, and
-        /// whenever the federate has done all that it may and the RTI knows it.
+        /// The next event is never later than if all tags were stored; it is the same if they fit, and whenever the
+        /// federate has done all that it may and the RTI knows it.
         #[test]
         fn the_next_event_is_never_too_late_and_exact_at_rest(
             steps in proptest::collection::vec(step(), 0..200),

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! What goes out, now or as soon as there is room: grants and DNETs, what is said to all, and messages that are passed
-//! on.
+//! Sends messages now or as soon as there is room: grants and DNETs, messages to all, and forwarded messages.
 
 use lf_model::time::Tag;
 use lf_wire::{Message, MessageType};
@@ -17,15 +16,15 @@ use crate::tag::to_wire;
 /// Bytes of TAG, PTAG, DNET and the stop messages, which carry a tag only.
 const TAG_MESSAGE_BYTES: usize = MessageType::TagGrant.fixed_bytes();
 
-/// What a message leads to.
+/// The consequence of a message.
 pub(super) enum Step {
-    /// The message is done with.
+    /// The message is handled.
     Done,
-    /// What it leads to has no room on this connection yet.
+    /// There is no room on this connection yet.
     NoRoom(ConnectionId),
 }
 
-/// Those that are there, what is to be said of their tags, and where it goes.
+/// The members, their tags, and the outlet.
 pub(super) struct Sending<'r, 's, O> {
     pub(super) members: &'r mut Members<'s>,
     pub(super) tags: &'r mut Tags<'s>,
@@ -33,15 +32,15 @@ pub(super) struct Sending<'r, 's, O> {
 }
 
 impl<O: Outlet> Sending<'_, '_, O> {
-    /// The connection of the federate if a message of so many bytes can be sent to it now.
+    /// Returns the connection of the federate if a message of this many bytes can be sent to it now.
     fn ready(&self, federate: usize, bytes: usize) -> Option<ConnectionId> {
         let connection = self.members.connection_of(federate)?;
         let ready = !self.members.slots[federate].pending.comes_first() && self.outlet.room(connection) >= bytes;
         ready.then_some(connection)
     }
 
-    /// Grants a federate what it can be granted, and, if that is a PTAG, federates upstream of it what it may wait for.
-    /// Does nothing for a federate that is not there; puts the grant off if there is no room.
+    /// Grants a federate what it can be granted, and, if that is a PTAG, grants federates upstream of it what it may
+    /// wait for. Does nothing for a federate that is not there; puts the grant off if there is no room.
     pub(super) fn advance(&mut self, federate: usize) {
         let mut next = Some(federate);
         while let Some(federate) = next {
@@ -67,7 +66,7 @@ impl<O: Outlet> Sending<'_, '_, O> {
         self.tags.granted(federate, grant);
     }
 
-    /// Something has changed that can let the federates downstream of this one advance.
+    /// Advances the federates downstream of one whose state has changed.
     pub(super) fn advance_downstream(&mut self, federate: usize) {
         let row = self.tags.graph.nodes[federate].outgoing;
         for index in 0..row.len {
@@ -75,7 +74,7 @@ impl<O: Outlet> Sending<'_, '_, O> {
         }
     }
 
-    /// The next event of a federate is at `tag`, or at that of the first message on its way to it.
+    /// Sets the next event of a federate to `tag`, or to that of the first message in transit to it.
     pub(super) fn next_event(&mut self, federate: usize, tag: Tag) {
         if self.tags.set_next_event(federate, tag) {
             self.advance(federate);
@@ -84,7 +83,8 @@ impl<O: Outlet> Sending<'_, '_, O> {
         self.tell_upstream(federate);
     }
 
-    /// A federate announces its next event, which counts as `limited`. Once all are to stop it is not doubted.
+    /// Handles that a federate announces its next event, which counts as `limited`. Once all are to stop, it is not
+    /// checked.
     pub(super) fn announced(&mut self, federate: usize, tag: Tag, limited: Tag, stops: bool) {
         self.report_suspected(federate, self.tags.check_next_event(federate, tag).filter(|_| !stops));
         self.tags.in_transit(federate).announce(tag);
@@ -92,8 +92,8 @@ impl<O: Outlet> Sending<'_, '_, O> {
         self.tags.note_idleness(self.tags.graph.next_event(federate));
     }
 
-    /// A federate has completed a tag, and with it the messages up to it. Once all are to stop, each goes to the stop
-    /// tag, and that is not doubted.
+    /// Handles that a federate has completed a tag, and with it the messages up to it. Once all are to stop, each goes
+    /// to the stop tag, and that is not checked.
     pub(super) fn completed(&mut self, federate: usize, tag: Tag, stops: bool) {
         self.report_suspected(federate, self.tags.check_completed(federate, tag).filter(|_| !stops));
         let state = self.tags.state_mut(federate);
@@ -108,8 +108,8 @@ impl<O: Outlet> Sending<'_, '_, O> {
         }
     }
 
-    /// The next event of a federate is another one: tells those upstream of it which of their next events matter to
-    /// those downstream of them (DNET). They need not announce the others.
+    /// Sends new DNETs to those upstream of a federate whose next event has changed: they need not announce next events
+    /// that do not matter downstream.
     fn tell_upstream(&mut self, federate: usize) {
         if !self.tags.graph.dnet {
             return;
@@ -137,8 +137,8 @@ impl<O: Outlet> Sending<'_, '_, O> {
         }
     }
 
-    /// Sends what is pending for a federate, in the order of [`Pending`], as far as there is room. `stop_tag` is what
-    /// is to be said of a stop.
+    /// Sends what is pending for a federate, in the order of [`Pending`], as far as there is room. `stop_tag` is the
+    /// tag for stop messages.
     pub(super) fn flush(&mut self, federate: usize, stop_tag: Tag) {
         let Some(connection) = self.members.connection_of(federate) else { return };
         let stop_tag = to_wire(stop_tag);
@@ -160,8 +160,8 @@ impl<O: Outlet> Sending<'_, '_, O> {
         }
     }
 
-    /// Tells a federate which of those directly upstream of it have left since it was told. Returns false if not all of
-    /// that has room.
+    /// Sends a federate which of those directly upstream of it have left since the last time. Returns false if there is
+    /// not room for all of it.
     fn tell_left(&mut self, federate: usize, connection: ConnectionId) -> bool {
         while let Some((first, last)) = self.members.slots[federate].pending.left {
             if self.tags.is_upstream_left(federate, first.into()) {
@@ -176,9 +176,9 @@ impl<O: Outlet> Sending<'_, '_, O> {
         true
     }
 
-    /// A federate of a cycle without delay has left: those that may wait at a tag for what it does there need not do so
-    /// any more, which no grant says as long as they are in a cycle without it. Only federates that stop in turn are
-    /// told; the stock ones before LF 0.13 would fail.
+    /// Handles that a federate of a cycle without delay has left: those that may wait for it at a tag need not wait any
+    /// more. No grant says so while they are in a cycle without it. Only federates that stop in turn are told; the
+    /// stock ones before LF 0.13 would fail.
     pub(super) fn tell_downstream_left(&mut self, left: usize, stop_tag: Tag) {
         for federate in 0..self.members.slots.len() {
             if self.members.connection_of(federate).is_some()
@@ -191,7 +191,7 @@ impl<O: Outlet> Sending<'_, '_, O> {
         }
     }
 
-    /// Marks something to be sent to every federate that `choose` picks among those that are there, and sends it to
+    /// Marks a message to be sent to every federate that `choose` picks among those that are there, and sends it to
     /// those that have room.
     pub(super) fn broadcast(&mut self, stop_tag: Tag, choose: impl Fn(&Slot) -> bool, mark: impl Fn(&mut Pending)) {
         for federate in 0..self.members.slots.len() {
@@ -217,7 +217,7 @@ impl<O: Outlet> Sending<'_, '_, O> {
         Ok(Step::Done)
     }
 
-    /// The same, for a message with a tag: it is remembered until its destination has seen it.
+    /// Forwards a message with a tag. It is recorded until its destination has seen it.
     pub(super) fn forward_tagged(
         &mut self,
         from: usize,

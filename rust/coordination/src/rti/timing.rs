@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! What an RTI does at its time: it gives up, tells who waits, and tells its clock.
+//! The deadlines of an RTI: time-outs, reports of waits, and clock synchronization.
 
 use lf_model::time::{Instant, Interval};
 
@@ -11,13 +11,13 @@ use super::outlet::{ConnectionId, Outlet};
 use crate::{Deadline, Endpoint};
 
 impl Rti<'_> {
-    /// When the first of the federates that are there will have an event, as far as they have said: then they are
-    /// likely to say something. Looks at every federate once.
+    /// Returns the time of the first announced event of the federates that are there: then they are likely to send
+    /// something. Looks at every federate once.
     pub fn next_event_after(&self, now: Instant) -> Deadline {
         self.tags.next_event_after(now)
     }
 
-    /// When [`handle_timeout`](Self::handle_timeout) is to be called.
+    /// Returns the time at which to call [`handle_timeout`](Self::handle_timeout).
     pub fn poll_timeout(&self) -> Deadline {
         let ends = self.members.earliest_deadline().min(self.tags.idle.deadline());
         let ends = ends.min(self.stop.deadline().into()).min(self.barrier.deadline().into());
@@ -25,8 +25,7 @@ impl Rti<'_> {
     }
 
     /// Gives up on connections that have been silent for too long, on federates that do not answer a stop request, and
-    /// on a start for which some have been missing for too long.
-    /// Looks at every connection and every federate once.
+    /// on a start whose missing federates have not come in time. Looks at every connection and every federate once.
     #[cfg_attr(target_pointer_width = "32", inline(never))]
     pub fn handle_timeout(&mut self, now: Instant, outlet: &mut impl Outlet) {
         if self.members.earliest_deadline().is_due(now) {
@@ -70,7 +69,7 @@ impl Rti<'_> {
         if self.tags.start.is_none() { self.config.start_report } else { self.config.log_waits }
     }
 
-    /// Looks who is waited for, and says it where that has lasted.
+    /// Looks for federates that have been waiting for too long, and logs them.
     fn look(&mut self, now: Instant, outlet: &mut impl Outlet) {
         let Some(interval) = self.watch_interval() else { return };
         if self.tags.start.is_some() {
@@ -80,26 +79,24 @@ impl Rti<'_> {
         }
     }
 
-    /// When [`poll_exchange`](Self::poll_exchange) has something to send.
+    /// Returns the time at which [`poll_exchange`](Self::poll_exchange) has something to send.
     pub fn poll_exchange_timeout(&self) -> Deadline {
         self.exchanges.poll_timeout()
     }
 
-    /// Sends a T1 that tells `now`, if one is due and there is room for it, and gives its connection: write that at
-    /// once.
+    /// Sends a T1 with `now`, if one is due and there is room for it, and returns its connection: write that at once.
     ///
     /// Looks at each connection at most once.
     pub fn poll_exchange(&mut self, now: Instant, outlet: &mut impl Outlet) -> Option<ConnectionId> {
         self.exchanges.poll(now, self.config.connection_time_out, &mut self.members, outlet)
     }
 
-    /// The connection whose exchanges are under way. What comes on it is to be read before anything else, and what is
-    /// sent on it to be written at once.
+    /// Returns the connection whose exchanges are open. Read it before anything else, and write it at once.
     pub fn exchanging(&self) -> Option<ConnectionId> {
         self.exchanges.current()
     }
 
-    /// When [`poll_round`](Self::poll_round) has something to send.
+    /// Returns the time at which [`poll_round`](Self::poll_round) has something to send.
     pub fn poll_round_timeout(&self) -> Deadline {
         match (self.config.clock_sync, self.tags.start) {
             (ClockSync::On { .. }, Some(start)) => self.rounds.poll_timeout(start),
@@ -107,8 +104,8 @@ impl Rti<'_> {
         }
     }
 
-    /// The T1 that is to be sent at `now`, which is the time that it tells: send it at once. At most one; looks at
-    /// every federate at most once.
+    /// Returns the T1 with the time `now`, if one is due: send it at once. At most one; looks at every federate at most
+    /// once.
     pub fn poll_round(&mut self, now: Instant) -> Option<Datagram> {
         let ClockSync::On { period, .. } = self.config.clock_sync else { return None };
         if !self.poll_round_timeout().is_due(now) {
@@ -117,8 +114,8 @@ impl Rti<'_> {
         self.rounds.poll(now, period, self.members.slots)
     }
 
-    /// A datagram has come; `now` is the time right after it was read. If it is a T3 that is awaited, gives T4, which
-    /// is to be sent at once, and behind it [`Datagram::coded_probe`] with the time right before that is sent.
+    /// Handles a datagram; `now` is the time right after it was read. If it is an expected T3, returns T4. Send it at
+    /// once, and behind it [`Datagram::coded_probe`] with the time right before that is sent.
     pub fn handle_datagram(
         &mut self,
         now: Instant,
