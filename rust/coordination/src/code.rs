@@ -18,7 +18,7 @@ use lf_wire::{DecodeError, MessageType, RejectCode};
 
 use crate::clock_sync::{Line, Trouble};
 use crate::federate::{ClockSyncReport, ConfigError, FederateError, Phase};
-use crate::rti::{Cause, Notice, Outcome, Progress, SetupError, SuspectedViolation, Violation, Waits};
+use crate::rti::{Cause, Outcome, Progress, RtiEvent, SetupError, SuspectedViolation, Violation, Waits};
 use crate::{Endpoint, FederateId, IpAddress, Times};
 
 /// The first characters of each code.
@@ -378,9 +378,9 @@ coded!(Waits {
     Start { missing, federates, strangers }, StartFor { federate, progress }, StartForMore(more),
     Grant { federate, tag, lasts, by, at }, Stop(federate), Sender { from, to, room, lasts },
 });
-coded!(Notice<'a> {
+coded!(RtiEvent<'a> {
     Joined(federate), Started(start), Rejected { code, federate, federation_id, violation, times },
-    RejectedBy { federate, code, times }, HandshakeAbandoned { federate, timed_out, times }, MadeWay(times),
+    RejectedBy { federate, code, times }, HandshakeAbandoned { federate, timed_out, times }, Evicted(times),
     Resigned(federate), Lost { federate, cause, started }, SuspectedViolation { federate, violation }, Waits(waits),
     Missing(federate), UnknownType { federate, found, times }, Dropped { from, to, times }, Late { from, to, times },
     Sum { federate, unknown, late, dropped }, InTransitFull(federate), StopRequested(federate), StopGranted(tag),
@@ -417,7 +417,7 @@ mod tests {
         ] {
             assert_eq!(back(&code(&error)), Some(error));
         }
-        let refused = Notice::Rejected {
+        let refused = RtiEvent::Rejected {
             code: RejectCode::FederationIdMismatch,
             federate: None,
             federation_id: Some(b"grid"),
@@ -439,7 +439,7 @@ mod tests {
     fn addresses_of_both_families_can_be_told() {
         for ip in ["10.0.0.1", "255.255.255.255", "::1", "fd00::abcd:1", "ffff:ffff:ffff:ffff:ffff:ffff:ffff:ffff"] {
             let ip: core::net::IpAddr = ip.parse().expect("an address");
-            let told = Notice::Stranger(Endpoint::new(ip, 15045));
+            let told = RtiEvent::Stranger(Endpoint::new(ip, 15045));
             assert_eq!(back(&code(&told)), Some(told));
         }
     }

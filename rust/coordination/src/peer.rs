@@ -11,7 +11,7 @@ use crate::FederateId;
 
 /// The reply to a federate that has connected.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum VisitorReply {
+pub enum IntroductionVerdict {
     /// No reply yet: the introduction lacks at least this many bytes.
     Incomplete(usize),
     /// It introduces itself as this federate: ACK if that one is expected.
@@ -57,18 +57,18 @@ impl Introduction {
     }
 
     /// Returns the reply.
-    pub fn judge(&self, federation_id: &[u8]) -> VisitorReply {
+    pub fn judge(&self, federation_id: &[u8]) -> IntroductionVerdict {
         match self.header(federation_id) {
-            IntroductionHeader::Incomplete(missing) => VisitorReply::Incomplete(missing),
-            IntroductionHeader::Other => VisitorReply::Refuse(RejectCode::WrongServer),
+            IntroductionHeader::Incomplete(missing) => IntroductionVerdict::Incomplete(missing),
+            IntroductionHeader::Other => IntroductionVerdict::Refuse(RejectCode::WrongServer),
             IntroductionHeader::From { federate, is_transient, federation_id_bytes } => {
                 match usize::from(federation_id_bytes).checked_sub(self.id_len) {
-                    Some(missing @ 1..) => VisitorReply::Incomplete(missing),
+                    Some(missing @ 1..) => IntroductionVerdict::Incomplete(missing),
                     _ if self.differs || usize::from(federation_id_bytes) != federation_id.len() => {
-                        VisitorReply::Refuse(RejectCode::FederationIdMismatch)
+                        IntroductionVerdict::Refuse(RejectCode::FederationIdMismatch)
                     }
-                    _ if is_transient => VisitorReply::Transient(FederateId(federate)),
-                    _ => VisitorReply::Introduced(FederateId(federate)),
+                    _ if is_transient => IntroductionVerdict::Transient(FederateId(federate)),
+                    _ => IntroductionVerdict::Introduced(FederateId(federate)),
                 }
             }
         }
@@ -108,12 +108,12 @@ mod tests {
     const ID: &[u8] = b"Unidentified Federation";
 
     /// Passes `piece` bytes at a time to a new introduction, never more than are missing.
-    fn judge(bytes: &[u8], id: &[u8], piece: usize) -> VisitorReply {
+    fn judge(bytes: &[u8], id: &[u8], piece: usize) -> IntroductionVerdict {
         let mut introduction = Introduction::default();
         let mut rest = bytes;
         loop {
             let arrival = introduction.judge(id);
-            let VisitorReply::Incomplete(missing) = arrival else { return arrival };
+            let IntroductionVerdict::Incomplete(missing) = arrival else { return arrival };
             let next = &rest[..rest.len().min(missing).min(piece)];
             if next.is_empty() {
                 return arrival;
@@ -134,15 +134,17 @@ mod tests {
     fn arrivals_of_both_releases_are_judged_as_in_the_recording() {
         for piece in [1, 3, 1000] {
             let judge = |bytes: &[u8]| judge(bytes, ID, piece);
-            assert_eq!(judge(&[0x12, 0, 0, 1]), VisitorReply::Refuse(RejectCode::WrongServer));
-            let refused = VisitorReply::Refuse(RejectCode::FederationIdMismatch);
+            assert_eq!(judge(&[0x12, 0, 0, 1]), IntroductionVerdict::Refuse(RejectCode::WrongServer));
+            let refused = IntroductionVerdict::Refuse(RejectCode::FederationIdMismatch);
             for other in [&b"Another Federation"[..], b"Unidentified Federatiom", &ID[..5], &[ID, b"s"].concat()] {
                 assert_eq!(introductions(other).map(|bytes| judge(&bytes)), [refused; 2]);
             }
             for right in introductions(ID) {
-                assert_eq!(judge(&right), VisitorReply::Introduced(FederateId(0)));
+                assert_eq!(judge(&right), IntroductionVerdict::Introduced(FederateId(0)));
                 for length in 0..right.len() {
-                    let VisitorReply::Incomplete(missing) = judge(&right[..length]) else { panic!("{length} bytes") };
+                    let IntroductionVerdict::Incomplete(missing) = judge(&right[..length]) else {
+                        panic!("{length} bytes")
+                    };
                     assert!(missing <= right.len() - length);
                 }
             }
@@ -154,14 +156,14 @@ mod tests {
     fn a_federation_id_of_one_byte_is_understood_in_both_forms() {
         for id in [&b"x"[..], b"\x01", b"\x00"] {
             let found = introductions(id).map(|bytes| judge(&bytes, id, 1));
-            assert_eq!(found, [VisitorReply::Introduced(FederateId(0)); 2], "{id:?}");
+            assert_eq!(found, [IntroductionVerdict::Introduced(FederateId(0)); 2], "{id:?}");
         }
     }
 
     #[test]
     fn a_transient_federate_is_known_as_one() {
         let bytes = [&[16, 7, 0, 1, 23][..], ID].concat();
-        assert_eq!(judge(&bytes, ID, 1), VisitorReply::Transient(FederateId(7)));
+        assert_eq!(judge(&bytes, ID, 1), IntroductionVerdict::Transient(FederateId(7)));
     }
 
     #[test]

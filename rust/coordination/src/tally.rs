@@ -33,7 +33,7 @@ pub struct Times(pub u32);
 
 impl Times {
     /// Returns whether to log this time: the first, the tenth, the hundredth, and so on.
-    pub fn is_told(self) -> bool {
+    pub fn is_logged(self) -> bool {
         self.0.checked_ilog10().is_some_and(|digits| self.0 == 10_u32.pow(digits))
     }
 }
@@ -53,9 +53,9 @@ mod tests {
     #[test]
     fn the_first_time_is_told_and_then_each_that_is_ten_times_as_many() {
         let mut tally = Tally::NOTHING;
-        let told: std::vec::Vec<_> = (0..20_000).map(|_| tally.count()).filter(|times| times.is_told()).collect();
+        let told: std::vec::Vec<_> = (0..20_000).map(|_| tally.count()).filter(|times| times.is_logged()).collect();
         assert_eq!(told, [1, 10, 100, 1000, 10_000].map(Times));
         assert_eq!([told[0].to_string(), told[1].to_string()], ["", " (10 so far)"]);
-        assert!(!Times(0).is_told() && !Times(u32::MAX).is_told());
+        assert!(!Times(0).is_logged() && !Times(u32::MAX).is_logged());
     }
 }

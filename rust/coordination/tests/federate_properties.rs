@@ -171,9 +171,9 @@ proptest! {
             let before = (federate.phase(), federate.current(), federate.stop_tag());
             let stops = |tag| federate.awaits_stop_tag() || federate.stop_tag() == Some(tag);
             let takes_back = |tag| stops(tag) && tag > federate.current() && tag <= federate.granted();
-            let taken_back = grant(deed).and_then(|(_, cycle)| cycle.filter(|tag| takes_back(*tag)));
+            let revoked = grant(deed).and_then(|(_, cycle)| cycle.filter(|tag| takes_back(*tag)));
             let ok = act(&mut federate, now, deed);
-            if let (Some(tag), Phase::Running) = (taken_back, before.0) {
+            if let (Some(tag), Phase::Running) = (revoked, before.0) {
                 granted = tag.before();
                 provisional = provisional.filter(|provisional| *provisional < tag);
             } else if let (Some((tag, cycle)), Phase::Running) = (grant(deed), before.0) {

@@ -26,12 +26,12 @@ fn the_oldest_stranger_makes_way() {
     // What it has said is no message yet.
     world.send(older, &[1, 0]);
     for stranger in [older, newer] {
-        assert!(world.rti.can_make_way());
-        assert_eq!(world.rti.make_way(&mut world.outlet), Some(stranger));
+        assert!(world.rti.can_evict());
+        assert_eq!(world.rti.evict(&mut world.outlet), Some(stranger));
         assert!(world.outlet.notices.pop().is_some_and(|notice| notice.starts_with(CROWDED)));
     }
-    assert!(!world.rti.can_make_way());
-    assert_eq!(world.rti.make_way(&mut world.outlet), None);
+    assert!(!world.rti.can_evict());
+    assert_eq!(world.rti.evict(&mut world.outlet), None);
     for federate in [joining, joined] {
         assert!(world.outlet.list[federate.0].open);
     }

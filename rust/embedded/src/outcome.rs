@@ -4,7 +4,7 @@
 use core::ffi::c_int;
 use core::fmt;
 
-use lf_runtime::{Code, TEXTS, Tell};
+use lf_runtime::{Code, LogEvent, TEXTS};
 
 /// The status of an outcome: 0, or 1 after an error, which `report` is given first.
 pub fn status<E>(outcome: Result<(), E>, report: impl FnOnce(&E)) -> c_int {
@@ -12,7 +12,7 @@ pub fn status<E>(outcome: Result<(), E>, report: impl FnOnce(&E)) -> c_int {
 }
 
 /// Gives `say` the words for an error: its sentence, or without texts the code in its place.
-pub fn in_words<E: Tell>(error: &E, say: impl FnOnce(fmt::Arguments<'_>)) {
+pub fn in_words<E: LogEvent>(error: &E, say: impl FnOnce(fmt::Arguments<'_>)) {
     if TEXTS { say(format_args!("{error}")) } else { say(format_args!("{}", Code::of(error))) }
 }
 

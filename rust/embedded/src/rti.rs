@@ -7,12 +7,12 @@
 use lf_coordination::clock_sync::RTI_UDP_PORT;
 pub use lf_coordination::rti::ClockSync;
 use lf_coordination::rti::{
-    AfterLoss, Config, Connection, Node, Notice, Outcome, PathWords, RtiStorage, START_REPORT, Slot,
+    AfterLoss, Config, Connection, Node, Outcome, PathWords, RtiEvent, RtiStorage, START_REPORT, Slot,
 };
 use lf_model::time::{Interval, Tag};
 use lf_runtime::platform::{NetError, Platform, SocketId};
 pub use lf_runtime::{AUTHENTICATOR, Authenticator};
-use lf_runtime::{Inlet, Outgoing, RtiError, RtiLoop, RtiSetup, log_notice};
+use lf_runtime::{Inlet, Outgoing, RtiError, RtiLoop, RtiSetup, log_rti_event};
 use log::LevelFilter;
 
 use crate::cell::{Handover, Once, Place};
@@ -111,17 +111,17 @@ impl<P: Platform + Send + 'static, S: Storage> Memory<P, S> {
 
     /// Makes the event loop in its place. What that takes of the stack is given back before the loop runs.
     #[inline(never)]
-    fn begin<'a, N: FnMut(Notice<'_>)>(
+    fn begin<'a, N: FnMut(RtiEvent<'_>)>(
         &'static self,
         description: &Description,
-        notices: &'a mut N,
+        log: &'a mut N,
     ) -> Result<&'a mut RtiLoop<'a, 'static, P, N>, RtiError> {
         let Listening { platform, listener, datagrams, federation_id } =
             self.listening.take().ok_or(RtiError::Order)?;
         let (storage, place) = self.storage.take().ok_or(RtiError::Order)?;
         let setup = storage.setup(description.config(federation_id), *datagrams);
         // It stays where it is written to, and is all plain data and borrowed memory, so that there is nothing to drop.
-        let rti = RtiLoop::new(platform, setup, *listener, notices).map_err(RtiError::Setup)?;
+        let rti = RtiLoop::new(platform, setup, *listener, log).map_err(RtiError::Setup)?;
         Ok(place.room().write(rti))
     }
 }
@@ -150,8 +150,8 @@ impl<P: Platform + Send + 'static, S: Storage> ImageRti<P> for Memory<P, S> {
     }
 
     fn run(&'static self, description: &Description) -> Result<(), RtiError> {
-        let mut notices = log_notice;
-        match self.begin(description, &mut notices)?.run() {
+        let mut log = log_rti_event;
+        match self.begin(description, &mut log)?.run() {
             Outcome::Complete => Ok(()),
             outcome => Err(RtiError::Ended(outcome)),
         }

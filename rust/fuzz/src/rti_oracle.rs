@@ -4,7 +4,7 @@
 use std::collections::BTreeSet;
 
 use lf_coordination::from_wire;
-use lf_coordination::rti::{ConnectionId, Notice, Outlet};
+use lf_coordination::rti::{ConnectionId, Outlet, RtiEvent};
 use lf_model::time::{Instant, Interval, Tag};
 use lf_wire::{DELAY_NONE, Message};
 
@@ -157,7 +157,7 @@ impl Outlet for Oracle {
         peer.input.clear();
     }
 
-    fn notice(&mut self, notice: Notice<'_>) {
-        assert!(!notice.to_string().is_empty());
+    fn log(&mut self, event: RtiEvent<'_>) {
+        assert!(!event.to_string().is_empty());
     }
 }

@@ -10,7 +10,7 @@ use lf_coordination::rti::{AfterLoss, Config, START_REPORT, SetupError};
 pub use lf_coordination::rti::{CLOCK_SYNC_TRIALS, ClockSync, Outcome};
 use lf_model::time::Interval;
 use lf_runtime::platform::{NetError, Platform, SocketId};
-use lf_runtime::{AUTHENTICATOR, Inlet, Outgoing, RtiSetup, log_notice, run_rti};
+use lf_runtime::{AUTHENTICATOR, Inlet, Outgoing, RtiSetup, log_rti_event, run_rti};
 
 use crate::platform::Linux;
 use crate::trace::Traced;
@@ -184,7 +184,7 @@ fn serve_on(mut host: impl Platform, options: &Options, listening: impl FnOnce(u
     let mut memory = Memory::new(Sizes { federates: count, connections, upstream: count, in_transit });
     let (inlets, outgoings) = (&mut inlets[..], &mut outgoings[..]);
     let setup = RtiSetup { config, storage: memory.storage(), inlets, outgoings, datagrams };
-    run_rti(&mut host, setup, listener, &mut log_notice).map_err(RtiError::Setup)
+    run_rti(&mut host, setup, listener, &mut log_rti_event).map_err(RtiError::Setup)
 }
 
 /// Opens a UDP port for clock synchronization, if it goes on while the federation runs. Federates answer to where the

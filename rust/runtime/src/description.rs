@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //! What generated code tells the event loop about its program. All of it is constant.
 
-use crate::remark::{Remark, tell};
+use crate::log_event::{FederateEvent, report};
 use lf_coordination::auth::Answer;
 use lf_coordination::federate::{AwaitedInput, ClockSync, Coordination};
 use lf_coordination::rti::FEDERATION_ID_DEFAULT;
@@ -68,7 +68,7 @@ impl Description {
     pub fn check_key(&self, federation_id: &[u8]) {
         let authenticates = self.federation.is_some_and(|federation| federation.authentication.is_some());
         if authenticates && (federation_id == self.program.as_bytes() || federation_id == FEDERATION_ID_DEFAULT) {
-            tell(Level::Warn, &Remark::GuessableKey);
+            report(Level::Warn, &FederateEvent::GuessableKey);
         }
     }
 }

@@ -4,8 +4,8 @@
 use lf_coordination::{Deadline, IpAddress, Tally};
 use lf_model::time::{Instant, Interval};
 
+use crate::log_event::{ConnectionEvent, report};
 use crate::platform::{Interest, Platform, SocketId};
-use crate::remark::{ConnectionRemark, tell};
 use log::Level;
 
 /// How long no connection is accepted after the system has had no resources for one.
@@ -64,8 +64,8 @@ impl Listener {
             Err(error) => {
                 // The connection still waits, so the listener stays ready: asking it at once would be without end.
                 let times = self.failures.count();
-                if times.is_told() {
-                    tell(Level::Warn, &ConnectionRemark::NotAccepted { error, times });
+                if times.is_logged() {
+                    report(Level::Warn, &ConnectionEvent::NotAccepted { error, times });
                 }
                 self.again = Some(now + ACCEPT_PAUSE);
             }

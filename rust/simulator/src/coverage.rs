@@ -31,7 +31,7 @@ impl Coverage {
             ("run: absent", counts.absent > 0),
             ("run: DNET", counts.dnet > 0),
             ("run: stop granted", asked > 0),
-            ("run: grants taken back", counts.taken_back > 0),
+            ("run: grants revoked", counts.revoked > 0),
             ("run: cut short", report.cut_short),
             ("run: stop asked for by several", counts.stop_requests > 1),
             ("run: RTI's memory of transit full", report.noted.overflow),

@@ -7,7 +7,7 @@ use core::fmt;
 use core::sync::atomic::{AtomicPtr, Ordering};
 
 use lf_embedded::{Text, in_words, status};
-use lf_runtime::{ImageError, Tell};
+use lf_runtime::{ImageError, LogEvent};
 use log::LevelFilter;
 
 use crate::kconfig::LF_LINE_SIZE;
@@ -138,7 +138,7 @@ unsafe extern "Rust" {
 }
 
 /// Logs why the federate or the RTI ends early, and tells the hook.
-fn report<E: Tell>(reason: &E) {
+fn report<E: LogEvent>(reason: &E) {
     in_words(reason, report_words);
 }
 

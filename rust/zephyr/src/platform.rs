@@ -11,7 +11,7 @@ use lf_model::time::Instant;
 use lf_runtime::platform::{Endpoint, Interest, IpAddress, NetError, Platform, RandomError, SocketId, Transfer};
 #[cfg(feature = "traces")]
 use lf_runtime::trace::{Event, Header};
-use lf_runtime::{Remark, tell};
+use lf_runtime::{FederateEvent, report};
 
 use log::Level;
 
@@ -319,7 +319,7 @@ impl<const SOCKETS: usize> Platform for ZephyrPlatform<SOCKETS> {
 fn tell_of_missing_buffers() {
     static TOLD: AtomicBool = AtomicBool::new(false);
     if !TOLD.swap(true, Ordering::Relaxed) {
-        tell(Level::Warn, &Remark::NoBuffers);
+        report(Level::Warn, &FederateEvent::NoBuffers);
     }
 }
 

@@ -176,12 +176,12 @@ impl Synchronization {
 
     /// Handles T1; returns whether it was expected.
     pub(super) fn begin(&mut self, t1: Instant, t2: Instant) -> bool {
-        let turn = self.begun.is_none();
-        if turn {
+        let is_expected = self.begun.is_none();
+        if is_expected {
             self.begun = Some((t1, t2));
             self.t3 = T3::Due;
         }
-        turn
+        is_expected
     }
 
     /// Handles T4; returns the number of exchanges so far, or `None` if it was not expected.

@@ -43,7 +43,7 @@ impl ConnectRetry {
     }
 
     /// Makes the next attempt due now, because it is of another kind than the last one.
-    pub fn hurry(&mut self, now: Instant) {
+    pub fn retry_now(&mut self, now: Instant) {
         self.next = self.next.min(now);
     }
 

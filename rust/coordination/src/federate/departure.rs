@@ -24,7 +24,7 @@ use crate::{Deadline, FederateId};
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Departure {
     /// Whether the RTI reports departures, once it has shown that.
-    tells: Option<bool>,
+    reports: Option<bool>,
     /// Whether this federate has advertised that it has no address.
     advertised: bool,
     question: Inquiry,
@@ -45,7 +45,7 @@ enum Inquiry {
 impl Departure {
     /// Returns whether this federate is known to have left in order. If that is not known, asks the RTI.
     pub(super) fn has_left(&mut self, federate: FederateId) -> bool {
-        if self.tells == Some(false) {
+        if self.reports == Some(false) {
             return true;
         }
         match self.question {
@@ -62,7 +62,7 @@ impl Departure {
     /// Returns the next advertisement or question for the RTI, from the federate with this id.
     pub(super) fn due(&self, own: FederateId) -> Option<Message<'static>> {
         let Inquiry::Due(federate) = self.question else { return None };
-        Some(match self.tells {
+        Some(match self.reports {
             None if !self.advertised => Message::AddressAdvertisement { port: ADDRESS_PORT_UNKNOWN },
             None => query(own),
             Some(_) => query(federate),
@@ -81,15 +81,15 @@ impl Departure {
     /// when no question is open.
     pub(super) fn answered(&mut self, now: Instant, has_port: bool, has_address: bool) {
         let Inquiry::Asked(federate) = self.question else { return };
-        self.question = match self.tells {
+        self.question = match self.reports {
             None => {
-                self.tells = Some(has_port);
+                self.reports = Some(has_port);
                 Inquiry::Due(federate)
             }
             Some(_) if has_address => Inquiry::Again(federate, now + ADDRESS_RETRY),
             Some(_) => Inquiry::Left(federate),
         };
-        if self.tells == Some(false) {
+        if self.reports == Some(false) {
             self.question = Inquiry::None;
         }
     }

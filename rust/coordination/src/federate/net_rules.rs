@@ -43,13 +43,13 @@ pub(super) struct NetRules<N> {
     /// The last NET that was due, or the RTI's version of it: it lowers a NET when it forwards an earlier message.
     sent: Tag,
     /// The NET that the RTI knows for certain to be the last one: transmitted, and not lowered.
-    told: Option<Tag>,
+    announced: Option<Tag>,
     /// The NET to be transmitted.
     due: Option<Tag>,
     /// The tag begun last.
     current: Tag,
     /// The latest tag at which messages were sent, if no later NET has been transmitted.
-    untold: Option<Tag>,
+    unannounced: Option<Tag>,
     /// The NET that was left out since.
     skipped: Option<Tag>,
     needs: PhantomData<N>,
@@ -64,10 +64,10 @@ impl<N: Needs> NetRules<N> {
             dnet: Tag::NEVER,
             any_dnet: false,
             sent: Tag::NEVER,
-            told: None,
+            announced: None,
             due: None,
             current: Tag::NEVER,
-            untold: None,
+            unannounced: None,
             skipped: None,
             needs: PhantomData,
         }
@@ -107,7 +107,7 @@ impl<N: Needs> NetRules<N> {
     }
 
     /// Revokes all grants from this tag on.
-    pub(super) fn take_back(&mut self, tag: Tag) {
+    pub(super) fn revoke(&mut self, tag: Tag) {
         self.granted = self.granted.min(tag.before());
     }
 
@@ -124,8 +124,8 @@ impl<N: Needs> NetRules<N> {
 
     /// Records that the NET has been transmitted.
     pub(super) fn transmitted(&mut self) {
-        self.told = self.due.take();
-        self.untold = self.untold.filter(|at| self.told <= Some(*at));
+        self.announced = self.due.take();
+        self.unannounced = self.unannounced.filter(|at| self.announced <= Some(*at));
     }
 
     /// Sets the next event.
@@ -137,7 +137,7 @@ impl<N: Needs> NetRules<N> {
         } else {
             self.dnet < tag || self.has_upstream()
         };
-        self.announce(tag, needed || self.untold.is_some());
+        self.announce(tag, needed || self.unannounced.is_some());
     }
 
     /// Sets the next event without sending a NET yet. A later NET that is due is dropped, because it would promise
@@ -146,7 +146,7 @@ impl<N: Needs> NetRules<N> {
         self.skipped = self.skipped.filter(|skipped| *skipped <= tag);
         if self.due.is_some_and(|due| due > tag) {
             self.due = None;
-            self.sent = self.told.unwrap_or(Tag::NEVER);
+            self.sent = self.announced.unwrap_or(Tag::NEVER);
         }
     }
 
@@ -154,7 +154,7 @@ impl<N: Needs> NetRules<N> {
     /// event.
     pub(super) fn bounded(&mut self, bound: Tag) {
         let needed = self.dnet < bound || (self.has_upstream() && self.granted < bound);
-        self.announce(bound, needed || self.untold.is_some());
+        self.announce(bound, needed || self.unannounced.is_some());
     }
 
     /// Handles a DNET. A NET that was left out may be needed now.
@@ -170,12 +170,12 @@ impl<N: Needs> NetRules<N> {
     /// NET until it receives another NET, even an equal one.
     pub(super) fn message_received(&mut self, tag: Tag) {
         self.sent = self.sent.min(tag);
-        self.told = self.told.filter(|told| *told <= tag);
+        self.announced = self.announced.filter(|announced| *announced <= tag);
     }
 
     /// Records that a message goes out.
     pub(super) fn message_sent(&mut self) {
-        self.untold = Some(self.current);
+        self.unannounced = Some(self.current);
     }
 
     /// Begins this tag: the NET of an earlier one would announce an event that is over.
@@ -202,7 +202,7 @@ impl<N: Needs> NetRules<N> {
             return;
         }
         self.skipped = None;
-        if self.told == Some(tag) {
+        if self.announced == Some(tag) {
             self.due = None;
             self.sent = tag;
         } else if needed || self.due.is_some() {

@@ -27,7 +27,7 @@ pub(super) struct Outbox {
     pub(super) udp_port: bool,
     pub(super) t3: bool,
     /// This federate stops last, see module `rti::stop`.
-    pub(super) in_turn: bool,
+    pub(super) ordered_stop: bool,
     /// The port on which others reach this federate.
     pub(super) advertisement: Option<u16>,
     pub(super) address_query: Option<FederateId>,
@@ -68,7 +68,7 @@ impl Outbox {
         if self.t3 {
             return Some(Message::T3 { federate: config.id.0 });
         }
-        if self.in_turn {
+        if self.ordered_stop {
             return Some(Message::AddressAdvertisement { port: ADDRESS_PORT_UNKNOWN });
         }
         if let Some(port) = self.advertisement {
@@ -95,7 +95,7 @@ impl Outbox {
             Message::NeighborStructure(_) => self.neighbor_structure = false,
             Message::UdpPort(_) => self.udp_port = false,
             Message::T3 { .. } => self.t3 = false,
-            Message::AddressAdvertisement { port: ADDRESS_PORT_UNKNOWN } => self.in_turn = false,
+            Message::AddressAdvertisement { port: ADDRESS_PORT_UNKNOWN } => self.ordered_stop = false,
             Message::AddressAdvertisement { .. } => self.advertisement = None,
             Message::AddressQuery { .. } => self.address_query = None,
             Message::Timestamp(_) => self.timestamp = None,

@@ -261,7 +261,7 @@ impl Session {
     fn be_ready(&mut self, config: &Config<'_, impl Needs>, clock: &Clock, now: Instant) {
         self.outbox.t3 = false;
         // Without grants, there is nothing to revoke.
-        self.outbox.in_turn = config.coordination == Coordination::Centralized;
+        self.outbox.ordered_stop = config.coordination == Coordination::Centralized;
         self.outbox.advertisement = config.listening;
         self.meet(config, clock, now);
     }

@@ -36,7 +36,7 @@ pub(super) struct Tags<N> {
     demanded: Option<Tag>,
     /// The tag from which on the RTI has revoked grants, until the federate confirms that everything before it is
     /// complete.
-    taken_back: Option<Tag>,
+    revoked: Option<Tag>,
     /// Whether the RTI expects an LTC when the open tag is complete, because it was granted by a PTAG.
     confirm: bool,
     /// The last LTC that was due.
@@ -65,7 +65,7 @@ impl<N: Needs> Tags<N> {
             net: NetRules::new(has_upstream, has_downstream),
             provisional: None,
             demanded: None,
-            taken_back: None,
+            revoked: None,
             confirm: false,
             confirmed: Tag::NEVER,
             ltc: None,
@@ -149,10 +149,10 @@ impl<N: Needs> Tags<N> {
     #[cfg_attr(target_pointer_width = "32", inline(never))]
     pub(super) fn grant_provisionally(&mut self, tag: Tag, stops: bool) {
         if stops && tag > self.current && tag <= self.net.granted() {
-            self.net.take_back(tag);
+            self.net.revoke(tag);
             self.provisional = self.provisional.filter(|provisional| *provisional < tag);
             self.demanded = self.demanded.filter(|demanded| *demanded < tag);
-            self.taken_back = Some(tag);
+            self.revoked = Some(tag);
             return;
         }
         self.net.grant(tag.before());
@@ -225,9 +225,9 @@ impl<N: Needs> Tags<N> {
         match physical.and_then(|earliest| self.physical_bound(earliest, tag)) {
             None => {
                 self.renewal = Deadline::Never;
-                if N::CYCLES && self.taken_back == Some(tag) {
+                if N::CYCLES && self.revoked == Some(tag) {
                     // The RTI may remember what this federate would have confirmed at later tags.
-                    self.taken_back = None;
+                    self.revoked = None;
                     self.confirm_tag(tag.before());
                 }
                 self.net.next_event(tag);

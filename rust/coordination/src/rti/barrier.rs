@@ -10,7 +10,7 @@ use lf_model::time::{Instant, Interval};
 use lf_wire::MessageType;
 
 use super::config::START_DELAY;
-use super::notice::{Notice, Violation};
+use super::log_event::{RtiEvent, Violation};
 use super::outcome::Outcome;
 use super::outlet::Outlet;
 use super::storage::{Membership, Slot, id};
@@ -67,7 +67,7 @@ impl Barrier {
         let mut missing = None;
         for (index, slot) in slots.iter().enumerate() {
             if !matches!(slot.membership, Membership::Joined(_)) {
-                outlet.notice(Notice::Missing(id(index)));
+                outlet.log(RtiEvent::Missing(id(index)));
                 let (first, count) = missing.unwrap_or((id(index), 0_u16));
                 missing = Some((first, count.saturating_add(1)));
             }
@@ -149,7 +149,7 @@ mod tests {
             assert_eq!(take_clock(&mut slots, 0, clock), Err(Violation::Clock(clock)));
         }
         assert_eq!(
-            [(0, 9), (1, 5)].map(|(place, clock)| take_clock(&mut slots, place, Instant::from_nanos(clock))),
+            [(0, 9), (1, 5)].map(|(index, clock)| take_clock(&mut slots, index, Instant::from_nanos(clock))),
             [Ok(None); 2]
         );
         let again = take_clock(&mut slots, 1, Instant::from_nanos(6));
@@ -163,13 +163,13 @@ mod tests {
         let (mut barrier, mut slots) = (Barrier::default(), [Slot::EMPTY; 2]);
         barrier.limit(Some(Instant::from_nanos(1)));
         assert_eq!(barrier.deadline(), None);
-        for (place, now) in [(0, 2), (1, 3)] {
-            barrier.vacate(&mut slots[place]);
+        for (index, now) in [(0, 2), (1, 3)] {
+            barrier.vacate(&mut slots[index]);
             barrier.limit(Some(Instant::from_nanos(now)));
             assert_eq!(barrier.deadline(), Some(Instant::from_nanos(2)));
         }
-        for (place, left) in [(0, Some(Instant::from_nanos(2))), (1, None)] {
-            barrier.occupy(&mut slots, place);
+        for (index, left) in [(0, Some(Instant::from_nanos(2))), (1, None)] {
+            barrier.occupy(&mut slots, index);
             assert_eq!(barrier.deadline(), left);
         }
     }

@@ -8,7 +8,7 @@
 use lf_model::time::{Instant, Interval};
 use lf_wire::{Decoded, Limits, Message, UDP_PORT_CLOCK_SYNC_INITIAL, UDP_PORT_CLOCK_SYNC_OFF, decode};
 
-use super::notice::Notice;
+use super::log_event::RtiEvent;
 use super::outlet::Outlet;
 use super::storage::{Membership, Slot};
 use crate::{Deadline, Endpoint};
@@ -32,7 +32,7 @@ pub(super) struct Rounds {
     /// The number of participants when the last period began.
     count: u16,
     /// Whether strangers have been logged.
-    told: bool,
+    logged: bool,
 }
 
 impl Rounds {
@@ -72,8 +72,8 @@ impl Rounds {
             _ => None,
         };
         let Some(slot) = sender else {
-            if !core::mem::replace(&mut self.told, true) {
-                outlet.notice(Notice::Stranger(from));
+            if !core::mem::replace(&mut self.logged, true) {
+                outlet.log(RtiEvent::Stranger(from));
             }
             return None;
         };

@@ -18,7 +18,7 @@ use super::path::{self, Path};
 
 /// The row of a federate.
 #[derive(Clone, Copy, PartialEq, Eq)]
-enum Side {
+enum Direction {
     /// The paths that lead to it: when can a message come?
     Incoming,
     /// The paths that lead from it: which of its events matter?
@@ -36,9 +36,9 @@ impl Graph<'_> {
         if core::mem::replace(&mut self.nodes[federate].next_event, tag) == tag {
             return;
         }
-        self.play_at_other_ends(federate, Side::Outgoing);
+        self.play_at_other_ends(federate, Direction::Outgoing);
         if self.dnet {
-            self.play_at_other_ends(federate, Side::Incoming);
+            self.play_at_other_ends(federate, Direction::Incoming);
         }
     }
 
@@ -54,7 +54,7 @@ impl Graph<'_> {
     ///
     /// A federate that has not announced anything counts as having its next event at the start, from now on.
     pub(super) fn earliest_incoming(&mut self, federate: usize, start: Instant) -> Tag {
-        let earliest = self.earliest(federate, Side::Incoming);
+        let earliest = self.earliest(federate, Direction::Incoming);
         if earliest != Tag::NEVER {
             return earliest;
         }
@@ -65,7 +65,7 @@ impl Graph<'_> {
                 self.set_next_event(upstream, Tag::at(start));
             }
         }
-        self.earliest(federate, Side::Incoming)
+        self.earliest(federate, Direction::Incoming)
     }
 
     /// Returns the federate from which that message may come: the one that keeps the RTI from granting more.
@@ -77,37 +77,38 @@ impl Graph<'_> {
     /// Returns the latest tag of a federate that can matter to any other federate downstream, by its next event. Up to
     /// date only if DNETs are sent.
     pub(super) fn earliest_needed(&self, federate: usize) -> Tag {
-        self.earliest(federate, Side::Outgoing)
+        self.earliest(federate, Direction::Outgoing)
     }
 
     /// Plays all tournaments again.
     pub(super) fn find_all_earliest(&mut self) {
         for federate in 0..self.nodes.len() {
-            let sides: &[Side] = if self.dnet { &[Side::Incoming, Side::Outgoing] } else { &[Side::Incoming] };
-            for side in sides.iter().copied() {
-                let row = self.row(federate, side);
+            let directions: &[Direction] =
+                if self.dnet { &[Direction::Incoming, Direction::Outgoing] } else { &[Direction::Incoming] };
+            for direction in directions.iter().copied() {
+                let row = self.row(federate, direction);
                 for game in (1..row.len).rev() {
-                    self.play(federate, side, game);
+                    self.play(federate, direction, game);
                 }
             }
         }
     }
 
-    /// Plays the games of a federate again in the rows of those at the other ends of its own `side`.
-    fn play_at_other_ends(&mut self, federate: usize, side: Side) {
-        let row = self.row(federate, side);
-        let theirs = match side {
-            Side::Incoming => Side::Outgoing,
-            Side::Outgoing => Side::Incoming,
+    /// Plays the games of a federate again in the rows of those at the other ends of its own `direction`.
+    fn play_at_other_ends(&mut self, federate: usize, direction: Direction) {
+        let row = self.row(federate, direction);
+        let theirs = match direction {
+            Direction::Incoming => Direction::Outgoing,
+            Direction::Outgoing => Direction::Incoming,
         };
         for index in 0..row.len {
-            let Path { federate: other, place, .. } = Path::read(&self.paths[row.start + index]);
-            let (other, place) = (usize::from(other), usize::from(place));
-            let mut game = self.row(other, theirs).len.midpoint(place);
+            let Path { federate: other, reverse, .. } = Path::read(&self.paths[row.start + index]);
+            let (other, reverse) = (usize::from(other), usize::from(reverse));
+            let mut game = self.row(other, theirs).len.midpoint(reverse);
             while game > 0 {
                 let before = self.play(other, theirs, game);
                 // The same winner at the same tag changes nothing higher up.
-                if before != place && self.winner(self.row(other, theirs), game) == before {
+                if before != reverse && self.winner(self.row(other, theirs), game) == before {
                     break;
                 }
                 game /= 2;
@@ -116,10 +117,10 @@ impl Graph<'_> {
     }
 
     /// Plays one game. Returns its previous winner.
-    fn play(&mut self, federate: usize, side: Side, game: usize) -> usize {
-        let row = self.row(federate, side);
+    fn play(&mut self, federate: usize, direction: Direction, game: usize) -> usize {
+        let row = self.row(federate, direction);
         let (one, other) = (self.winner(row, 2 * game), self.winner(row, 2 * game + 1));
-        let first = self.tag(federate, side, one) <= self.tag(federate, side, other);
+        let first = self.tag(federate, direction, one) <= self.tag(federate, direction, other);
         let words = &mut self.paths[row.start + game];
         let before = path::beside(words).into();
         let winner = if first { one } else { other };
@@ -131,33 +132,33 @@ impl Graph<'_> {
     /// Returns the winner of a game, as an index into the row.
     fn winner(&self, row: Row, game: usize) -> usize {
         match game.checked_sub(row.len) {
-            Some(place) => place,
+            Some(index) => index,
             None => path::beside(&self.paths[row.start + game]).into(),
         }
     }
 
     /// Returns the tag of the winner of a row; FOREVER if the row is empty.
-    fn earliest(&self, federate: usize, side: Side) -> Tag {
-        let row = self.row(federate, side);
-        if row.len == 0 { Tag::FOREVER } else { self.tag(federate, side, self.winner(row, 1)) }
+    fn earliest(&self, federate: usize, direction: Direction) -> Tag {
+        let row = self.row(federate, direction);
+        if row.len == 0 { Tag::FOREVER } else { self.tag(federate, direction, self.winner(row, 1)) }
     }
 
     /// Returns the meaning of the next event at the other end of an entry for the federate of the row.
-    fn tag(&self, federate: usize, side: Side, place: usize) -> Tag {
-        let Path { federate: other, delay, .. } = Path::read(&self.paths[self.row(federate, side).start + place]);
+    fn tag(&self, federate: usize, direction: Direction, index: usize) -> Tag {
+        let Path { federate: other, delay, .. } = Path::read(&self.paths[self.row(federate, direction).start + index]);
         let other = usize::from(other);
-        match side {
-            Side::Incoming => delay.after(self.nodes[other].next_event),
+        match direction {
+            Direction::Incoming => delay.after(self.nodes[other].next_event),
             // It knows its own events.
-            Side::Outgoing if other == federate => Tag::FOREVER,
-            Side::Outgoing => delay.before(self.nodes[other].next_event),
+            Direction::Outgoing if other == federate => Tag::FOREVER,
+            Direction::Outgoing => delay.before(self.nodes[other].next_event),
         }
     }
 
-    fn row(&self, federate: usize, side: Side) -> Row {
-        match side {
-            Side::Incoming => self.nodes[federate].incoming,
-            Side::Outgoing => self.nodes[federate].outgoing,
+    fn row(&self, federate: usize, direction: Direction) -> Row {
+        match direction {
+            Direction::Incoming => self.nodes[federate].incoming,
+            Direction::Outgoing => self.nodes[federate].outgoing,
         }
     }
 }
@@ -178,8 +179,11 @@ mod tests {
         ]
     }
 
-    fn plain(graph: &Graph<'_>, federate: usize, side: Side) -> Tag {
-        (0..graph.row(federate, side).len).map(|place| graph.tag(federate, side, place)).min().unwrap_or(Tag::FOREVER)
+    fn plain(graph: &Graph<'_>, federate: usize, direction: Direction) -> Tag {
+        (0..graph.row(federate, direction).len)
+            .map(|index| graph.tag(federate, direction, index))
+            .min()
+            .unwrap_or(Tag::FOREVER)
     }
 
     proptest! {
@@ -197,8 +201,8 @@ mod tests {
                         graph.set_next_event(usize::from(*federate), *tag);
                     }
                     for federate in 0..usize::from(FEDERATES) {
-                        for side in [Side::Incoming, Side::Outgoing] {
-                            prop_assert_eq!(graph.earliest(federate, side), plain(graph, federate, side));
+                        for direction in [Direction::Incoming, Direction::Outgoing] {
+                            prop_assert_eq!(graph.earliest(federate, direction), plain(graph, federate, direction));
                         }
                     }
                 }

@@ -77,7 +77,7 @@ impl Exchanges {
             return None;
         }
         let (connection, left) = self.next(members)?;
-        let is_next = matches!(members.phase(connection), Phase::Turn { .. });
+        let is_next = matches!(members.phase(connection), Phase::AwaitsExchange { .. });
         let count = if is_next { &mut self.waiting } else { &mut self.asked };
         *count = count.saturating_sub(1);
         if is_next || self.current() == Some(connection) {
@@ -116,26 +116,26 @@ impl Exchanges {
             });
         }
         let waiting = connections().filter_map(|(connection, known)| match known.phase {
-            Phase::Turn { since, trials } => Some((since, connection, trials)),
+            Phase::AwaitsExchange { since, trials } => Some((since, connection, trials)),
             _ => None,
         });
         waiting.min().map(|(_, connection, trials)| (connection, trials))
     }
 
     /// Records a new connection, or a message of its handshake: more may follow at once.
-    pub(super) fn note_handshake(&mut self, now: Instant) {
+    pub(super) fn record_handshake(&mut self, now: Instant) {
         self.quiet = now + QUIET;
     }
 
     /// Makes a connection wait for its exchanges.
-    pub(super) fn await_turn(
+    pub(super) fn await_exchange(
         &mut self,
         now: Instant,
         members: &mut Members<'_>,
         connection: ConnectionId,
         trials: u32,
     ) {
-        members.connections[connection.0].phase = Phase::Turn { since: now, trials };
+        members.connections[connection.0].phase = Phase::AwaitsExchange { since: now, trials };
         if self.waiting == 0 {
             self.begin = now + QUIET_WITHIN;
         }
@@ -151,7 +151,7 @@ impl Exchanges {
     /// Records that a connection has completed or lost its exchanges.
     pub(super) fn leave(&mut self, members: &Members<'_>, connection: ConnectionId) {
         match members.phase(connection) {
-            Phase::Turn { .. } => self.waiting = self.waiting.saturating_sub(1),
+            Phase::AwaitsExchange { .. } => self.waiting = self.waiting.saturating_sub(1),
             Phase::Asked { .. } => self.asked = self.asked.saturating_sub(1),
             _ => {}
         }

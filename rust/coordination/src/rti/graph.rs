@@ -145,7 +145,7 @@ impl<'s> Graph<'s> {
                 return Err(NeighborError::NoSuchFederate(upstream));
             }
             let delay = PathDelay::of_connection(delay_ns).ok_or(NeighborError::Delay { upstream, delay_ns })?;
-            let connection = Path { federate: upstream, delay, place: 0 };
+            let connection = Path { federate: upstream, delay, reverse: 0 };
             let known = own[..used].iter_mut().find(|known| path::federate(known) == usize::from(upstream));
             if let Some(known) = known {
                 if delay < Path::read(known).delay {

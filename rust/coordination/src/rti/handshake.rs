@@ -18,8 +18,8 @@ use super::barrier::Barrier;
 use super::config::{ClockSync, Config};
 use super::exchange::{Exchanges, TIME_MESSAGE_BYTES};
 use super::graph::{Graph, NeighborError};
+use super::log_event::{RtiEvent, Violation};
 use super::members::Members;
-use super::notice::{Notice, Violation};
 use super::outlet::{ConnectionId, Outlet, Verdict};
 use super::storage::{Connection, Membership, Phase};
 use super::strangers::Strangers;
@@ -76,7 +76,7 @@ impl Handshake<'_, '_> {
                 let phase = if authenticates { Phase::Nonce { own: nonce } } else { Phase::Ids { claimed: None } };
                 *known = Connection { phase, federate: None, address, deadline: None, ended: false };
                 self.members.set_deadline(connection, Some(now + self.config.connection_time_out));
-                self.exchanges.note_handshake(now);
+                self.exchanges.record_handshake(now);
                 true
             }
             _ => false,
@@ -99,7 +99,9 @@ impl Handshake<'_, '_> {
             Phase::Ids { .. } => MessageType::FedIds,
             Phase::Neighbors => MessageType::NeighborStructure,
             Phase::UdpPort => MessageType::UdpPort,
-            Phase::Turn { .. } | Phase::Asked { .. } | Phase::Full { .. } | Phase::ClockSync { .. } => MessageType::T3,
+            Phase::AwaitsExchange { .. } | Phase::Asked { .. } | Phase::Full { .. } | Phase::ClockSync { .. } => {
+                MessageType::T3
+            }
             Phase::Vacant | Phase::Joined | Phase::Draining => return Verdict::Closed,
         };
         // A peer that does not authenticate may send less than a proof has, and then wait for an answer.
@@ -119,15 +121,15 @@ impl Handshake<'_, '_> {
         match self.take_step(now, connection, message, outlet) {
             Ok(HandshakeStep::Done) => {
                 if expected != MessageType::T3 {
-                    self.exchanges.note_handshake(now);
+                    self.exchanges.record_handshake(now);
                 }
                 // A federate that waits for its exchanges is silent because of the RTI.
-                let waits_for_turn = matches!(self.members.phase(connection), Phase::Turn { .. });
+                let awaits_exchange = matches!(self.members.phase(connection), Phase::AwaitsExchange { .. });
                 match self.members.joined_on(connection) {
                     Some(federate) => {
                         self.members.await_clock(now + self.config.clock_time_out, federate, connection);
                     }
-                    None if waits_for_turn => self.members.set_deadline(connection, None),
+                    None if awaits_exchange => self.members.set_deadline(connection, None),
                     None => self.members.set_deadline(connection, Some(now + self.config.connection_time_out)),
                 }
                 Verdict::Consumed(len)
@@ -292,7 +294,7 @@ impl Handshake<'_, '_> {
             if outlet.room(connection) < TIME_MESSAGE_BYTES {
                 return HandshakeStep::NoRoom;
             }
-            self.exchanges.await_turn(now, self.members, connection, trials);
+            self.exchanges.await_exchange(now, self.members, connection, trials);
         } else {
             self.join(connection, federate, outlet);
         }
@@ -321,7 +323,7 @@ impl Handshake<'_, '_> {
         self.members.connections[connection.0].phase = Phase::Joined;
         self.members.slots[usize::from(federate)].membership = Membership::Joined(connection);
         self.barrier.occupy(self.members.slots, federate.into());
-        outlet.notice(Notice::Joined(FederateId(federate)));
+        outlet.log(RtiEvent::Joined(FederateId(federate)));
     }
 
     /// Refuses another message than the expected one.
@@ -340,7 +342,7 @@ impl Handshake<'_, '_> {
             let Some(code) = bytes.get(1) else { return Verdict::Incomplete(MessageType::Reject.fixed_bytes()) };
             let (federate, code) = (FederateId(claimed), RejectCode::from_byte(*code));
             let times = self.strangers.rejected_by.count();
-            outlet.notice(Notice::RejectedBy { federate, code, times });
+            outlet.log(RtiEvent::RejectedBy { federate, code, times });
             return Verdict::Closed;
         }
         self.refuse(connection, wrong_type(expected, bytes[0]), outlet)
@@ -354,7 +356,7 @@ impl Handshake<'_, '_> {
             outlet.send(connection, &message);
         }
         let times = self.strangers.rejected.count();
-        outlet.notice(Notice::Rejected { code, federate, federation_id, violation, times });
+        outlet.log(RtiEvent::Rejected { code, federate, federation_id, violation, times });
         Verdict::Closed
     }
 }

@@ -120,17 +120,17 @@ impl InTransit<'_> {
     ///
     /// Takes one step if its tag is the latest so far, which is the rule; else a step for each later tag.
     pub(super) fn insert(&mut self, tag: Tag, granted: Tag) -> bool {
-        let mut place = self.ring.len;
-        while place > 0 && *self.at(place - 1) > tag {
-            place -= 1;
+        let mut position = self.ring.len;
+        while position > 0 && *self.at(position - 1) > tag {
+            position -= 1;
         }
-        if place > 0 && *self.at(place - 1) == tag {
+        if position > 0 && *self.at(position - 1) == tag {
             return false;
         }
         let mut is_first = false;
         if self.ring.len == self.storage.len() {
             is_first = self.ring.overflow == OverflowRanges::NONE;
-            if place == self.ring.len {
+            if position == self.ring.len {
                 self.add_to_overflow(tag, granted);
                 return is_first;
             }
@@ -138,11 +138,11 @@ impl InTransit<'_> {
             let last = *self.at(self.ring.len);
             self.add_to_overflow(last, granted);
         }
-        for index in (place..self.ring.len).rev() {
+        for index in (position..self.ring.len).rev() {
             let moved = *self.at(index);
             *self.at(index + 1) = moved;
         }
-        *self.at(place) = tag;
+        *self.at(position) = tag;
         self.ring.len += 1;
         is_first
     }

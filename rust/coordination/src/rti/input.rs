@@ -4,8 +4,8 @@
 use lf_model::time::Instant;
 use lf_wire::{ADDRESS_PORT_UNKNOWN, DecodeError, Decoded, Message, MessageType, decode};
 
+use super::log_event::{Cause, RtiEvent, Violation};
 use super::machine::Rti;
-use super::notice::{Cause, Notice, Violation};
 use super::outlet::{ConnectionId, Outlet, Verdict};
 use super::sending::{Sending, Step};
 use super::storage::{Phase, Slot, id};
@@ -96,7 +96,7 @@ impl Rti<'_> {
             // The stock programs skip such a byte, so that a message without content can be added to the protocol.
             Err(DecodeError::UnknownType { found }) => {
                 let times = self.members.slots[federate].tallies.unknown.count();
-                outlet.notice(Notice::UnknownType { federate: id(federate), found, times });
+                outlet.log(RtiEvent::UnknownType { federate: id(federate), found, times });
                 Ok((Step::Done, 1))
             }
             Err(error) => Err(wrong(error)),
@@ -133,7 +133,7 @@ impl Rti<'_> {
             Message::Timestamp(clock) if !has_started => {
                 self.take_clock(now, federate, Instant::from_nanos(clock), outlet)?;
             }
-            Message::AddressAdvertisement { port: ADDRESS_PORT_UNKNOWN } => slot.stops_in_turn = true,
+            Message::AddressAdvertisement { port: ADDRESS_PORT_UNKNOWN } => slot.ordered_stop = true,
             Message::AddressAdvertisement { port } => slot.port = port,
             Message::AddressQuery { federate: asked, .. } => {
                 let step = self.answer_address_query(connection, asked, outlet)?;

@@ -17,8 +17,8 @@ use super::config::{AfterLoss, Config, SetupError};
 use super::exchange::Exchanges;
 use super::graph::Graph;
 use super::handshake::Handshake;
+use super::log_event::{Cause, RtiEvent, Violation};
 use super::members::Members;
-use super::notice::{Cause, Notice, Violation};
 use super::outcome::{End, Status};
 use super::outlet::{ConnectionId, Outlet, Verdict};
 use super::sending::Sending;
@@ -124,15 +124,15 @@ impl<'s> Rti<'s> {
     /// Ignore what its peer still sends. Returns `None` if there is no such connection.
     ///
     /// Looks at every connection once.
-    pub fn make_way(&mut self, outlet: &mut impl Outlet) -> Option<ConnectionId> {
+    pub fn evict(&mut self, outlet: &mut impl Outlet) -> Option<ConnectionId> {
         let connection = strangers::oldest(&self.members)?;
-        outlet.notice(Notice::MadeWay(self.strangers.made_way.count()));
+        outlet.log(RtiEvent::Evicted(self.strangers.evicted.count()));
         self.close(connection, outlet);
         Some(connection)
     }
 
-    /// Returns whether [`make_way`](Self::make_way) finds a connection.
-    pub fn can_make_way(&self) -> bool {
+    /// Returns whether [`evict`](Self::evict) finds a connection.
+    pub fn can_evict(&self) -> bool {
         strangers::oldest(&self.members).is_some()
     }
 
@@ -188,7 +188,7 @@ impl<'s> Rti<'s> {
         let start = barrier::start_time(latest, self.config.start_time_multiple);
         self.watch = Watch::default();
         self.tags.begin(start);
-        outlet.notice(Notice::Started(start));
+        outlet.log(RtiEvent::Started(start));
         if let Some((ahead, violation)) = barrier::check_clocks(self.members.slots) {
             self.members.report_suspected(ahead, violation, outlet);
         }
@@ -219,7 +219,7 @@ impl<'s> Rti<'s> {
             self.release(connection);
             self.lose(federate, Cause::ConnectionLost, outlet);
         } else {
-            self.note_abandoned(connection, false, outlet);
+            self.log_abandoned(connection, false, outlet);
             self.release(connection);
         }
         self.limit_start(now);
@@ -237,7 +237,7 @@ impl<'s> Rti<'s> {
                 continue;
             }
             if self.members.joined_on(connection).is_some() {
-                say_failed(connection, outlet);
+                send_failed(connection, outlet);
             }
             self.close(connection, outlet);
         }
@@ -260,16 +260,16 @@ impl<'s> Rti<'s> {
         if let Some(federate) = self.members.joined_on(connection) {
             return self.expel(federate, Cause::NoClock, outlet);
         }
-        self.note_abandoned(connection, true, outlet);
+        self.log_abandoned(connection, true, outlet);
         self.close(connection, outlet);
     }
 
     /// Logs that a connection ends before its handshake is complete, if that is so.
-    fn note_abandoned(&mut self, connection: ConnectionId, timed_out: bool, outlet: &mut impl Outlet) {
+    fn log_abandoned(&mut self, connection: ConnectionId, timed_out: bool, outlet: &mut impl Outlet) {
         if !matches!(self.members.phase(connection), Phase::Vacant | Phase::Draining) {
             let federate = self.members.connections[connection.0].federate.map(FederateId);
             let times = self.strangers.abandoned.count();
-            outlet.notice(Notice::HandshakeAbandoned { federate, timed_out, times });
+            outlet.log(RtiEvent::HandshakeAbandoned { federate, timed_out, times });
         }
     }
 
@@ -295,7 +295,7 @@ impl<'s> Rti<'s> {
         self.members.connections[connection.0].phase = Phase::Draining;
         self.members.set_deadline(connection, Some(now + self.config.connection_time_out));
         outlet.half_close(connection);
-        outlet.notice(Notice::Resigned(id(federate)));
+        outlet.log(RtiEvent::Resigned(id(federate)));
         self.depart(federate, outlet);
     }
 
@@ -303,7 +303,7 @@ impl<'s> Rti<'s> {
     pub(super) fn expel(&mut self, federate: usize, cause: Cause, outlet: &mut impl Outlet) {
         let Some(connection) = self.members.connection_of(federate) else { return };
         if cause != Cause::Failed {
-            say_failed(connection, outlet);
+            send_failed(connection, outlet);
         }
         self.close(connection, outlet);
         self.lose(federate, cause, outlet);
@@ -311,7 +311,7 @@ impl<'s> Rti<'s> {
 
     fn lose(&mut self, federate: usize, cause: Cause, outlet: &mut impl Outlet) {
         let started = self.tags.start.is_some();
-        outlet.notice(Notice::Lost { federate: id(federate), cause, started });
+        outlet.log(RtiEvent::Lost { federate: id(federate), cause, started });
         if started {
             self.end.loss = self.end.loss.or(Some((id(federate), cause)));
         }
@@ -328,7 +328,7 @@ impl<'s> Rti<'s> {
         let Tallies { unknown, late, dropped } = core::mem::take(&mut self.members.slots[federate].tallies);
         let [unknown, late, dropped] = [unknown, late, dropped].map(Tally::times);
         if [unknown, late, dropped].iter().any(|times| times.0 > 1) {
-            outlet.notice(Notice::Sum { federate: id(federate), unknown, late, dropped });
+            outlet.log(RtiEvent::Sum { federate: id(federate), unknown, late, dropped });
         }
     }
 
@@ -346,16 +346,16 @@ impl<'s> Rti<'s> {
         let stop_tag = self.stop.tag();
         let mut sending = Sending { members: &mut self.members, tags: &mut self.tags, outlet };
         if is_awaited {
-            sending.tell_downstream_left(federate, stop_tag);
+            sending.announce_departure(federate, stop_tag);
         }
         sending.advance_downstream(federate);
         self.stop.grant_if_agreed(&mut sending);
-        self.tags.note_idleness(Tag::FOREVER);
+        self.tags.record_next_event(Tag::FOREVER);
     }
 }
 
 /// Sends FAILED to a peer. A peer that does not read will learn it from the end of the connection.
-fn say_failed(connection: ConnectionId, outlet: &mut impl Outlet) {
+fn send_failed(connection: ConnectionId, outlet: &mut impl Outlet) {
     if outlet.room(connection) >= Message::Failed.encoded_len() {
         outlet.send(connection, &Message::Failed);
     }

@@ -3,7 +3,7 @@
 
 use lf_model::time::Instant;
 
-use super::notice::Notice;
+use super::log_event::RtiEvent;
 use super::outlet::{ConnectionId, Outlet};
 use super::storage::{Connection, Membership, Phase, Slot, id};
 use super::suspected_violation::SuspectedViolation;
@@ -96,7 +96,7 @@ impl<'s> Members<'s> {
         outlet: &mut impl Outlet,
     ) {
         if !core::mem::replace(&mut self.slots[federate].suspected, true) {
-            outlet.notice(Notice::SuspectedViolation { federate: id(federate), violation });
+            outlet.log(RtiEvent::SuspectedViolation { federate: id(federate), violation });
         }
     }
 }

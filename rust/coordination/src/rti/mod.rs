@@ -4,7 +4,7 @@
 //! It lets the federates in, chooses one start time for them, forwards their messages, and grants tags such that no
 //! message can still come for a granted tag. The owner accepts connections, reads and writes them, and calls:
 //!
-//! - [`Rti::handle_connect`] for every new connection; [`Rti::make_way`] when all connections are in use;
+//! - [`Rti::handle_connect`] for every new connection; [`Rti::evict`] when all connections are in use;
 //! - [`Rti::handle_input`] for the bytes that have been read, as long as it consumes something: at most one message per
 //!   call;
 //! - [`Rti::handle_writable`] when something that was pending on a connection has been sent; after it, offer again the
@@ -48,9 +48,9 @@ mod handshake;
 mod idle;
 mod in_transit;
 mod input;
+mod log_event;
 mod machine;
 mod members;
-mod notice;
 mod outcome;
 mod outlet;
 mod path;
@@ -76,8 +76,8 @@ pub use config::{
     START_BARRIER_TIME_OUT, START_DELAY, STOP_REPLY_TIME_OUT, SetupError, WINDOW,
 };
 pub use graph::Node;
+pub use log_event::{Cause, RtiEvent, Violation};
 pub use machine::Rti;
-pub use notice::{Cause, Notice, Violation};
 pub use outcome::{Outcome, Status};
 pub use outlet::{ConnectionId, Outlet, Verdict};
 pub use path::PathWords;

@@ -5,7 +5,7 @@ use core::fmt;
 
 use lf_texts::say;
 
-use super::notice::Cause;
+use super::log_event::Cause;
 use crate::FederateId;
 
 /// The outcome of a federation.

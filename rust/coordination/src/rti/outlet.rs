@@ -5,7 +5,7 @@ use core::fmt;
 
 use lf_wire::Message;
 
-use super::notice::Notice;
+use super::log_event::RtiEvent;
 
 /// A connection, as an index into the owner's table: below the number of connections in the RTI's storage.
 ///
@@ -37,7 +37,7 @@ pub trait Outlet {
     fn close(&mut self, connection: ConnectionId);
 
     /// Logs an event.
-    fn notice(&mut self, notice: Notice<'_>);
+    fn log(&mut self, event: RtiEvent<'_>);
 }
 
 /// The outcome of input.

@@ -14,7 +14,7 @@ pub(super) struct Path {
     pub(super) federate: u16,
     pub(super) delay: PathDelay,
     /// The index of this same path in the row of the federate at the other end.
-    pub(super) place: u16,
+    pub(super) reverse: u16,
 }
 
 impl Path {
@@ -26,7 +26,7 @@ impl Path {
         let beside = words[1] & BESIDE;
         *words = [
             time.cast_unsigned(),
-            u64::from(self.federate) | u64::from(microsteps) << 16 | u64::from(self.place) << 32 | beside,
+            u64::from(self.federate) | u64::from(microsteps) << 16 | u64::from(self.reverse) << 32 | beside,
         ];
     }
 
@@ -36,7 +36,7 @@ impl Path {
         Self {
             federate: part(rest, 0),
             delay: PathDelay::of_parts(time.cast_signed(), part(rest, 16).into()),
-            place: part(rest, 32),
+            reverse: part(rest, 32),
         }
     }
 }
@@ -72,9 +72,9 @@ mod tests {
     proptest! {
         #[test]
         fn what_is_written_is_read(
-            time in 0..i64::MAX, microsteps: u16, federate: u16, place: u16, first: u16, second: u16,
+            time in 0..i64::MAX, microsteps: u16, federate: u16, reverse: u16, first: u16, second: u16,
         ) {
-            let path = Path { federate, delay: PathDelay::of_parts(time, microsteps.into()), place };
+            let path = Path { federate, delay: PathDelay::of_parts(time, microsteps.into()), reverse };
             let mut words = PathWords::default();
             set_beside(&mut words, first);
             path.write(&mut words);

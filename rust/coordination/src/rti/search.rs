@@ -19,14 +19,14 @@ impl Graph<'_> {
             for from in 0..self.nodes.len() {
                 let Node { delay, ref mut outgoing, .. } = self.nodes[from];
                 if delay.is_path() {
-                    Path { federate: number(from), delay, place: 0 }.write(&mut self.paths[end]);
+                    Path { federate: number(from), delay, reverse: 0 }.write(&mut self.paths[end]);
                     outgoing.len += 1;
                     end += 1;
                 }
             }
             self.nodes[to].incoming = Row { start, len: end - start };
         }
-        self.turn_rows(end);
+        self.transpose_rows(end);
         self.find_cycles();
         self.find_all_earliest();
     }
@@ -45,7 +45,7 @@ impl Graph<'_> {
     }
 
     /// Makes the rows of the paths that lead from each federate, whose lengths are known, from those that lead to each.
-    fn turn_rows(&mut self, start: usize) {
+    fn transpose_rows(&mut self, start: usize) {
         let mut end = start;
         for node in self.nodes.iter_mut() {
             let start = end;
@@ -57,11 +57,11 @@ impl Graph<'_> {
             for index in 0..incoming.len {
                 let path = Path::read(&self.paths[incoming.start + index]);
                 let outgoing = &mut self.nodes[usize::from(path.federate)].outgoing;
-                let place = outgoing.len;
+                let reverse = outgoing.len;
                 outgoing.len += 1;
-                let turned = outgoing.start + place;
-                Path { federate: number(to), place: number(index), ..path }.write(&mut self.paths[turned]);
-                Path { place: number(place), ..path }.write(&mut self.paths[incoming.start + index]);
+                let reversed = outgoing.start + reverse;
+                Path { federate: number(to), reverse: number(index), ..path }.write(&mut self.paths[reversed]);
+                Path { reverse: number(reverse), ..path }.write(&mut self.paths[incoming.start + index]);
             }
         }
     }
@@ -170,8 +170,8 @@ mod tests {
                         found[to * n + usize::from(path.federate)] = path.delay;
                         let from = row(graph, graph.nodes[usize::from(path.federate)].outgoing);
                         prop_assert!(from.is_sorted_by_key(|path| path.federate));
-                        let turned = Path { federate: number(to), delay: path.delay, place: number(index) };
-                        prop_assert_eq!(from[usize::from(path.place)], turned);
+                        let reversed = Path { federate: number(to), delay: path.delay, reverse: number(index) };
+                        prop_assert_eq!(from[usize::from(path.reverse)], reversed);
                     }
                 }
                 prop_assert_eq!(&found, &expected);

@@ -5,8 +5,8 @@ use lf_model::time::Tag;
 use lf_wire::{Message, MessageType};
 
 use super::grants::Grant;
+use super::log_event::{RtiEvent, Violation};
 use super::members::Members;
-use super::notice::{Notice, Violation};
 use super::outlet::{ConnectionId, Outlet};
 use super::storage::{Membership, Pending, Slot, id};
 use super::suspected_violation::SuspectedViolation;
@@ -80,7 +80,7 @@ impl<O: Outlet> Sending<'_, '_, O> {
             self.advance(federate);
         }
         self.advance_downstream(federate);
-        self.tell_upstream(federate);
+        self.send_dnets(federate);
     }
 
     /// Handles that a federate announces its next event, which counts as `limited`. Once all are to stop, it is not
@@ -89,7 +89,7 @@ impl<O: Outlet> Sending<'_, '_, O> {
         self.report_suspected(federate, self.tags.check_next_event(federate, tag).filter(|_| !stops));
         self.tags.in_transit(federate).announce(tag);
         self.next_event(federate, limited);
-        self.tags.note_idleness(self.tags.graph.next_event(federate));
+        self.tags.record_next_event(self.tags.graph.next_event(federate));
     }
 
     /// Handles that a federate has completed a tag, and with it the messages up to it. Once all are to stop, each goes
@@ -110,7 +110,7 @@ impl<O: Outlet> Sending<'_, '_, O> {
 
     /// Sends new DNETs to those upstream of a federate whose next event has changed: they need not announce next events
     /// that do not matter downstream.
-    fn tell_upstream(&mut self, federate: usize) {
+    fn send_dnets(&mut self, federate: usize) {
         if !self.tags.graph.dnet {
             return;
         }
@@ -147,9 +147,9 @@ impl<O: Outlet> Sending<'_, '_, O> {
         let mut send = |flag: &mut bool, message| send_pending(flag, &message, connection, self.outlet);
         let went_out = send(&mut pending.start, start)
             && send(&mut pending.stop_request, Message::StopRequest(stop_tag))
-            && send(&mut pending.taken_back, Message::ProvisionalTagGrant(stop_tag))
+            && send(&mut pending.revoked, Message::ProvisionalTagGrant(stop_tag))
             && send(&mut pending.stop_granted, Message::StopGranted(stop_tag));
-        if !went_out || !self.tell_left(federate, connection) {
+        if !went_out || !self.send_departures(federate, connection) {
             return;
         }
         if core::mem::take(&mut self.members.slots[federate].pending.grant) {
@@ -162,7 +162,7 @@ impl<O: Outlet> Sending<'_, '_, O> {
 
     /// Sends a federate which of those directly upstream of it have left since the last time. Returns false if there is
     /// not room for all of it.
-    fn tell_left(&mut self, federate: usize, connection: ConnectionId) -> bool {
+    fn send_departures(&mut self, federate: usize, connection: ConnectionId) -> bool {
         while let Some((first, last)) = self.members.slots[federate].pending.left {
             if self.tags.is_upstream_left(federate, first.into()) {
                 let message = Message::UpstreamDisconnected { federate: first };
@@ -177,15 +177,15 @@ impl<O: Outlet> Sending<'_, '_, O> {
     }
 
     /// Handles that a federate of a cycle without delay has left: those that may wait for it at a tag need not wait any
-    /// more. No grant says so while they are in a cycle without it. Only federates that stop in turn are told; the
+    /// more. No grant says so while they are in a cycle without it. Only federates with an ordered stop receive it; the
     /// stock ones before LF 0.13 would fail.
-    pub(super) fn tell_downstream_left(&mut self, left: usize, stop_tag: Tag) {
+    pub(super) fn announce_departure(&mut self, left: usize, stop_tag: Tag) {
         for federate in 0..self.members.slots.len() {
             if self.members.connection_of(federate).is_some()
-                && self.members.slots[federate].stops_in_turn
+                && self.members.slots[federate].ordered_stop
                 && self.tags.is_upstream_left(federate, left)
             {
-                self.members.slots[federate].pending.note_left(id(left).0);
+                self.members.slots[federate].pending.record_departure(id(left).0);
                 self.flush(federate, stop_tag);
             }
         }
@@ -207,7 +207,7 @@ impl<O: Outlet> Sending<'_, '_, O> {
         let Some(slot) = self.members.slots.get(usize::from(to)) else { return Err(Violation::NoSuchFederate(to)) };
         let Membership::Joined(connection) = slot.membership else {
             let times = self.members.slots[from].tallies.dropped.count();
-            self.outlet.notice(Notice::Dropped { from: id(from), to: to.into(), times });
+            self.outlet.log(RtiEvent::Dropped { from: id(from), to: to.into(), times });
             return Ok(Step::Done);
         };
         if self.ready(to.into(), message.encoded_len()).is_none() {
@@ -233,10 +233,10 @@ impl<O: Outlet> Sending<'_, '_, O> {
         let (late, is_full) = self.tags.message_forwarded(to, tag);
         if late {
             let times = self.members.slots[from].tallies.late.count();
-            self.outlet.notice(Notice::Late { from: id(from), to: id(to), times });
+            self.outlet.log(RtiEvent::Late { from: id(from), to: id(to), times });
         }
         if is_full {
-            self.outlet.notice(Notice::InTransitFull(id(to)));
+            self.outlet.log(RtiEvent::InTransitFull(id(to)));
         }
         if tag < self.tags.graph.next_event(to) {
             self.next_event(to, tag);

@@ -15,7 +15,7 @@
 
 use lf_model::time::{Instant, Tag};
 
-use super::notice::Notice;
+use super::log_event::RtiEvent;
 use super::outlet::Outlet;
 use super::sending::Sending;
 use super::storage::{Membership, Slot, id};
@@ -74,7 +74,7 @@ impl Stop {
         }
         let is_first = !core::mem::replace(&mut self.requested, true);
         if is_first {
-            sending.outlet.notice(Notice::StopRequested(id(federate)));
+            sending.outlet.log(RtiEvent::StopRequested(id(federate)));
         }
         self.reply(federate, tag, sending);
         if is_first && !self.granted {
@@ -105,11 +105,11 @@ impl Stop {
         self.deadline = None;
         let tag = self.tag;
         sending.tags.stop(tag);
-        sending.outlet.notice(Notice::StopGranted(tag));
+        sending.outlet.log(RtiEvent::StopGranted(tag));
         for federate in 0..sending.members.slots.len() {
             // A federate that has been granted the stop tag before it was one asks for it again.
-            if asks_again(federate, sending) && sending.tags.state_mut(federate).take_back(tag) {
-                sending.members.slots[federate].pending.taken_back = true;
+            if asks_again(federate, sending) && sending.tags.state_mut(federate).revoke(tag) {
+                sending.members.slots[federate].pending.revoked = true;
             }
         }
         sending.broadcast(tag, |_| true, |pending| pending.stop_granted = true);
@@ -127,7 +127,7 @@ impl Stop {
     /// The stock RTI accepts later announcements unchanged, and so does this one for federates that rely on it.
     pub(super) fn limit(&self, slot: &Slot, next_event: Tag) -> Tag {
         match self.granted() {
-            Some(tag) if slot.stops_in_turn => next_event.min(tag),
+            Some(tag) if slot.ordered_stop => next_event.min(tag),
             _ => next_event,
         }
     }
@@ -140,5 +140,5 @@ impl Stop {
 
 /// Returns whether a federate asks for the stop tag again, as for any other tag.
 fn asks_again(federate: usize, sending: &Sending<'_, '_, impl Outlet>) -> bool {
-    sending.members.slots[federate].stops_in_turn && sending.tags.graph.upstreams(federate) > 0
+    sending.members.slots[federate].ordered_stop && sending.tags.graph.upstreams(federate) > 0
 }

@@ -74,7 +74,7 @@ pub(super) struct Pending {
     pub(super) start: bool,
     pub(super) stop_request: bool,
     /// A PTAG of the stop tag, which revokes earlier grants (see module `stop`).
-    pub(super) taken_back: bool,
+    pub(super) revoked: bool,
     pub(super) stop_granted: bool,
     /// The range of ids of federates upstream that may have left since the last message about that.
     pub(super) left: Option<(u16, u16)>,
@@ -86,7 +86,7 @@ impl Pending {
     const NONE: Self = Self {
         start: false,
         stop_request: false,
-        taken_back: false,
+        revoked: false,
         stop_granted: false,
         left: None,
         grant: false,
@@ -94,14 +94,14 @@ impl Pending {
     };
 
     /// Records that a federate upstream has left.
-    pub(super) fn note_left(&mut self, federate: u16) {
+    pub(super) fn record_departure(&mut self, federate: u16) {
         let (first, last) = self.left.unwrap_or((federate, federate));
         self.left = Some((first.min(federate), last.max(federate)));
     }
 
     /// Returns whether something has to go out before any grant or forwarded message.
     pub(super) fn comes_first(self) -> bool {
-        self.start || self.stop_request || self.taken_back || self.stop_granted || self.left.is_some()
+        self.start || self.stop_request || self.revoked || self.stop_granted || self.left.is_some()
     }
 }
 
@@ -125,11 +125,11 @@ impl Tallies {
 pub(super) struct Seen {
     pub(super) tag: Tag,
     pub(super) since: Instant,
-    pub(super) told: bool,
+    pub(super) logged: bool,
 }
 
 impl Seen {
-    pub(super) const NOTHING: Self = Self { tag: Tag::NEVER, since: Instant::NEVER, told: false };
+    pub(super) const NOTHING: Self = Self { tag: Tag::NEVER, since: Instant::NEVER, logged: false };
 }
 
 /// The state of one federate, except for its tags (see [`Node`]).
@@ -147,7 +147,7 @@ pub struct Slot {
     /// Whether the last byte of its last question for an address may still come.
     pub(super) query_end: QueryEnd,
     /// Whether it wants to be granted the stop tag like any other tag.
-    pub(super) stops_in_turn: bool,
+    pub(super) ordered_stop: bool,
     /// Whether it has asked to stop, or has agreed to.
     pub(super) stop_agreed: bool,
     /// Address of its connection to the RTI.
@@ -175,7 +175,7 @@ impl Slot {
         clock: None,
         ahead: Interval::ZERO,
         query_end: QueryEnd::NONE,
-        stops_in_turn: false,
+        ordered_stop: false,
         stop_agreed: false,
         address: IpAddress::UNSPECIFIED,
         port: ADDRESS_PORT_UNKNOWN,
@@ -210,7 +210,7 @@ pub(super) enum Phase {
     /// `UDP_PORT`.
     UdpPort,
     /// Nothing: it has been waiting for its exchanges of clock synchronization since this time, and then has this many.
-    Turn { since: Instant, trials: u32 },
+    AwaitsExchange { since: Instant, trials: u32 },
     /// Nothing: the next T1 is due, and this many remain.
     Asked { left: u32 },
     /// The same, once there is room for it.

@@ -14,7 +14,7 @@ use crate::Tally;
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Strangers {
     pub(super) abandoned: Tally,
-    pub(super) made_way: Tally,
+    pub(super) evicted: Tally,
     pub(super) rejected: Tally,
     pub(super) rejected_by: Tally,
 }

@@ -42,7 +42,7 @@ impl TagState {
     }
 
     /// Revokes all grants from `tag` on. Returns whether there was one.
-    pub(super) fn take_back(&mut self, tag: Tag) -> bool {
+    pub(super) fn revoke(&mut self, tag: Tag) -> bool {
         let is_granted = self.granted.max(self.provisional.before()) >= tag;
         if is_granted {
             self.granted = self.granted.min(tag.before());
@@ -69,7 +69,7 @@ mod tests {
         fn what_is_taken_back_is_not_granted_any_more(granted in tag(), provisional in tag(), from in tag()) {
             let before = TagState { granted, provisional, ..TagState::EMPTY };
             let mut state = before;
-            if state.take_back(from) {
+            if state.revoke(from) {
                 prop_assert!(state.reach() < from && (granted >= from || provisional > from));
                 prop_assert_eq!(state.granted, granted.min(from.before()));
             } else {

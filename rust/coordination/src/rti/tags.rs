@@ -73,14 +73,14 @@ impl<'s> Tags<'s> {
     }
 
     /// Records whether any federate has a next event, after one has announced its own.
-    pub(super) fn note_idleness(&mut self, next_event: Tag) {
+    pub(super) fn record_next_event(&mut self, next_event: Tag) {
         let mut idle = self.idle;
         idle.note(next_event, || self.is_idle());
         self.idle = idle;
     }
 
     /// Handles that there may have been no event for some time. Returns whether to grant FOREVER to all.
-    pub(super) fn tell_idleness(&mut self, now: Instant) -> bool {
+    pub(super) fn handle_idleness(&mut self, now: Instant) -> bool {
         let mut idle = self.idle;
         let told = idle.handle_timeout(now, || self.is_idle());
         self.idle = idle;
@@ -300,11 +300,11 @@ mod tests {
         with_tags(&[(0, 1, 5)], |tags| {
             for federate in 0..2 {
                 tags.set_next_event(federate, Tag::FOREVER);
-                tags.note_idleness(Tag::FOREVER);
+                tags.record_next_event(Tag::FOREVER);
             }
             assert_eq!(tags.idle.deadline(), Deadline::Never);
             tags.depart(2);
-            tags.note_idleness(Tag::FOREVER);
+            tags.record_next_event(Tag::FOREVER);
             assert_eq!(tags.idle.deadline(), Deadline::Now);
         });
     }

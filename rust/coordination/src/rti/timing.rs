@@ -5,8 +5,8 @@ use lf_model::time::{Instant, Interval};
 
 use super::clock_sync::Datagram;
 use super::config::ClockSync;
+use super::log_event::Cause;
 use super::machine::Rti;
-use super::notice::Cause;
 use super::outlet::{ConnectionId, Outlet};
 use crate::{Deadline, Endpoint};
 
@@ -49,9 +49,9 @@ impl Rti<'_> {
         }
         self.limit_start(now);
         if self.watch_deadline().is_due(now) {
-            self.look(now, outlet);
+            self.check(now, outlet);
         }
-        if self.tags.idle.deadline().is_due(now) && self.tags.tell_idleness(now) {
+        if self.tags.idle.deadline().is_due(now) && self.tags.handle_idleness(now) {
             for federate in 0..self.members.slots.len() {
                 self.sending(outlet).advance(federate);
             }
@@ -70,12 +70,12 @@ impl Rti<'_> {
     }
 
     /// Looks for federates that have been waiting for too long, and logs them.
-    fn look(&mut self, now: Instant, outlet: &mut impl Outlet) {
+    fn check(&mut self, now: Instant, outlet: &mut impl Outlet) {
         let Some(interval) = self.watch_interval() else { return };
         if self.tags.start.is_some() {
-            self.watch.look(now, interval, &mut self.members, &self.tags, &self.stop, outlet);
+            self.watch.check(now, interval, &mut self.members, &self.tags, &self.stop, outlet);
         } else {
-            self.watch.look_at_start(now, interval, &self.members, outlet);
+            self.watch.check_start(now, interval, &self.members, outlet);
         }
     }
 

@@ -6,8 +6,8 @@
 use lf_model::time::{EventTag, Instant, Interval, Tag};
 use lf_wire::MessageType;
 
+use super::log_event::RtiEvent;
 use super::members::Members;
-use super::notice::Notice;
 use super::outlet::Outlet;
 use super::stop::Stop;
 use super::storage::{Membership, Phase, Seen, id};
@@ -22,7 +22,7 @@ const START_REPORT_PAUSE_MAX: Interval = Interval::from_secs(60);
 /// The number of federates that one report names.
 const NAMED_MAX: usize = 8;
 /// The number of checks within the time after which a wait is logged, while the federation runs.
-const LOOKS: i64 = 4;
+const CHECKS: i64 = 4;
 
 /// The time of the next check.
 #[derive(Clone, Copy, Debug)]
@@ -45,7 +45,7 @@ impl Watch {
 
     /// Looks for the federates that the start waits for, and logs them once the wait has lasted. `interval` is that
     /// time for the first report.
-    pub(super) fn look_at_start(
+    pub(super) fn check_start(
         &mut self,
         now: Instant,
         interval: Interval,
@@ -63,7 +63,7 @@ impl Watch {
     }
 
     /// Does the same while the federation runs.
-    pub(super) fn look(
+    pub(super) fn check(
         &mut self,
         now: Instant,
         interval: Interval,
@@ -72,8 +72,8 @@ impl Watch {
         stop: &Stop,
         outlet: &mut impl Outlet,
     ) {
-        look_for_waits(now, interval, members, tags, stop, outlet);
-        self.pause = Interval::from_nanos((interval.as_nanos() / LOOKS).max(1));
+        report_waits(now, interval, members, tags, stop, outlet);
+        self.pause = Interval::from_nanos((interval.as_nanos() / CHECKS).max(1));
         self.due = Deadline::At(now + self.pause);
     }
 }
@@ -82,17 +82,17 @@ impl Watch {
 fn report_start(members: &Members<'_>, outlet: &mut impl Outlet) {
     let missing = || (0..members.slots.len()).filter_map(|federate| Some((federate, progress(members, federate)?)));
     let count = |number: usize| u16::try_from(number).unwrap_or(u16::MAX);
-    outlet.notice(Notice::Waits(Waits::Start {
+    outlet.log(RtiEvent::Waits(Waits::Start {
         missing: count(missing().count()),
         federates: count(members.slots.len()),
         strangers: count(members.strangers().count()),
     }));
     for (federate, progress) in missing().take(NAMED_MAX) {
-        outlet.notice(Notice::Waits(Waits::StartFor { federate: id(federate), progress }));
+        outlet.log(RtiEvent::Waits(Waits::StartFor { federate: id(federate), progress }));
     }
     let more = missing().count().saturating_sub(NAMED_MAX);
     if more > 0 {
-        outlet.notice(Notice::Waits(Waits::StartForMore(count(more))));
+        outlet.log(RtiEvent::Waits(Waits::StartForMore(count(more))));
     }
 }
 
@@ -116,7 +116,7 @@ fn progress(members: &Members<'_>, federate: usize) -> Option<Progress> {
 
 /// Logs federates that have been waiting for too long: for a grant of an event whose time has come, or for those that
 /// have not agreed to a stop.
-fn look_for_waits(
+fn report_waits(
     now: Instant,
     interval: Interval,
     members: &mut Members<'_>,
@@ -138,15 +138,15 @@ fn look_for_waits(
         };
         let seen = &mut members.slots[federate].seen;
         if seen.tag != tag {
-            *seen = Seen { tag, since: begins, told: false };
+            *seen = Seen { tag, since: begins, logged: false };
         }
         let lasts = now.since(seen.since);
-        if tag == Tag::NEVER || seen.told || lasts < interval {
+        if tag == Tag::NEVER || seen.logged || lasts < interval {
             continue;
         }
-        seen.told = true;
+        seen.logged = true;
         let federate_id = id(federate);
-        outlet.notice(Notice::Waits(if waits_for_it {
+        outlet.log(RtiEvent::Waits(if waits_for_it {
             Waits::Stop(federate_id)
         } else {
             let (by, at) = tags.blocking_federate(federate).unwrap_or((federate_id, tag));

@@ -11,7 +11,7 @@ use std::net::Ipv4Addr;
 
 use lf_coordination::auth::AUTHENTICATOR;
 use lf_coordination::heap::Memory;
-use lf_coordination::rti::{ClockSync, Config, ConnectionId, Datagram, Notice, Outlet, Rti, Verdict};
+use lf_coordination::rti::{ClockSync, Config, ConnectionId, Datagram, Outlet, Rti, RtiEvent, Verdict};
 use lf_coordination::{Deadline, Endpoint, IpAddress, clock_sync};
 use lf_model::time::{Instant, Interval};
 use lf_testkit::golden::RtiSetup;
@@ -81,8 +81,8 @@ impl Outlet for Wires {
         wire.incoming.clear();
     }
 
-    fn notice(&mut self, notice: Notice<'_>) {
-        self.notices.push(notice.to_string());
+    fn log(&mut self, event: RtiEvent<'_>) {
+        self.notices.push(event.to_string());
     }
 }
 

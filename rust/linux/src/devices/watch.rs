@@ -4,7 +4,7 @@
 use std::fmt;
 
 use lf_model::ScheduleError;
-use lf_runtime::{DeviceRemark, tell};
+use lf_runtime::{DeviceEvent, report};
 use log::Level;
 
 /// The interrupts of a device, until this is dropped.
@@ -42,19 +42,19 @@ impl Lost {
         if posted.is_err() {
             self.events += 1;
         } else {
-            self.tell();
+            self.report();
         }
     }
 
-    fn tell(&mut self) {
+    fn report(&mut self) {
         if let events @ 1.. = std::mem::take(&mut self.events) {
-            tell(Level::Warn, &DeviceRemark::EventsLost { device: self.device, events });
+            report(Level::Warn, &DeviceEvent::EventsLost { device: self.device, events });
         }
     }
 }
 
 impl Drop for Lost {
     fn drop(&mut self) {
-        self.tell();
+        self.report();
     }
 }

@@ -11,8 +11,8 @@ use super::late::Late;
 use super::peers::{Outputs, Peers};
 use crate::description::PEERS;
 use crate::error::RunError;
+use crate::log_event::{PeerEvent, report};
 use crate::platform::Platform;
-use crate::remark::{PeerRemark, tell};
 use log::Level;
 
 /// The connections past the RTI, and what has come too late over them.
@@ -137,7 +137,7 @@ impl<'a, 's> Direct<'a, 's> {
             if inbound.receiver.held.bytes == 0 {
                 log::debug!("federate {from} has left");
                 if !inbound.receiver.rest().is_empty() {
-                    tell(Level::Warn, &PeerRemark::LeftInMessage(from.0));
+                    report(Level::Warn, &PeerEvent::LeftInMessage(from.0));
                 }
                 inbound.close(platform);
             }
@@ -191,12 +191,12 @@ impl<'a, 's> Direct<'a, 's> {
     ) -> bool {
         let _ = self.sweep(platform, execution);
         if let Some(error) = execution.failure.take() {
-            tell(Level::Warn, &PeerRemark::LastMessages(error));
+            report(Level::Warn, &PeerEvent::LastMessages(error));
             return false;
         }
         if !in_time {
             for from in self.peers.senders() {
-                tell(Level::Warn, &PeerRemark::DoesNotEnd(from.0));
+                report(Level::Warn, &PeerEvent::DoesNotEnd(from.0));
             }
         }
         in_time && self.peers.can_receive()
@@ -210,9 +210,9 @@ impl<'a, 's> Direct<'a, 's> {
         self.late.sum_up();
         for (to, outbound) in self.peers.receivers() {
             if outbound.lost > 0 {
-                tell(Level::Warn, &PeerRemark::Lost { messages: outbound.lost, to });
+                report(Level::Warn, &PeerEvent::Lost { messages: outbound.lost, to });
             } else if outbound.left_early {
-                tell(Level::Warn, &PeerRemark::LeftBefore(to));
+                report(Level::Warn, &PeerEvent::LeftBefore(to));
             }
         }
     }

@@ -51,13 +51,13 @@ pub(super) trait Outlet {
     fn send(&mut self, message: &Outgoing<'_>, tag: lf_wire::Tag) -> Result<(), SendError>;
 
     /// Sends word through the RTI.
-    fn tell(&mut self, message: &Message<'_>) -> Result<(), SendError>;
+    fn send_control(&mut self, message: &Message<'_>) -> Result<(), SendError>;
 
     /// Sends a message past the RTI; over a logical connection with this tag.
     fn send_directly(&mut self, message: &Outgoing<'_>, tag: Option<lf_wire::Tag>) -> Result<(), SendError>;
 
     /// Sends another federate word past the RTI.
-    fn tell_directly(&mut self, federate: u16, message: &Message<'_>) -> Result<(), SendError>;
+    fn send_control_directly(&mut self, federate: u16, message: &Message<'_>) -> Result<(), SendError>;
 
     /// Records what happens: now, or at this physical time of the federation.
     #[cfg(feature = "traces")]
@@ -431,9 +431,9 @@ impl<O: Outlet, N: Needs> Env for Gate<'_, '_, O, N> {
         }
         let message = Message::PortAbsent { port: output.port, federate: output.federate, tag: to_wire(tag) };
         if PEERS && self.is_decentralized {
-            self.outlet.tell_directly(output.federate, &message)
+            self.outlet.send_control_directly(output.federate, &message)
         } else {
-            self.outlet.tell(&message)
+            self.outlet.send_control(&message)
         }
     }
 }

@@ -3,7 +3,7 @@
 
 use core::time::Duration;
 
-use crate::remark::{PeerRemark, tell};
+use crate::log_event::{PeerEvent, report};
 use lf_coordination::{Tally, Times};
 use lf_model::time::{EventTag, Tag};
 use lf_model::{Delivery, Engine, InputId, NetworkInput, ReactionKind, Tables};
@@ -40,7 +40,7 @@ impl Late {
         match delivery {
             Delivery::InTime(_) => return,
             Delivery::AfterStop => {
-                tell(Level::Info, &PeerRemark::AfterStop { input: name, intended });
+                report(Level::Info, &PeerEvent::AfterStop { input: name, intended });
                 return;
             }
             Delivery::Tardy(actual) if is_handled(engine.tables(), info) => {
@@ -50,14 +50,14 @@ impl Late {
             Delivery::Tardy(actual) => {
                 let (level, times) = self.count_unhandled();
                 let actual = EventTag::relative(actual, start);
-                tell(
+                report(
                     level,
-                    &PeerRemark::Late { input: name, intended, actual: Some(actual), lateness, federate, times },
+                    &PeerEvent::Late { input: name, intended, actual: Some(actual), lateness, federate, times },
                 );
             }
             Delivery::Lost => {
                 let (level, times) = self.count_unhandled();
-                tell(level, &PeerRemark::Late { input: name, intended, actual: None, lateness, federate, times });
+                report(level, &PeerEvent::Late { input: name, intended, actual: None, lateness, federate, times });
             }
         }
         self.messages = self.messages.saturating_add(1);
@@ -67,14 +67,14 @@ impl Late {
     fn count_unhandled(&mut self) -> (log::Level, Times) {
         self.unhandled = self.unhandled.saturating_add(1);
         let times = self.told.count();
-        (if times.is_told() { log::Level::Warn } else { log::Level::Debug }, times)
+        (if times.is_logged() { log::Level::Warn } else { log::Level::Debug }, times)
     }
 
     /// Says at the end how many there have been.
     pub(super) fn sum_up(&self) {
         let Self { messages, unhandled, .. } = *self;
         if messages > 0 {
-            tell(Level::Warn, &PeerRemark::LateInAll { messages, unhandled });
+            report(Level::Warn, &PeerEvent::LateInAll { messages, unhandled });
         }
     }
 }

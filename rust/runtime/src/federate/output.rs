@@ -12,8 +12,8 @@ use super::outbound::Outbound;
 use super::peers::Peers;
 use super::session::Session;
 use crate::description::{CONTROL_BYTES, TAGGED_MESSAGE_HEADER_BYTES};
+use crate::log_event::{PeerEvent, report};
 use crate::platform::{Observation, Platform};
-use crate::remark::{PeerRemark, tell};
 use crate::trace::{Event, RTI, Subject, Word};
 use crate::tracing::{note, note_sent};
 use log::Level;
@@ -72,7 +72,7 @@ impl<P: Platform> Outlet for Output<'_, '_, '_, P> {
         }
     }
 
-    fn tell(&mut self, message: &Message<'_>) -> Result<(), SendError> {
+    fn send_control(&mut self, message: &Message<'_>) -> Result<(), SendError> {
         self.make_room(message.encoded_len())?;
         self.session.output().push(message).map_err(|_| SendError::NoRoom)?;
         note_sent(self.platform, message, RTI);
@@ -83,7 +83,7 @@ impl<P: Platform> Outlet for Output<'_, '_, '_, P> {
         let NetworkOutput { port, federate, max_len, .. } = *message.output;
         let Some((peer, platform)) = self.peer(federate, max_len) else {
             if tag.is_some() && self.peers.to(federate).is_some_and(Outbound::lose) {
-                tell(Level::Warn, &PeerRemark::Left(federate));
+                report(Level::Warn, &PeerEvent::Left(federate));
             }
             return Ok(());
         };
@@ -110,7 +110,7 @@ impl<P: Platform> Outlet for Output<'_, '_, '_, P> {
         }
     }
 
-    fn tell_directly(&mut self, federate: u16, message: &Message<'_>) -> Result<(), SendError> {
+    fn send_control_directly(&mut self, federate: u16, message: &Message<'_>) -> Result<(), SendError> {
         let Some((peer, platform)) = self.peer(federate, 0) else { return Ok(()) };
         if peer.output().push(message).is_err() {
             peer.is_full(platform.now());

@@ -283,7 +283,7 @@ impl<'a, 's> Session<'a, 's> {
         let now = platform.now();
         if P::NAMES && self.place > 0 {
             // The addresses of one host are tried one after the other without a pause.
-            self.retry.hurry(now);
+            self.retry.retry_now(now);
         }
         match self.retry.poll(now) {
             ConnectStep::Attempt => match platform.connect(self.address::<P>()) {

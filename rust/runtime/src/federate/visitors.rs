@@ -4,14 +4,14 @@
 //! A visitor takes none of the places that the other federates have. There are few places for visitors; when they are
 //! taken and another one comes, the oldest has had its time, however short: a federate introduces itself at once.
 
-use lf_coordination::peer::{Introduction, VisitorReply};
+use lf_coordination::peer::{Introduction, IntroductionVerdict};
 use lf_coordination::{Deadline, FederateId, IpAddress, Tally, Times};
 use lf_model::time::{Instant, Interval};
 use lf_wire::{Message, RejectCode};
 
 use crate::listener::Listener;
+use crate::log_event::{PeerEvent, report};
 use crate::platform::{Interest, NetError, Platform, SocketId, Transfer};
-use crate::remark::{PeerRemark, tell};
 use log::Level;
 
 /// How many visitors there can be at once. The compiler counts their sockets, too.
@@ -79,8 +79,8 @@ impl Visitors {
                 }
                 Said::IsTransient(federate) => {
                     let times = self.refused.count();
-                    if times.is_told() {
-                        tell(Level::Warn, &PeerRemark::Transient { federate: federate.0, times });
+                    if times.is_logged() {
+                        report(Level::Warn, &PeerEvent::Transient { federate: federate.0, times });
                     }
                     reject(platform, visitor.socket, RejectCode::UnexpectedMessage);
                     *place = None;
@@ -171,10 +171,10 @@ impl Visitor {
     fn read<P: Platform>(&mut self, platform: &mut P, federation_id: &[u8]) -> Said {
         loop {
             let missing = match self.introduction.judge(federation_id) {
-                VisitorReply::Incomplete(missing) => missing.min(PIECE_BYTES),
-                VisitorReply::Introduced(federate) => return Said::Is(federate),
-                VisitorReply::Transient(federate) => return Said::IsTransient(federate),
-                VisitorReply::Refuse(code) => return Said::Refused(code),
+                IntroductionVerdict::Incomplete(missing) => missing.min(PIECE_BYTES),
+                IntroductionVerdict::Introduced(federate) => return Said::Is(federate),
+                IntroductionVerdict::Transient(federate) => return Said::IsTransient(federate),
+                IntroductionVerdict::Refuse(code) => return Said::Refused(code),
             };
             if !self.readable {
                 return Said::Waits;
@@ -197,8 +197,8 @@ pub(super) fn refuse<P: Platform>(
     code: RejectCode,
     times: Times,
 ) {
-    if times.is_told() {
-        tell(Level::Warn, &PeerRemark::Refused { address, code, times });
+    if times.is_logged() {
+        report(Level::Warn, &PeerEvent::Refused { address, code, times });
     }
     reject(platform, socket, code);
 }
@@ -227,7 +227,7 @@ fn reject<P: Platform>(platform: &mut P, socket: SocketId, code: RejectCode) {
 fn turn_away<P: Platform>(platform: &mut P, visitor: &Visitor, times: Times) {
     let Visitor { socket, address, .. } = *visitor;
     platform.close(socket);
-    if times.is_told() {
-        tell(Level::Warn, &PeerRemark::Nameless { address, times });
+    if times.is_logged() {
+        report(Level::Warn, &PeerEvent::Nameless { address, times });
     }
 }

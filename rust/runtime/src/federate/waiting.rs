@@ -11,7 +11,7 @@ use log::Level;
 
 use super::execution::{Advance, Execution};
 use super::reason::{Key, Reason};
-use crate::remark::{Remark, tell};
+use crate::log_event::{FederateEvent, report};
 
 /// After how long it is said what the start of a federate waits for, and the longest pause until it is said again.
 const START_REPORT: Interval = Interval::from_secs(5);
@@ -61,7 +61,7 @@ impl Waiting {
         if self.due != Instant::NEVER && self.due <= now {
             let (lasts, is_before_start) = (now.since(self.since), reason.is_before_start());
             let level = if is_before_start { Level::Info } else { Level::Warn };
-            tell(level, &Remark::Waits { reason: *reason, start, lasts });
+            report(level, &FederateEvent::Waits { reason: *reason, start, lasts });
             self.pause = self.pause.saturating_add(self.pause).min(START_REPORT_PAUSE_MAX);
             self.due = if is_before_start { now + self.pause } else { Instant::NEVER };
         }

@@ -232,7 +232,7 @@ impl<B: Storage> Outgoing<B> {
     }
 
     /// Writes what is pending if somebody may wait for it.
-    pub(super) fn hurry<P: Platform>(&mut self, platform: &mut P) {
+    pub(super) fn flush_urgent<P: Platform>(&mut self, platform: &mut P) {
         if core::mem::take(&mut self.urgent) {
             self.went |= self.flush(platform);
         }

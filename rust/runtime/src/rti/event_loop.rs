@@ -6,7 +6,7 @@ use core::fmt;
 use lf_coordination::Deadline;
 use lf_coordination::auth::Nonce;
 use lf_coordination::rti::{
-    Config, ConnectionId, Notice, Outcome, Rti, RtiStorage, SetupError, Status, Verdict, Waits,
+    Config, ConnectionId, Outcome, Rti, RtiEvent, RtiStorage, SetupError, Status, Verdict, Waits,
 };
 use lf_model::time::{Instant, Interval, Tag};
 use lf_wire::Storage;
@@ -15,8 +15,8 @@ use super::connections::{Awaited, Inlet, Outgoing, State};
 use super::table::{Outgoings, Table};
 use crate::datagram::{DatagramPort, send};
 use crate::listener::Listener;
+use crate::log_event::{ConnectionEvent, report};
 use crate::platform::{Platform, SocketId};
-use crate::remark::{ConnectionRemark, tell};
 use crate::trace::{Event, Role, Waits as WaitsFor};
 use crate::tracing::{begin, note};
 use crate::turn::Turn;
@@ -44,7 +44,7 @@ pub struct RtiSetup<'s, B = &'s mut [u8]> {
 
 /// Runs the RTI of one federation on a listening socket, until all federates have left or the program is interrupted.
 ///
-/// `notices` is told what people may want to know.
+/// `log` is told what people may want to know.
 ///
 /// # Errors
 /// When configuration and storage do not go together, or a buffer cannot hold the longest message. The listening socket
@@ -53,9 +53,9 @@ pub fn run_rti<P: Platform, B: Storage>(
     platform: &mut P,
     setup: RtiSetup<'_, B>,
     listener: SocketId,
-    notices: &mut impl FnMut(Notice<'_>),
+    log: &mut impl FnMut(RtiEvent<'_>),
 ) -> Result<Outcome, SetupError> {
-    RtiLoop::new(platform, setup, listener, notices).map(|mut rti| rti.run())
+    RtiLoop::new(platform, setup, listener, log).map(|mut rti| rti.run())
 }
 
 /// The event loop of the RTI, turn by turn: who calls [`RtiLoop::turn`] and [`RtiLoop::wait`] in alternation runs the
@@ -74,7 +74,7 @@ pub struct RtiLoop<'a, 's, P, N, B = &'s mut [u8]> {
     authentication: bool,
     /// After how long it is said that messages wait, and when to look whether some do.
     log_waits: Option<(Interval, Instant)>,
-    notices: &'a mut N,
+    log: &'a mut N,
 }
 
 impl<P, N, B> fmt::Debug for RtiLoop<'_, '_, P, N, B> {
@@ -83,7 +83,7 @@ impl<P, N, B> fmt::Debug for RtiLoop<'_, '_, P, N, B> {
     }
 }
 
-impl<'a, 's, P: Platform, N: FnMut(Notice<'_>), B: Storage> RtiLoop<'a, 's, P, N, B> {
+impl<'a, 's, P: Platform, N: FnMut(RtiEvent<'_>), B: Storage> RtiLoop<'a, 's, P, N, B> {
     /// An RTI whose federates may come now.
     ///
     /// # Errors
@@ -93,7 +93,7 @@ impl<'a, 's, P: Platform, N: FnMut(Notice<'_>), B: Storage> RtiLoop<'a, 's, P, N
         platform: &'a mut P,
         setup: RtiSetup<'s, B>,
         listener: SocketId,
-        notices: &'a mut N,
+        log: &'a mut N,
     ) -> Result<Self, SetupError>
     where
         's: 'a,
@@ -125,7 +125,7 @@ impl<'a, 's, P: Platform, N: FnMut(Notice<'_>), B: Storage> RtiLoop<'a, 's, P, N
             stop_tag: None,
             authentication,
             log_waits,
-            notices,
+            log,
         })
     }
 
@@ -146,7 +146,7 @@ impl<'a, 's, P: Platform, N: FnMut(Notice<'_>), B: Storage> RtiLoop<'a, 's, P, N
         self.synchronize();
         if !self.aborted && self.platform.interrupted() {
             self.aborted = true;
-            self.tell(|rti, outlet| rti.abort(outlet));
+            self.drive(|rti, outlet| rti.abort(outlet));
         }
         self.exchange();
         let now = self.platform.now();
@@ -157,7 +157,7 @@ impl<'a, 's, P: Platform, N: FnMut(Notice<'_>), B: Storage> RtiLoop<'a, 's, P, N
             self.exchange();
         }
         if self.rti.poll_timeout().is_due(now) {
-            self.tell(|rti, outlet| rti.handle_timeout(now, outlet));
+            self.drive(|rti, outlet| rti.handle_timeout(now, outlet));
         }
         self.look_for_waits(now);
         if self.stop_tag != self.rti.stop_tag() {
@@ -167,7 +167,7 @@ impl<'a, 's, P: Platform, N: FnMut(Notice<'_>), B: Storage> RtiLoop<'a, 's, P, N
         // Messages and grants go before advice: a write can take longer than all that was done for it.
         for entry in 0..self.table.due() {
             let index = self.table.due_at(entry);
-            self.table.outgoings[index].hurry(self.platform);
+            self.table.outgoings[index].flush_urgent(self.platform);
         }
         for _ in 0..self.table.due() {
             if let Some(index) = self.table.pop() {
@@ -203,8 +203,8 @@ impl<'a, 's, P: Platform, N: FnMut(Notice<'_>), B: Storage> RtiLoop<'a, 's, P, N
         }
     }
 
-    fn tell<R>(&mut self, what: impl FnOnce(&mut Rti<'s>, &mut Outgoings<'_, P, N, B>) -> R) -> R {
-        what(&mut self.rti, &mut self.table.outlet(self.platform, self.notices).1)
+    fn drive<R>(&mut self, what: impl FnOnce(&mut Rti<'s>, &mut Outgoings<'_, P, N, B>) -> R) -> R {
+        what(&mut self.rti, &mut self.table.outlet(self.platform, self.log).1)
     }
 
     /// Closes what is still open after the end of the federation. `true` when nothing is.
@@ -226,12 +226,12 @@ impl<'a, 's, P: Platform, N: FnMut(Notice<'_>), B: Storage> RtiLoop<'a, 's, P, N
             if self.authentication
                 && let Err(error) = self.platform.random(&mut nonce)
             {
-                tell(Level::Error, &ConnectionRemark::NoRandom(error));
+                report(Level::Error, &ConnectionEvent::NoRandom(error));
                 self.platform.close(socket);
                 continue;
             }
             self.table.occupy(index, socket);
-            self.tell(|rti, outlet| {
+            self.drive(|rti, outlet| {
                 rti.handle_connect(now, ConnectionId(index), address, nonce, outlet);
             });
         }
@@ -247,7 +247,7 @@ impl<'a, 's, P: Platform, N: FnMut(Notice<'_>), B: Storage> RtiLoop<'a, 's, P, N
         }
         let index = match self.table.lingering() {
             Some(index) => index,
-            None => self.tell(|rti, outlet| rti.make_way(outlet))?.0,
+            None => self.drive(|rti, outlet| rti.evict(outlet))?.0,
         };
         self.platform.close(self.table.vacate(index)?);
         Some(index)
@@ -275,7 +275,7 @@ impl<'a, 's, P: Platform, N: FnMut(Notice<'_>), B: Storage> RtiLoop<'a, 's, P, N
         }
         if self.table.inlets[index].ended && !self.table.inlets[index].fresh && self.table.has_work(index) {
             let now = self.platform.now();
-            self.tell(|rti, outlet| rti.handle_disconnect(now, ConnectionId(index), outlet));
+            self.drive(|rti, outlet| rti.handle_disconnect(now, ConnectionId(index), outlet));
             self.table.outgoings[index].state = State::Closing(None);
         }
     }
@@ -284,7 +284,7 @@ impl<'a, 's, P: Platform, N: FnMut(Notice<'_>), B: Storage> RtiLoop<'a, 's, P, N
     fn offer(&mut self, index: usize) {
         let now = self.platform.now();
         for _ in 0..MESSAGES_PER_TURN {
-            let (inlets, mut outlet) = self.table.outlet(self.platform, self.notices);
+            let (inlets, mut outlet) = self.table.outlet(self.platform, self.log);
             let inlet = &mut inlets[index];
             let bytes = inlet.buffer.bytes();
             if bytes.is_empty() {
@@ -327,7 +327,7 @@ impl<'a, 's, P: Platform, N: FnMut(Notice<'_>), B: Storage> RtiLoop<'a, 's, P, N
 
     /// There is no memory for a message of so many bytes, from a connection or for it: nothing goes on there.
     fn give_up(&mut self, index: usize, bytes: usize) {
-        self.tell(|rti, outlet| rti.handle_no_memory(ConnectionId(index), bytes, outlet));
+        self.drive(|rti, outlet| rti.handle_no_memory(ConnectionId(index), bytes, outlet));
         self.table.inlets[index].clear();
         self.table.outgoings[index].state = State::Closing(None);
         self.table.push(index);
@@ -343,7 +343,7 @@ impl<'a, 's, P: Platform, N: FnMut(Notice<'_>), B: Storage> RtiLoop<'a, 's, P, N
         }
         if self.table.outgoings[index].flush(self.platform) {
             let now = self.platform.now();
-            self.tell(|rti, outlet| rti.handle_writable(now, ConnectionId(index), outlet));
+            self.drive(|rti, outlet| rti.handle_writable(now, ConnectionId(index), outlet));
             // What was put off goes with the same turn.
             self.table.outgoings[index].flush(self.platform);
             self.table.let_go_on(Awaited::Room(ConnectionId(index)));
@@ -379,7 +379,7 @@ impl<'a, 's, P: Platform, N: FnMut(Notice<'_>), B: Storage> RtiLoop<'a, 's, P, N
             {
                 self.table.inlets[index].awaits_since = Some(Instant::FOREVER);
                 let room = matches!(awaited, Awaited::Room(_));
-                (self.notices)(Notice::Waits(Waits::Sender { from, to, room, lasts }));
+                (self.log)(RtiEvent::Waits(Waits::Sender { from, to, room, lasts }));
             }
         }
     }
@@ -392,9 +392,9 @@ impl<'a, 's, P: Platform, N: FnMut(Notice<'_>), B: Storage> RtiLoop<'a, 's, P, N
     /// Answers the datagrams that have come, a bounded number of them, and begins a round if it is time.
     fn synchronize(&mut self) {
         let Some(socket) = self.port.socket().filter(|_| P::DATAGRAMS) else { return };
-        let Self { rti, table, notices, .. } = self;
+        let Self { rti, table, log, .. } = self;
         self.port.receive(self.platform, |platform, socket, now, from, datagram| {
-            if let Some(answer) = rti.handle_datagram(now, from, datagram, &mut table.outlet(platform, *notices).1) {
+            if let Some(answer) = rti.handle_datagram(now, from, datagram, &mut table.outlet(platform, *log).1) {
                 send(platform, socket, answer.to, &answer.message);
                 let probe = answer.coded_probe(platform.now());
                 send(platform, socket, probe.to, &probe.message);
@@ -422,7 +422,7 @@ impl<'a, 's, P: Platform, N: FnMut(Notice<'_>), B: Storage> RtiLoop<'a, 's, P, N
         }
         while self.rti.poll_exchange_timeout() != Deadline::Never {
             let now = self.platform.now();
-            let Some(ConnectionId(index)) = self.tell(|rti, outlet| rti.poll_exchange(now, outlet)) else { return };
+            let Some(ConnectionId(index)) = self.drive(|rti, outlet| rti.poll_exchange(now, outlet)) else { return };
             self.send(index);
         }
     }
@@ -430,7 +430,7 @@ impl<'a, 's, P: Platform, N: FnMut(Notice<'_>), B: Storage> RtiLoop<'a, 's, P, N
     /// Says whether to wait for connections, and gives until when to wait.
     fn prepare_wait(&mut self) -> Deadline {
         let room = self.table.vacant().is_some();
-        self.listener.set_interest(self.platform, room || self.table.lingering().is_some() || self.rti.can_make_way());
+        self.listener.set_interest(self.platform, room || self.table.lingering().is_some() || self.rti.can_evict());
         if self.table.due() > 0 {
             return Deadline::Now;
         }

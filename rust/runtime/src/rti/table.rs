@@ -3,7 +3,7 @@
 //! silent costs nothing.
 
 use lf_coordination::Deadline;
-use lf_coordination::rti::{ConnectionId, Notice, Outlet, SetupError};
+use lf_coordination::rti::{ConnectionId, Outlet, RtiEvent, SetupError};
 use lf_model::time::Instant;
 #[cfg(feature = "traces")]
 use lf_wire::{Decoded, Limits, decode};
@@ -63,9 +63,9 @@ impl<'a, B: Storage> Table<'a, B> {
     pub(super) fn outlet<'x, P, N>(
         &'x mut self,
         platform: &'x mut P,
-        notices: &'x mut N,
+        log: &'x mut N,
     ) -> (&'x mut [Inlet<B>], Outgoings<'x, P, N, B>) {
-        (self.inlets, Outgoings { table: self.outgoings, due: &mut self.due, platform, notices })
+        (self.inlets, Outgoings { table: self.outgoings, due: &mut self.due, platform, log })
     }
 
     /// How many connections are in the queue.
@@ -269,7 +269,7 @@ pub(super) struct Outgoings<'a, P, N, B> {
     /// Records what comes and goes.
     #[cfg_attr(not(feature = "traces"), expect(dead_code, reason = "nothing is recorded"))]
     platform: &'a mut P,
-    notices: &'a mut N,
+    log: &'a mut N,
 }
 
 #[cfg(feature = "traces")]
@@ -287,7 +287,7 @@ impl<P: Platform, N, B: Storage> Outgoings<'_, P, N, B> {
     }
 }
 
-impl<P: Platform, N: FnMut(Notice<'_>), B: Storage> Outlet for Outgoings<'_, P, N, B> {
+impl<P: Platform, N: FnMut(RtiEvent<'_>), B: Storage> Outlet for Outgoings<'_, P, N, B> {
     fn room(&self, connection: ConnectionId) -> usize {
         self.table.get(connection.0).map_or(0, |outgoing| outgoing.buffer.room_max())
     }
@@ -316,8 +316,8 @@ impl<P: Platform, N: FnMut(Notice<'_>), B: Storage> Outlet for Outgoings<'_, P, 
         }
     }
 
-    fn notice(&mut self, notice: Notice<'_>) {
-        (self.notices)(notice);
+    fn log(&mut self, event: RtiEvent<'_>) {
+        (self.log)(event);
     }
 }
 

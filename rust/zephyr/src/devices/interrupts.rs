@@ -9,7 +9,7 @@ use core::sync::atomic::{AtomicBool, AtomicU32, Ordering};
 use critical_section::Mutex;
 use lf_devices::{EventPoster, Problem};
 use lf_model::PhysicalLink;
-use lf_runtime::{DeviceRemark, tell};
+use lf_runtime::{DeviceEvent, report};
 use log::Level;
 
 use super::spec::outcome;
@@ -107,7 +107,7 @@ pub(crate) fn tell_of_lost() {
     for place in &PLACES {
         let events = place.lost.swap(0, Ordering::Relaxed);
         if let (1.., Some(device)) = (events, place.name()) {
-            tell(Level::Warn, &DeviceRemark::EventsLost { device, events });
+            report(Level::Warn, &DeviceEvent::EventsLost { device, events });
         }
     }
 }

@@ -10,7 +10,7 @@ use rti_support::dialogue::{START, config, hello, read};
 use rti_support::{Sizes, World};
 
 /// Federates 0 -> 1 -> 2 without delay, started. Their next events are far away, so that all may go far.
-fn chain(in_turn: bool) -> (World, [ConnectionId; 3], impl Fn(i64) -> Tag) {
+fn chain(ordered_stop: bool) -> (World, [ConnectionId; 3], impl Fn(i64) -> Tag) {
     let at = |ns: i64| Tag::new(START + ns, 0);
     let mut world = World::new(config(), Sizes::ample(3));
     let connections = [0, 1, 2].map(|id: u16| {
@@ -18,7 +18,7 @@ fn chain(in_turn: bool) -> (World, [ConnectionId; 3], impl Fn(i64) -> Tag) {
         hello(&mut world, id, &upstream)
     });
     for connection in connections {
-        if in_turn {
+        if ordered_stop {
             world.message(connection, &Message::AddressAdvertisement { port: ADDRESS_PORT_UNKNOWN });
         }
         world.message(connection, &Message::Timestamp(0));
@@ -48,10 +48,10 @@ fn a_federate_that_asks_for_it_is_granted_the_stop_tag_after_those_upstream() {
     let (mut world, connections, at) = chain(true);
     stop(&mut world, connections, &at);
     let ptag = format!("PTAG {} 0", at(20).time - START);
-    let taken_back = ["STOP_REQUEST", &ptag, "STOP_GRANTED"];
+    let revoked = ["STOP_REQUEST", &ptag, "STOP_GRANTED"];
     assert_eq!(read(&mut world, connections[0]), ["STOP_REQUEST", "STOP_GRANTED"], "nobody grants it anything");
-    assert_eq!(read(&mut world, connections[1]), taken_back);
-    assert_eq!(read(&mut world, connections[2]), taken_back[1..]);
+    assert_eq!(read(&mut world, connections[1]), revoked);
+    assert_eq!(read(&mut world, connections[2]), revoked[1..]);
     // Each asks for its last tag, and says that it has done all that is before.
     for connection in &connections[1..] {
         world.message(*connection, &Message::LatestTagComplete(at(19)));

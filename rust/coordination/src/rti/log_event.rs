@@ -143,9 +143,9 @@ impl fmt::Display for Violation {
     }
 }
 
-/// A log event of the RTI. A frequent event has the number of its occurrences: see [`Notice::is_told`].
+/// A log event of the RTI. A frequent event has the number of its occurrences: see [`RtiEvent::is_logged`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Notice<'a> {
+pub enum RtiEvent<'a> {
     /// A federate has completed its handshake.
     Joined(FederateId),
     /// All federates have joined; they begin at this time.
@@ -183,7 +183,7 @@ pub enum Notice<'a> {
         times: Times,
     },
     /// A connection without an id was closed, because a new one came and all were in use.
-    MadeWay(Times),
+    Evicted(Times),
     /// A federate left in order.
     Resigned(FederateId),
     /// A federate left out of order. Before the start its id is free again; later on, others go on as if it had
@@ -256,23 +256,23 @@ pub enum Notice<'a> {
     Stranger(Endpoint),
 }
 
-impl Notice<'_> {
+impl RtiEvent<'_> {
     /// Returns whether to log it: of frequent events, only some are logged.
-    pub fn is_told(&self) -> bool {
+    pub fn is_logged(&self) -> bool {
         match self {
             Self::Rejected { times, .. }
             | Self::RejectedBy { times, .. }
             | Self::HandshakeAbandoned { times, .. }
-            | Self::MadeWay(times)
+            | Self::Evicted(times)
             | Self::UnknownType { times, .. }
             | Self::Dropped { times, .. }
-            | Self::Late { times, .. } => times.is_told(),
+            | Self::Late { times, .. } => times.is_logged(),
             _ => true,
         }
     }
 }
 
-impl fmt::Display for Notice<'_> {
+impl fmt::Display for RtiEvent<'_> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match *self {
             Self::Joined(federate) => say!(f, "federate {federate} has joined"),
@@ -300,7 +300,7 @@ impl fmt::Display for Notice<'_> {
                 if timed_out { say!(f, " was silent for too long") } else { say!(f, " ended") }?;
                 say!(f, " before its handshake was complete{times}")
             }
-            Self::MadeWay(times) => say!(
+            Self::Evicted(times) => say!(
                 f,
                 "a connection that had not said which federate it is was closed, because another one has come and all \
                  places are taken{times}"

@@ -8,7 +8,7 @@ use core::time::Duration;
 use lf_coordination::clock_sync::Trouble;
 use lf_coordination::code::{Decode, Encode, Reader, Writer};
 use lf_coordination::federate::ClockSyncReport;
-use lf_coordination::rti::Notice;
+use lf_coordination::rti::RtiEvent;
 use lf_coordination::{Endpoint, IpAddress, Times, coded};
 use lf_model::time::{EventTag, Instant, Interval};
 use lf_texts::say;
@@ -21,7 +21,7 @@ use crate::image::{ImageError, RtiError, SettingsError};
 use crate::platform::{NetError, RandomError};
 
 /// A sentence that can be told as a code: those of one type are a family, whose number the code begins with.
-pub trait Tell: fmt::Display + Encode {
+pub trait LogEvent: fmt::Display + Encode {
     /// The family's number.
     const FAMILY: u8;
 }
@@ -29,7 +29,7 @@ pub trait Tell: fmt::Display + Encode {
 /// Gives the families their numbers, for both directions.
 macro_rules! families {
     ($($number:literal $type:ident $(<$life:lifetime>)?),* $(,)?) => {
-        $(impl $(<$life>)? Tell for $type $(<$life>)? {
+        $(impl $(<$life>)? LogEvent for $type $(<$life>)? {
             const FAMILY: u8 = $number;
         })*
 
@@ -54,12 +54,12 @@ macro_rules! families {
 }
 
 families! {
-    0 ImageError, 1 RtiError, 2 Notice<'a>, 3 Remark, 4 PeerRemark, 5 ConnectionRemark, 6 DeviceRemark,
+    0 ImageError, 1 RtiError, 2 RtiEvent<'a>, 3 FederateEvent, 4 PeerEvent, 5 ConnectionEvent, 6 DeviceEvent,
 }
 
 /// What a federate says while it goes on.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Remark {
+pub enum FederateEvent {
     /// It has been waiting for this for so long.
     Waits {
         /// For what.
@@ -83,7 +83,7 @@ pub enum Remark {
     ClockTrouble(Trouble),
 }
 
-impl fmt::Display for Remark {
+impl fmt::Display for FederateEvent {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             // There are no rounds over UDP, and the sentences are long.
@@ -114,14 +114,14 @@ impl fmt::Display for Remark {
     }
 }
 
-coded!(Remark {
+coded!(FederateEvent {
     Waits { reason, start, lasts }, GuessableKey, NoDatagrams, Stranger(from), ClockSync(report), NoBuffers,
     ClockTrouble(trouble),
 });
 
 /// What a program says of its devices.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum DeviceRemark {
+pub enum DeviceEvent {
     /// The queue of the action that a device schedules had no room for so many events.
     EventsLost {
         /// The device, by its name in the program.
@@ -131,7 +131,7 @@ pub enum DeviceRemark {
     },
 }
 
-impl fmt::Display for DeviceRemark {
+impl fmt::Display for DeviceEvent {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let Self::EventsLost { device, events } = self;
         say!(
@@ -142,11 +142,11 @@ impl fmt::Display for DeviceRemark {
     }
 }
 
-coded!(DeviceRemark { EventsLost { device, events } });
+coded!(DeviceEvent { EventsLost { device, events } });
 
 /// What a federate says of its connections with other federates.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum PeerRemark {
+pub enum PeerEvent {
     /// A federate has left to which this one sends.
     Left(u16),
     /// What a federate sent at the end of both could not be read.
@@ -218,7 +218,7 @@ pub enum PeerRemark {
     },
 }
 
-impl fmt::Display for PeerRemark {
+impl fmt::Display for PeerEvent {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::Left(federate) => say!(f, "federate {federate} has left: messages to it are lost"),
@@ -267,7 +267,7 @@ impl fmt::Display for PeerRemark {
     }
 }
 
-coded!(PeerRemark {
+coded!(PeerEvent {
     Left(federate), LastMessages(error), DoesNotEnd(from), LeftInMessage(from), AfterStop { input, intended },
     Late { input, intended, actual, lateness, federate, times }, LateInAll { messages, unhandled },
     Lost { messages, to }, LeftBefore(to), Refused { address, code, times }, Transient { federate, times },
@@ -276,7 +276,7 @@ coded!(PeerRemark {
 
 /// What is said of connections that come.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum ConnectionRemark {
+pub enum ConnectionEvent {
     /// One cannot be authenticated.
     NoRandom(RandomError),
     /// The system did not hand one over.
@@ -288,7 +288,7 @@ pub enum ConnectionRemark {
     },
 }
 
-impl fmt::Display for ConnectionRemark {
+impl fmt::Display for ConnectionEvent {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::NoRandom(error) => say!(f, "a connection is refused: {error}"),
@@ -297,7 +297,7 @@ impl fmt::Display for ConnectionRemark {
     }
 }
 
-coded!(ConnectionRemark { NoRandom(error), NotAccepted { error, times } });
+coded!(ConnectionEvent { NoRandom(error), NotAccepted { error, times } });
 
 coded!(NetError { Refused, Reset, Unreachable, AddressInUse, NoSocketLeft, Stale, Os(number) });
 coded!(PeerFault {
@@ -334,7 +334,7 @@ impl Decode for RandomError {
 pub const TEXTS: bool = cfg!(feature = "texts");
 
 /// Tells people something, at this level of importance: as a sentence, or without [`TEXTS`] as a code.
-pub fn tell<T: Tell>(level: Level, said: &T) {
+pub fn report<T: LogEvent>(level: Level, said: &T) {
     if level > log::STATIC_MAX_LEVEL {
         return;
     }
@@ -357,7 +357,7 @@ pub struct Code {
 
 impl Code {
     /// The code of what is said.
-    pub fn of<T: Tell>(said: &T) -> Self {
+    pub fn of<T: LogEvent>(said: &T) -> Self {
         let mut bytes = [0; CODE_BYTES];
         let length = Writer::write(&mut bytes, T::FAMILY, said);
         Self { bytes, length }
