@@ -57,7 +57,7 @@ impl<'s> Connection<'s> {
     }
 
     /// Something may have come, though no wait has told.
-    pub(crate) fn look(&mut self) {
+    pub(crate) fn mark_readable(&mut self) {
         self.readable = true;
     }
 

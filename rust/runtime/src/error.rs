@@ -194,7 +194,7 @@ pub enum PeerFault {
     /// It refuses the connection, with this code.
     Refuses(RejectCode),
     /// It takes nothing any more, while this federate waits for that in the middle of a tag.
-    Stuck,
+    Blocked,
 }
 
 impl fmt::Display for PeerFault {
@@ -237,7 +237,7 @@ impl fmt::Display for PeerFault {
                 "refuses the connection of this one: {code}; check that both are built from the same program, and that \
                  no other program connects in this one's name",
             ),
-            Self::Stuck => say!(
+            Self::Blocked => say!(
                 f,
                 "has taken nothing for a minute, though a tag of this federate waits for that; it may be waiting for \
                  this one: raise the capacity of the connection with `@capacity(n)`, or send less",

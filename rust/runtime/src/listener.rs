@@ -16,7 +16,7 @@ const ACCEPT_PAUSE: Interval = Interval::from_millis(100);
 pub(crate) struct Listener {
     socket: Option<SocketId>,
     /// A connection may be waiting.
-    knocks: bool,
+    pending: bool,
     /// A wait has said so since the last one was taken.
     ready: bool,
     /// When to accept again after the system had no resources.
@@ -28,31 +28,31 @@ pub(crate) struct Listener {
 impl Listener {
     /// Somebody may wait there already.
     pub(crate) fn new(socket: SocketId) -> Self {
-        Self { socket: Some(socket), knocks: true, ..Self::default() }
+        Self { socket: Some(socket), pending: true, ..Self::default() }
     }
 
     /// Whether a connection may be waiting, and may be accepted now.
-    pub(crate) fn knocks(&mut self, now: Instant) -> bool {
+    pub(crate) fn has_pending(&mut self, now: Instant) -> bool {
         if self.again.is_some_and(|time| time <= now) {
-            self.look();
+            self.mark_pending();
         }
-        self.knocks && self.again.is_none() && self.socket.is_some()
+        self.pending && self.again.is_none() && self.socket.is_some()
     }
 
     /// Whether a connection may be waiting: then no wait has to tell.
     pub(crate) fn is_known(&self) -> bool {
-        self.knocks
+        self.pending
     }
 
     /// A connection may be waiting, though no wait has told.
-    pub(crate) fn look(&mut self) {
-        (self.again, self.knocks) = (None, true);
+    pub(crate) fn mark_pending(&mut self) {
+        (self.again, self.pending) = (None, true);
     }
 
     /// There is no place for one more. Gives whether one waits for sure: a wait has told since the last was taken.
-    pub(crate) fn put_off(&mut self) -> bool {
-        self.knocks = core::mem::take(&mut self.ready);
-        self.knocks
+    pub(crate) fn postpone(&mut self) -> bool {
+        self.pending = core::mem::take(&mut self.ready);
+        self.pending
     }
 
     /// Takes a connection, if one waits.
@@ -70,7 +70,7 @@ impl Listener {
                 self.again = Some(now + ACCEPT_PAUSE);
             }
         }
-        self.knocks = false;
+        self.pending = false;
         None
     }
 
@@ -85,14 +85,14 @@ impl Listener {
     /// A wait found this socket ready. `true` if it is this one.
     pub(crate) fn handle_ready(&mut self, ready: SocketId) -> bool {
         let is_it = self.socket == Some(ready);
-        (self.knocks, self.ready) = (self.knocks | is_it, self.ready | is_it);
+        (self.pending, self.ready) = (self.pending | is_it, self.ready | is_it);
         is_it
     }
 
     /// When to accept though no wait tells: now, if somebody may wait and there is a place, or after a pause.
     pub(crate) fn poll_timeout(&self, has_place: bool) -> Deadline {
         match self.socket {
-            Some(_) if self.knocks && has_place => Deadline::Now,
+            Some(_) if self.pending && has_place => Deadline::Now,
             Some(_) => self.again.into(),
             None => Deadline::Never,
         }

@@ -210,7 +210,7 @@ pub enum PeerEvent {
         times: Times,
     },
     /// A connection was closed whose other end did not say who it is.
-    Nameless {
+    Unidentified {
         /// From where it came.
         address: IpAddress,
         /// How many have been.
@@ -260,7 +260,7 @@ impl fmt::Display for PeerEvent {
                 "federate {federate} was refused, because it is transient: it may come and go while the federation \
                  runs, and this federate awaits it at the start; remove `@transient` from its program{times}"
             ),
-            Self::Nameless { address, times } => {
+            Self::Unidentified { address, times } => {
                 say!(f, "a connection from {address} did not say which federate it is, and was closed{times}")
             }
         }
@@ -271,7 +271,7 @@ coded!(PeerEvent {
     Left(federate), LastMessages(error), DoesNotEnd(from), LeftInMessage(from), AfterStop { input, intended },
     Late { input, intended, actual, lateness, federate, times }, LateInAll { messages, unhandled },
     Lost { messages, to }, LeftBefore(to), Refused { address, code, times }, Transient { federate, times },
-    Nameless { address, times },
+    Unidentified { address, times },
 });
 
 /// What is said of connections that come.
@@ -302,7 +302,7 @@ coded!(ConnectionEvent { NoRandom(error), NotAccepted { error, times } });
 coded!(NetError { Refused, Reset, Unreachable, AddressInUse, NoSocketLeft, Stale, Os(number) });
 coded!(PeerFault {
     Bytes(error), Unexpected(message), WrongInput { federate, port }, Unreachable(error), Unanswered, Refuses(code),
-    Stuck, WrongTag { port },
+    Blocked, WrongTag { port },
 });
 coded!(RunError {
     RtiUnreachable { address, last }, Random(error), Federate(error), Config(error), Model(error),

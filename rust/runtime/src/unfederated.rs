@@ -41,7 +41,7 @@ pub struct UnfederatedLoop<'a, 's, P> {
     platform: &'a mut P,
     program: &'a mut dyn Program,
     engine: Engine<'s>,
-    world: World,
+    world: IdleEnv,
     asked_to_stop: bool,
 }
 
@@ -55,7 +55,7 @@ impl<'a, 's, P: Platform> UnfederatedLoop<'a, 's, P> {
     /// A program that starts now.
     pub fn new(platform: &'a mut P, program: &'a mut dyn Program, mut engine: Engine<'s>) -> Self {
         tracing::begin(platform, Role::Program, Some(engine.tables()));
-        let world = World(platform.outside());
+        let world = IdleEnv(platform.outside());
         let start = world.0.physical_time();
         platform.starts(start);
         engine.start(start);
@@ -106,7 +106,7 @@ impl<'a, 's, P: Platform> UnfederatedLoop<'a, 's, P> {
     fn run(&mut self, tag: Tag) -> Result<(), RunError> {
         self.engine.begin(self.program, tag)?;
         tracing::note(self.platform, Event::TagBegins(tag));
-        let progress = self.engine.advance(self.program, &mut Alone(self.platform), None);
+        let progress = self.engine.advance(self.program, &mut UnfederatedEnv(self.platform), None);
         tracing::note(self.platform, Event::TagEnds(tag));
         match progress {
             Progress::Complete => Ok(()),
@@ -119,9 +119,9 @@ impl<'a, 's, P: Platform> UnfederatedLoop<'a, 's, P> {
 }
 
 /// The surroundings of a tag in a program without neighbors.
-struct Alone<'a, P>(&'a mut P);
+struct UnfederatedEnv<'a, P>(&'a mut P);
 
-impl<P: Platform> Env for Alone<'_, P> {
+impl<P: Platform> Env for UnfederatedEnv<'_, P> {
     fn outside(&self) -> &'static dyn Outside {
         self.0.outside()
     }
@@ -140,9 +140,9 @@ impl<P: Platform> Env for Alone<'_, P> {
 }
 
 /// The world of a program while no tag is open.
-pub(crate) struct World(pub(crate) &'static dyn Outside);
+pub(crate) struct IdleEnv(pub(crate) &'static dyn Outside);
 
-impl Env for World {
+impl Env for IdleEnv {
     fn outside(&self) -> &'static dyn Outside {
         self.0
     }

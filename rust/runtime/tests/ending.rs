@@ -26,7 +26,7 @@ const MS: fn(i64) -> Interval = Interval::from_millis;
 /// The RTI's start delay and the time for the handshakes, roughly.
 const START: i64 = 1_050;
 /// Longer than any of the times that federates and RTI give their peers at the end.
-const LAST_WORDS: i64 = 3_000;
+const FINAL_SEND_TIME_OUT: i64 = 3_000;
 
 fn timer(period: i64) -> Behavior {
     Behavior { timer: Some((Interval::ZERO, MS(period))), ..Behavior::default() }
@@ -140,7 +140,7 @@ proptest! {
             let lost = matches!(cause(result), Some(FederateError::RtiLost { .. }));
             let never_there = matches!(result, Err(RunError::RtiUnreachable { .. }));
             prop_assert!(lost || never_there, "{:?}", result);
-            let limit = if lost { at + LAST_WORDS } else { 61_000 };
+            let limit = if lost { at + FINAL_SEND_TIME_OUT } else { 61_000 };
             prop_assert!(*ended <= MS(limit), "{:?} {:?}", result, ended);
         }
     }
@@ -157,7 +157,7 @@ proptest! {
         prop_assert_eq!(&report.outcome, &Some(Ok(lost)));
         for (index, result) in report.results.iter().enumerate().filter(|(index, _)| *index != who) {
             prop_assert_eq!(cause(result), Some(FederateError::RtiFailed), "{}: {:?}", index, result);
-            prop_assert!(report.ended[index] <= MS(START + 200 + LAST_WORDS));
+            prop_assert!(report.ended[index] <= MS(START + 200 + FINAL_SEND_TIME_OUT));
         }
     }
 
@@ -183,7 +183,7 @@ proptest! {
         let report = run(&plan, Conditions::seeded(seed));
         prop_assert_eq!(report.trouble, None);
         prop_assert_eq!(&report.results[who], &Err(RunError::Interrupted));
-        prop_assert!(report.ended[who] <= MS(at + LAST_WORDS));
+        prop_assert!(report.ended[who] <= MS(at + FINAL_SEND_TIME_OUT));
         if at > START + 200 {
             let federate = FederateId(u16::try_from(who).unwrap());
             prop_assert_eq!(&report.outcome, &Some(Ok(Outcome::Lost { federate, cause: Cause::Failed })));
@@ -202,7 +202,7 @@ proptest! {
         prop_assert_eq!(&report.outcome, &Some(Ok(Outcome::Aborted)));
         for (result, ended) in report.results.iter().zip(&report.ended) {
             prop_assert_eq!(cause(result), Some(FederateError::RtiFailed));
-            prop_assert!(*ended <= MS(START + at + LAST_WORDS));
+            prop_assert!(*ended <= MS(START + at + FINAL_SEND_TIME_OUT));
         }
     }
 
@@ -251,7 +251,7 @@ fn a_stranger_is_told_why_it_is_refused() {
         assert_eq!(report.trouble, None);
         assert!(matches!(cause(&report.results[1]), Some(FederateError::Rejected(_))), "{:?}", report.results);
         assert!(report.results[1].as_ref().unwrap_err().to_string().contains("same federation id"));
-        assert!(report.ended[1] <= MS(LAST_WORDS));
+        assert!(report.ended[1] <= MS(FINAL_SEND_TIME_OUT));
         for other in [0, 2] {
             assert_eq!(cause(&report.results[other]), Some(FederateError::RtiFailed));
         }

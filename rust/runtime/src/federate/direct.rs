@@ -50,8 +50,8 @@ impl<'a, 's> Direct<'a, 's> {
             return Ok(());
         }
         let machine = &mut execution.machine;
-        self.peers.welcome(platform, machine.phase() >= Phase::Running);
-        self.peers.look_for_ends(platform);
+        self.peers.accept(platform, machine.phase() >= Phase::Running);
+        self.peers.detect_ends(platform);
         if machine.phase() != Phase::Meeting {
             return Ok(());
         }
@@ -147,18 +147,18 @@ impl<'a, 's> Direct<'a, 's> {
 
     /// Whether a federate whose receive buffer is full of messages without room would have to send word of another of
     /// its inputs, for which this one waits for ever: then which input holds the messages.
-    pub(super) fn starved(&mut self, execution: &Execution<'_, '_, impl Needs>) -> Option<InputId> {
+    pub(super) fn deadlocked_input(&mut self, execution: &Execution<'_, '_, impl Needs>) -> Option<InputId> {
         self.peers.inbound().iter_mut().find_map(|inbound| {
-            let (from, input) = (inbound.from?, inbound.receiver.choked()?);
-            execution.starves_for(from.0).then_some(input)
+            let (from, input) = (inbound.from?, inbound.receiver.full_input()?);
+            execution.deadlocks_with(from.0).then_some(input)
         })
     }
 
     /// In the last tag, says over connections with a delay that nothing more comes: what is sent now would come after
     /// that tag. The receivers need not wait for its end, for which this federate may have to wait for them.
-    pub(super) fn say_ends<P: Platform>(&mut self, platform: &mut P, execution: &Execution<'_, '_, impl Needs>) {
+    pub(super) fn send_ends<P: Platform>(&mut self, platform: &mut P, execution: &Execution<'_, '_, impl Needs>) {
         if execution.is_decentralized() && execution.has_begun_last_tag() {
-            self.peers.say_ends(platform, &outputs(execution), false);
+            self.peers.send_ends(platform, &outputs(execution), false);
         }
     }
 
@@ -174,7 +174,7 @@ impl<'a, 's> Direct<'a, 's> {
     ) -> bool {
         let in_time = platform.now() < until;
         let ends = resigned.then(|| outputs(execution));
-        let hears = resigned && execution.is_decentralized() && self.hear_out(platform, execution, in_time);
+        let hears = resigned && execution.is_decentralized() && self.drain(platform, execution, in_time);
         let sends = self.peers.leave(platform, ends.as_ref(), hears) && in_time;
         if !hears && !sends {
             self.peers.close(platform);
@@ -183,7 +183,7 @@ impl<'a, 's> Direct<'a, 's> {
     }
 
     /// Reads once what other federates send at their end. `true` while more can come, and there is time.
-    fn hear_out<P: Platform>(
+    fn drain<P: Platform>(
         &mut self,
         platform: &mut P,
         execution: &mut Execution<'_, '_, impl Needs>,

@@ -30,15 +30,15 @@ use crate::turn::Turn;
 const TAGS_PER_TURN: u32 = 16;
 /// How long others may take nothing while this federate waits for that in the middle of a tag. They may be waiting for
 /// this one, and then for ever.
-const STUCK_TIME_OUT: Interval = Interval::from_secs(60);
+const BLOCKED_TIME_OUT: Interval = Interval::from_secs(60);
 /// How long a federate that has failed tries to tell the RTI, and any federate tries to tell its peers.
-const LAST_WORDS: Interval = Interval::from_secs(1);
+const FINAL_SEND_TIME_OUT: Interval = Interval::from_secs(1);
 /// How long a federate that has resigned waits until the RTI has read all of it. The RTI may read slowly, because a
 /// receiver is slow, and what it answers would reset a connection that is closed meanwhile: the rest would be lost.
-const RESIGNATION: Interval = Interval::from_secs(60);
+const RESIGN_TIME_OUT: Interval = Interval::from_secs(60);
 /// How long a federate that has come to its last tag reads what others send it too late, to say so, with decentralized
 /// coordination. They come to the same tag, so their connections end soon; only one that is cut off does not end.
-const HEARING_OUT: Interval = Interval::from_secs(60);
+const DRAIN_TIME_OUT: Interval = Interval::from_secs(60);
 
 /// Runs a federate from its first connection to its end. `known` is memory, one tag for each of
 /// [`Federation::awaited`].
@@ -68,7 +68,7 @@ pub struct FederateLoop<'a, 's, P, N: Needs = All> {
     clock_sync: ClockSyncPort,
     waiting: Waiting,
     /// Since when all of the session's input buffer has been held while this federate waits for room for its output.
-    choked_since: Option<Instant>,
+    full_since: Option<Instant>,
     stage: Stage,
 }
 
@@ -141,7 +141,7 @@ impl<'a, 's, P: Platform, N: Needs> FederateLoop<'a, 's, P, N> {
             direct,
             clock_sync,
             waiting: Waiting::NONE,
-            choked_since: None,
+            full_since: None,
             stage: Stage::Taking,
         })
     }
@@ -192,7 +192,7 @@ impl<'a, 's, P: Platform, N: Needs> FederateLoop<'a, 's, P, N> {
                 Err(Failed) => self.execution.machine.fail(),
             }
             self.clock_sync.end(self.platform, &self.execution.machine);
-            self.direct.peers.look_again();
+            self.direct.peers.recheck();
             self.stage = Stage::Leaving(self.platform.now());
         }
         if let Stage::Leaving(since) = self.stage {
@@ -260,10 +260,10 @@ impl<'a, 's, P: Platform, N: Needs> FederateLoop<'a, 's, P, N> {
         self.direct.meet(self.platform, &mut self.execution)?;
         self.direct.receive(self.platform, &mut self.execution)?;
         let advance = self.advance()?;
-        self.direct.say_ends(self.platform, &self.execution);
+        self.direct.send_ends(self.platform, &self.execution);
         self.transmit();
         self.direct.peers.flush(self.platform);
-        self.check_stuck(advance)?;
+        self.check_deadlock(advance)?;
         let has_ended = self.execution.phase() == Phase::Ended && self.session.output().is_empty();
         Ok((!has_ended).then_some(advance))
     }
@@ -365,9 +365,9 @@ impl<'a, 's, P: Platform, N: Needs> FederateLoop<'a, 's, P, N> {
             self.execution.begin(tag)?;
             note(self.platform, Traced::TagBegins(tag));
             if N::INPUTS {
-                self.session.receiver.held.look_again();
+                self.session.receiver.held.recheck();
             }
-            self.direct.peers.look_again();
+            self.direct.peers.recheck();
         }
         Ok(waits)
     }
@@ -416,40 +416,40 @@ impl<'a, 's, P: Platform, N: Needs> FederateLoop<'a, 's, P, N> {
 
     /// Ends with an error what would last for ever, because some queue is too small for what others send.
     #[cfg_attr(target_pointer_width = "32", inline(never))]
-    fn check_stuck(&mut self, advance: Advance) -> Result<(), Failed> {
-        match self.stuck(advance) {
+    fn check_deadlock(&mut self, advance: Advance) -> Result<(), Failed> {
+        match self.deadlock(advance) {
             Some(error) => Err(self.execution.fail(error)),
             None => Ok(()),
         }
     }
 
     /// What would last for ever, if something does.
-    fn stuck(&mut self, advance: Advance) -> Option<RunError> {
-        let choked = if N::INPUTS { self.session.receiver.choked() } else { None };
+    fn deadlock(&mut self, advance: Advance) -> Option<RunError> {
+        let full_input = if N::INPUTS { self.session.receiver.full_input() } else { None };
         let now = self.platform.now();
         let full = |input: InputId| RunError::InputFull { input: self.execution.name_of(input) };
         let is_full = advance == Advance::OutputFull;
         if advance == Advance::NotGranted && self.execution.is_decentralized() {
-            if let Some(input) = self.direct.starved(&self.execution) {
+            if let Some(input) = self.direct.deadlocked_input(&self.execution) {
                 return Some(full(input));
             }
         } else if advance == Advance::NotGranted {
-            if let Some(input) = choked {
+            if let Some(input) = full_input {
                 return Some(full(input));
             }
-            if let Some(input) = self.execution.overfull(&self.session.receiver.held) {
+            if let Some(input) = self.execution.input_over_capacity(&self.session.receiver.held) {
                 return Some(RunError::TagFull { input: self.execution.name_of(input) });
             }
         }
-        if let Some((federate, since)) = self.direct.peers.stuck().filter(|_| is_full)
-            && now >= since + STUCK_TIME_OUT
+        if let Some((federate, since)) = self.direct.peers.blocked().filter(|_| is_full)
+            && now >= since + BLOCKED_TIME_OUT
         {
-            return Some(RunError::Peer { federate, fault: PeerFault::Stuck });
+            return Some(RunError::Peer { federate, fault: PeerFault::Blocked });
         }
-        let choked = choked.filter(|_| is_full);
-        self.choked_since = choked.and(self.choked_since.or(Some(now)));
-        let is_over = self.choked_since.is_some_and(|since| now >= since + STUCK_TIME_OUT);
-        choked.filter(|_| is_over).map(full)
+        let full_input = full_input.filter(|_| is_full);
+        self.full_since = full_input.and(self.full_since.or(Some(now)));
+        let is_over = self.full_since.is_some_and(|since| now >= since + BLOCKED_TIME_OUT);
+        full_input.filter(|_| is_over).map(full)
     }
 
     /// Says what to wait for, and gives until when.
@@ -459,8 +459,8 @@ impl<'a, 's, P: Platform, N: Needs> FederateLoop<'a, 's, P, N> {
             Advance::Until(deadline) => deadline,
             Advance::OutputFull => {
                 let since =
-                    self.direct.peers.stuck().map(|(_, since)| since).into_iter().chain(self.choked_since).min();
-                since.map(|since| since + STUCK_TIME_OUT).into()
+                    self.direct.peers.blocked().map(|(_, since)| since).into_iter().chain(self.full_since).min();
+                since.map(|since| since + BLOCKED_TIME_OUT).into()
             }
             Advance::NotGranted | Advance::Done => Deadline::Never,
         };
@@ -493,7 +493,7 @@ impl<'a, 's, P: Platform, N: Needs> FederateLoop<'a, 's, P, N> {
                 if !TRACES {
                     self.log_waits()?;
                 }
-                reason(&self.execution, advance, self.direct.peers.stuck().map(|(federate, _)| federate))
+                reason(&self.execution, advance, self.direct.peers.blocked().map(|(federate, _)| federate))
             }
             Phase::Disconnected => Some(self.session.reason(self.session.missing())),
             Phase::Meeting => {
@@ -512,9 +512,9 @@ impl<'a, 's, P: Platform, N: Needs> FederateLoop<'a, 's, P, N> {
     #[cfg_attr(target_pointer_width = "32", inline(never))]
     fn leave(&mut self, since: Instant, is_ok: bool) -> Option<Deadline> {
         let resigned = is_ok && !self.platform.interrupted();
-        let until = since + if resigned { RESIGNATION } else { LAST_WORDS };
+        let until = since + if resigned { RESIGN_TIME_OUT } else { FINAL_SEND_TIME_OUT };
         let hears = resigned && self.execution.is_decentralized();
-        let direct_until = since + if hears { HEARING_OUT } else { LAST_WORDS };
+        let direct_until = since + if hears { DRAIN_TIME_OUT } else { FINAL_SEND_TIME_OUT };
         let direct = self.direct.leave(self.platform, &mut self.execution, resigned, direct_until);
         let linked = self.platform.now() < until && self.session.leave(self.platform, &mut self.execution.machine);
         if !linked {

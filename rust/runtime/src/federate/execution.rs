@@ -22,7 +22,7 @@ use crate::error::RunError;
 use crate::trace::Event;
 #[cfg(feature = "traces")]
 use crate::tracing::step_event;
-use crate::unfederated::World;
+use crate::unfederated::IdleEnv;
 
 /// How far the tags of one turn came.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
@@ -165,7 +165,7 @@ impl<'a, 's, N: Needs> Execution<'a, 's, N> {
         // that nobody has told of.
         let stays = self.engine.settings().keepalive;
         self.machine.set_physical_sources(stays || outside.mailbox().links() > 0 || can_receive);
-        self.engine.drain_physical(self.program, &World(outside));
+        self.engine.drain_physical(self.program, &IdleEnv(outside));
         self.take_stop_request();
     }
 
@@ -242,7 +242,7 @@ impl<'a, 's, N: Needs> Execution<'a, 's, N> {
         limit: Advance,
     ) -> Result<Option<Advance>, Failed> {
         let is_decentralized = self.is_decentralized();
-        let mut gate = Gate { machine: &mut self.machine, silent: self.silent, is_decentralized, outlet };
+        let mut gate = TagEnv { machine: &mut self.machine, silent: self.silent, is_decentralized, outlet };
         match self.engine.advance(self.program, &mut gate, max_level) {
             Progress::Complete => {}
             Progress::OutputFull { .. } => return Ok(Some(Advance::OutputFull)),
@@ -275,7 +275,7 @@ impl<'a, 's, N: Needs> Execution<'a, 's, N> {
 
     /// Whether more messages have come for one tag than a queue holds: then which input holds the others. They have to
     /// be in the queue before the tag is begun, and nothing that is earlier can make room any more.
-    pub(super) fn overfull(&self, held: &Held) -> Option<InputId> {
+    pub(super) fn input_over_capacity(&self, held: &Held) -> Option<InputId> {
         if !N::INPUTS {
             return None;
         }
@@ -373,7 +373,7 @@ impl<N: Needs> Execution<'_, '_, N> {
 
     /// Whether a federate, whose receive buffer is full of messages without room, would have to send word of another of
     /// its inputs, for which this one waits for ever.
-    pub(super) fn starves_for(&self, from: u16) -> bool {
+    pub(super) fn deadlocks_with(&self, from: u16) -> bool {
         let Some(tag) = self.tag_in_question() else { return false };
         let tag = if self.engine.is_in_tag() { tag } else { tag.before() };
         let inputs = (0..).zip(self.engine.tables().inputs);
@@ -389,7 +389,7 @@ fn wait_limit(engine: &Engine<'_>, port: u16) -> Interval {
 }
 
 /// The engine's environment while a tag runs: what may be sent, and which way.
-struct Gate<'x, 'a, O, N: Needs> {
+struct TagEnv<'x, 'a, O, N: Needs> {
     machine: &'x mut Federate<'a, N>,
     /// Nothing is sent any more.
     silent: bool,
@@ -397,7 +397,7 @@ struct Gate<'x, 'a, O, N: Needs> {
     outlet: &'x mut O,
 }
 
-impl<O: Outlet, N: Needs> Env for Gate<'_, '_, O, N> {
+impl<O: Outlet, N: Needs> Env for TagEnv<'_, '_, O, N> {
     fn outside(&self) -> &'static dyn Outside {
         self.outlet.outside()
     }
@@ -496,20 +496,20 @@ mod tests {
 
     /// The federate waits for ever for one of two inputs from the same sender, and not at all for that of another one.
     #[test]
-    fn a_federate_starves_for_an_input_until_its_sender_has_ended_and_nothing_is_held_for_it() {
+    fn a_federate_deadlocks_with_an_input_until_its_sender_has_ended_and_nothing_is_held_for_it() {
         with_execution(|execution| {
             execution.start(Instant::from_nanos(100));
             execution.engine.set_stop_tag(Tag::at(Instant::from_nanos(150)));
-            assert_eq!([1, 2].map(|from| execution.starves_for(from)), [true, false]);
+            assert_eq!([1, 2].map(|from| execution.deadlocks_with(from)), [true, false]);
             let tag = execution.tag_in_question().expect("the last tag is to come");
             assert_eq!(
                 execution.begin_time(Instant::from_nanos(150), tag),
                 (Instant::FOREVER, false, Some(Advance::NotGranted))
             );
             execution.end_inputs(1, |port| port == 0);
-            assert!(execution.starves_for(1));
+            assert!(execution.deadlocks_with(1));
             execution.end_inputs(1, |_| false);
-            assert!(!execution.starves_for(1));
+            assert!(!execution.deadlocks_with(1));
             assert_eq!(execution.begin_time(Instant::from_nanos(150), tag).0, tag.time);
         });
     }

@@ -11,7 +11,7 @@ use lf_wire::{DecodeError, Message};
 use super::execution::{Execution, Failed};
 use super::held::Held;
 use super::late::Late;
-use super::receiver::{Fate, Policy, too_long};
+use super::receiver::{Disposition, Policy, too_long};
 use crate::error::{PeerFault, RunError};
 use crate::platform::{Observation, Platform};
 use crate::tracing::note_received;
@@ -31,7 +31,7 @@ pub(super) struct FromPeer<'x, 'a, 's, P, N: Needs> {
 }
 
 impl<P: Platform, N: Needs> Policy for FromPeer<'_, '_, '_, P, N> {
-    fn take(&mut self, message: Message<'_>, _: &Held) -> Result<Fate, Failed> {
+    fn take(&mut self, message: Message<'_>, _: &Held) -> Result<Disposition, Failed> {
         let (port, federate, tag) = match message {
             Message::P2pMessage { port, federate, .. } => (port, federate, None),
             Message::P2pTaggedMessage { port, federate, tag, .. } => {
@@ -56,7 +56,7 @@ impl<P: Platform, N: Needs> Policy for FromPeer<'_, '_, '_, P, N> {
             return Err(self.fault(PeerFault::WrongInput { federate, port }));
         };
         if !self.execution.engine.is_done() && self.execution.lacks_room(input, tag) {
-            return Ok(Fate::Held(tag.unwrap_or(Tag::FOREVER), Some(input)));
+            return Ok(Disposition::Held(tag.unwrap_or(Tag::FOREVER), Some(input)));
         }
         note_received(self.platform, &message, self.from);
         let Execution { engine, program, awaited, failure, .. } = &mut *self.execution;
@@ -76,7 +76,7 @@ impl<P: Platform, N: Needs> Policy for FromPeer<'_, '_, '_, P, N> {
             (_, Some(tag)) => awaited.learn(input.0, tag),
             (_, None) => {}
         }
-        Ok(Fate::Taken)
+        Ok(Disposition::Taken)
     }
 
     fn refuse(&mut self, bytes: &[u8], error: DecodeError) -> Failed {

@@ -17,7 +17,7 @@ use lf_wire::{DecodeError, Message, MessageType};
 
 use super::execution::{Execution, Failed};
 use super::held::Held;
-use super::receiver::{Fate, Policy, too_long};
+use super::receiver::{Disposition, Policy, too_long};
 use crate::error::RunError;
 use crate::platform::Platform;
 use crate::trace::{Event as Traced, RTI};
@@ -47,7 +47,7 @@ impl<P: Platform, N: Needs> Policy for FromRti<'_, '_, '_, P, N> {
         }
     }
 
-    fn take(&mut self, message: Message<'_>, held: &Held) -> Result<Fate, Failed> {
+    fn take(&mut self, message: Message<'_>, held: &Held) -> Result<Disposition, Failed> {
         let (behind, earliest) = (held.bytes > 0, held.earliest);
         let is_before = |tag: Tag| tag < earliest || earliest == Tag::FOREVER;
         match message {
@@ -58,31 +58,31 @@ impl<P: Platform, N: Needs> Policy for FromRti<'_, '_, '_, P, N> {
                 if let Some(input) = self.execution.engine.tables().input_of(port)
                     && self.execution.lacks_room(input, Some(tag))
                 {
-                    return Ok(Fate::Held(tag, Some(input)));
+                    return Ok(Disposition::Held(tag, Some(input)));
                 }
             }
             // It takes back what was granted before, which may be among what is held.
             Message::ProvisionalTagGrant(tag)
                 if N::CYCLES && behind && from_wire(tag) <= self.execution.machine.granted() =>
             {
-                return Ok(Fate::Held(Tag::FOREVER, None));
+                return Ok(Disposition::Held(Tag::FOREVER, None));
             }
             // So much of it counts already.
             Message::TagGrant(tag) | Message::ProvisionalTagGrant(tag) if !is_before(from_wire(tag)) => {
                 let granted = Message::TagGrant(to_wire(earliest.before()));
                 let result = self.execution.machine.handle_message(self.now, granted);
                 result.map_err(|error| self.execution.fail(error.into()))?;
-                return Ok(Fate::HeldGrant);
+                return Ok(Disposition::HeldGrant);
             }
             // So may some of the held messages come from the federate that has left.
             Message::UpstreamDisconnected { federate } if N::CYCLES && !is_before(Tag::FOREVER) => {
                 self.learn_from(federate, earliest.before());
-                return Ok(Fate::Held(Tag::FOREVER, None));
+                return Ok(Disposition::Held(Tag::FOREVER, None));
             }
             // One of the held messages may be for this very input.
             Message::PortAbsent { port, tag, .. } if !is_before(from_wire(tag)) => {
                 self.learn(port, earliest.before());
-                return Ok(Fate::Held(Tag::FOREVER, None));
+                return Ok(Disposition::Held(Tag::FOREVER, None));
             }
             _ => {}
         }
@@ -102,7 +102,7 @@ impl<P: Platform, N: Needs> Policy for FromRti<'_, '_, '_, P, N> {
 
 impl<P: Platform, N: Needs> FromRti<'_, '_, '_, P, N> {
     #[cfg_attr(target_pointer_width = "32", inline(never))]
-    fn handle(&mut self, message: Message<'_>) -> Result<Fate, Failed> {
+    fn handle(&mut self, message: Message<'_>) -> Result<Disposition, Failed> {
         note_received(self.platform, &message, RTI);
         let result = self.execution.machine.handle_message(self.now, message);
         let event = result.map_err(|error| {
@@ -132,7 +132,7 @@ impl<P: Platform, N: Needs> FromRti<'_, '_, '_, P, N> {
             Event::StopGranted(tag) => {
                 self.execution.stop(self.now, tag);
                 // What is held may be for after the last tag now.
-                return Ok(Fate::TakenForAll);
+                return Ok(Disposition::TakenForAll);
             }
             Event::IdInUse => {
                 *self.refused = true;
@@ -140,7 +140,7 @@ impl<P: Platform, N: Needs> FromRti<'_, '_, '_, P, N> {
             Event::Accepted => log::debug!("the RTI has accepted this federate"),
             Event::None | Event::Granted(_) | Event::GrantedProvisionally(_) | Event::StopRequested(_) => {}
         }
-        Ok(Fate::Taken)
+        Ok(Disposition::Taken)
     }
 
     /// It is known what comes at a port up to this tag.

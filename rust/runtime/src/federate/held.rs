@@ -30,7 +30,7 @@ impl Held {
     ///
     /// All that is held is then looked at from the front. As room comes about in no other way, a message never
     /// overtakes an earlier one for the same input.
-    pub(super) fn look_again(&mut self) {
+    pub(super) fn recheck(&mut self) {
         self.stale = self.input.is_some();
     }
 

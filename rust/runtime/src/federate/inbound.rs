@@ -51,7 +51,7 @@ impl<'s> Inbound<'s> {
     pub(super) fn fill_now<P: Platform>(&mut self, platform: &mut P) -> bool {
         let has_space = !self.receiver.connection.input.space().is_empty();
         if has_space {
-            self.receiver.connection.look();
+            self.receiver.connection.mark_readable();
         }
         has_space && self.receiver.connection.fill(platform) != Reading::Nothing
     }

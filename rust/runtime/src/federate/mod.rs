@@ -3,7 +3,7 @@
 //!
 //! - the [`session`] with the RTI: its connection, and what the machine has to say;
 //! - the [`peers`]: connections with other federates past the RTI, of which there are [`outbound`] and [`inbound`]
-//!   ones, and [`visitors`] that have not said who they are;
+//!   ones, and [`accept_queue`] that have not said who they are;
 //! - one [`receiver`] for what comes on any of them, with a policy for what comes [`from_rti`], and one for what comes
 //!   [`from_peer`]s, which [`direct`] does;
 //! - the [`execution`] of tags, which sends to an [`output`];
@@ -11,6 +11,7 @@
 //!
 //! The [`event_loop`] calls them in order.
 
+mod accept_queue;
 mod clock_sync;
 mod direct;
 mod event_loop;
@@ -28,7 +29,6 @@ mod peers;
 mod reason;
 mod receiver;
 mod session;
-mod visitors;
 mod waiting;
 
 pub use event_loop::{FederateLoop, run_federate};

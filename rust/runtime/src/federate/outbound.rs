@@ -30,13 +30,13 @@ pub struct Outbound<'s> {
     /// Why the last attempt to connect has failed.
     pub(super) trouble: Option<PeerFault>,
     /// Since when a message has had no room.
-    pub(super) stuck: Option<Instant>,
+    pub(super) blocked_since: Option<Instant>,
     /// How many messages at least the other federate cannot have got, because it has left.
     pub(super) lost: u64,
     /// The other federate has left before this one: what was on its way then may be lost too.
     pub(super) left_early: bool,
     /// Of how many outputs it has been said that nothing more comes.
-    pub(super) ends_said: usize,
+    pub(super) ends_sent: usize,
 }
 
 /// How far the connection is.
@@ -64,10 +64,10 @@ impl<'s> Outbound<'s> {
             says_transient: Some(false),
             answer_due: Instant::NEVER,
             trouble: None,
-            stuck: None,
+            blocked_since: None,
             lost: 0,
             left_early: false,
-            ends_said: 0,
+            ends_sent: 0,
         }
     }
 
@@ -104,7 +104,7 @@ impl<'s> Outbound<'s> {
 
     /// A message has no room.
     pub(super) fn is_full(&mut self, now: Instant) {
-        self.stuck = self.stuck.or(Some(now));
+        self.blocked_since = self.blocked_since.or(Some(now));
     }
 
     /// Begins to connect.
@@ -122,7 +122,7 @@ impl<'s> Outbound<'s> {
         let before = self.connection.output.pending().len();
         let is_sound = self.connection.flush(platform);
         if self.connection.output.pending().len() < before {
-            self.stuck = None;
+            self.blocked_since = None;
         }
         if !is_sound {
             self.lose_peer(platform);
@@ -146,7 +146,7 @@ impl<'s> Outbound<'s> {
         self.stage = Approach::Ended;
         self.connection.close(platform);
         self.answer.clear();
-        self.stuck = None;
+        self.blocked_since = None;
     }
 
     /// Goes on with a connection that is being made. `Some` when it is there (`true`), or cannot be made (`false`).
@@ -207,7 +207,7 @@ impl<'s> Outbound<'s> {
     }
 
     /// Looks for the end of the other side, which never says anything else.
-    pub(super) fn look_for_end<P: Platform>(&mut self, platform: &mut P) {
+    pub(super) fn detect_end<P: Platform>(&mut self, platform: &mut P) {
         if let (Approach::Open, Some(socket)) = (self.stage, self.connection.socket())
             && !matches!(platform.read(socket, &mut [0; 1]), Ok(Transfer::WouldBlock | Transfer::Bytes(_)))
         {

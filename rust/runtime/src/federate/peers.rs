@@ -9,9 +9,9 @@ use lf_model::NetworkOutput;
 use lf_model::time::{Instant, Tag};
 use lf_wire::{Message, RejectCode};
 
+use super::accept_queue::{AcceptQueue, Introduced, refuse};
 use super::inbound::Inbound;
 use super::outbound::Outbound;
-use super::visitors::{Introduced, Visitors, refuse};
 use crate::description::{Federation, PEERS};
 use crate::error::PeerFault;
 use crate::platform::{Interest, NetError, Platform, SocketId};
@@ -42,7 +42,7 @@ impl Outputs {
 pub(super) struct Peers<'a, 's> {
     outbound: &'s mut [Outbound<'s>],
     inbound: &'s mut [Inbound<'s>],
-    visitors: Visitors,
+    accept_queue: AcceptQueue,
     federation: &'a Federation,
     federation_id: &'a [u8],
     /// Which of the outbound connections is being made.
@@ -60,8 +60,8 @@ impl<'a, 's> Peers<'a, 's> {
         federation: &'a Federation,
         federation_id: &'a [u8],
     ) -> Self {
-        let visitors = Visitors::default();
-        Self { outbound, inbound, visitors, federation, federation_id, meeting: None, stale: false }
+        let accept_queue = AcceptQueue::default();
+        Self { outbound, inbound, accept_queue, federation, federation_id, meeting: None, stale: false }
     }
 
     /// The connections that lead here; none without the feature.
@@ -95,10 +95,10 @@ impl<'a, 's> Peers<'a, 's> {
     }
 
     /// A tag has been begun: there is room for messages that wait.
-    pub(super) fn look_again(&mut self) {
+    pub(super) fn recheck(&mut self) {
         self.stale = true;
         for inbound in self.inbound() {
-            inbound.receiver.held.look_again();
+            inbound.receiver.held.recheck();
         }
     }
 
@@ -107,7 +107,7 @@ impl<'a, 's> Peers<'a, 's> {
         if self.inbound().is_empty() {
             return Ok(None);
         }
-        self.visitors.listen(platform).map(Some)
+        self.accept_queue.listen(platform).map(Some)
     }
 
     /// Begins to connect to this federate.
@@ -141,15 +141,15 @@ impl<'a, 's> Peers<'a, 's> {
 
     /// Takes connections that wait, and lets those in that say who they are, as long as this federate has not `begun`
     /// with all of them. Bounded by the number of places.
-    pub(super) fn welcome<P: Platform>(&mut self, platform: &mut P, begun: bool) {
+    pub(super) fn accept<P: Platform>(&mut self, platform: &mut P, begun: bool) {
         if begun && self.inbound().iter().all(|inbound| inbound.from.is_some()) {
-            return self.visitors.close(platform);
+            return self.accept_queue.close(platform);
         }
-        while let Some(visitor) = self.visitors.receive(platform, self.federation_id) {
-            let Introduced { federate, socket, address } = visitor;
+        while let Some(peer) = self.accept_queue.receive(platform, self.federation_id) {
+            let Introduced { federate, socket, address } = peer;
             match self.place_for(platform, federate, begun) {
                 Ok(place) => place.open(platform, federate, socket),
-                Err(code) => refuse(platform, socket, address, code, self.visitors.refused.count()),
+                Err(code) => refuse(platform, socket, address, code, self.accept_queue.refused.count()),
             }
         }
     }
@@ -185,16 +185,16 @@ impl<'a, 's> Peers<'a, 's> {
     /// and over `all` when the last tag is complete.
     ///
     /// A receiver knows by it that this federate ends in order, and what to wait for at its own last tag.
-    pub(super) fn say_ends<P: Platform>(&mut self, platform: &mut P, outputs: &Outputs, all: bool) {
+    pub(super) fn send_ends<P: Platform>(&mut self, platform: &mut P, outputs: &Outputs, all: bool) {
         for (federate, outbound) in self.federation.peers_out.iter().zip(self.outbound_mut()) {
             let to = |delayed: bool| outputs.to(*federate).filter(move |output| output.delay.is_some() == delayed);
-            for output in to(true).chain(to(false).filter(|_| all)).skip(outbound.ends_said) {
+            for output in to(true).chain(to(false).filter(|_| all)).skip(outbound.ends_sent) {
                 let end = Message::PortAbsent { port: output.port, federate: *federate, tag: lf_wire::Tag::FOREVER };
                 if outbound.has_ended() || outbound.output().push(&end).is_err() {
                     break;
                 }
                 note_sent(platform, &end, *federate);
-                outbound.ends_said += 1;
+                outbound.ends_sent += 1;
             }
         }
     }
@@ -206,18 +206,18 @@ impl<'a, 's> Peers<'a, 's> {
         if !PEERS {
             return false;
         }
-        self.visitors.close(platform);
+        self.accept_queue.close(platform);
         for inbound in self.inbound.iter_mut().filter(|_| !hears) {
             inbound.close(platform);
         }
-        self.look_for_ends(platform);
+        self.detect_ends(platform);
         if let Some(outputs) = ends {
-            self.say_ends(platform, outputs, true);
+            self.send_ends(platform, outputs, true);
         }
         self.flush(platform);
         let mut sends = false;
         for (federate, outbound) in self.federation.peers_out.iter().zip(self.outbound.iter_mut()) {
-            let has_said = ends.is_none_or(|outputs| outbound.ends_said >= outputs.to(*federate).count());
+            let has_said = ends.is_none_or(|outputs| outbound.ends_sent >= outputs.to(*federate).count());
             if outbound.is_empty() && (has_said || outbound.has_ended()) {
                 outbound.end(platform);
             } else {
@@ -244,9 +244,9 @@ impl<'a, 's> Peers<'a, 's> {
     }
 
     /// The federate that has taken nothing for longest though this one waits for that, and since when.
-    pub(super) fn stuck(&self) -> Option<(u16, Instant)> {
-        let stuck = self.receivers().filter_map(|(federate, outbound)| Some((federate, outbound.stuck?)));
-        stuck.min_by_key(|(_, since)| *since)
+    pub(super) fn blocked(&self) -> Option<(u16, Instant)> {
+        let blocked = self.receivers().filter_map(|(federate, outbound)| Some((federate, outbound.blocked_since?)));
+        blocked.min_by_key(|(_, since)| *since)
     }
 
     /// Says what to wait for; messages only while the program can take them.
@@ -254,7 +254,7 @@ impl<'a, 's> Peers<'a, 's> {
         if !PEERS {
             return;
         }
-        self.visitors.set_interest(platform);
+        self.accept_queue.set_interest(platform);
         for inbound in self.inbound.iter_mut() {
             inbound.receiver.connection.set_interest(platform, running);
         }
@@ -268,7 +268,7 @@ impl<'a, 's> Peers<'a, 's> {
         if !PEERS {
             return;
         }
-        self.visitors.handle_ready(ready);
+        self.accept_queue.handle_ready(ready);
         for inbound in self.inbound.iter_mut() {
             inbound.receiver.connection.handle_ready(ready, interest);
         }
@@ -278,9 +278,9 @@ impl<'a, 's> Peers<'a, 's> {
     }
 
     /// Notices which federates have left.
-    pub(super) fn look_for_ends<P: Platform>(&mut self, platform: &mut P) {
+    pub(super) fn detect_ends<P: Platform>(&mut self, platform: &mut P) {
         for outbound in self.outbound_mut() {
-            outbound.look_for_end(platform);
+            outbound.detect_end(platform);
         }
     }
 
@@ -293,7 +293,7 @@ impl<'a, 's> Peers<'a, 's> {
             return Deadline::Now;
         }
         let answers = self.outbound.iter().map(Outbound::poll_timeout).min().unwrap_or(Deadline::Never);
-        self.visitors.poll_timeout().min(answers)
+        self.accept_queue.poll_timeout().min(answers)
     }
 
     /// Ends all connections.
@@ -301,7 +301,7 @@ impl<'a, 's> Peers<'a, 's> {
         if !PEERS {
             return;
         }
-        self.visitors.close(platform);
+        self.accept_queue.close(platform);
         for outbound in self.outbound.iter_mut() {
             outbound.end(platform);
         }

@@ -22,7 +22,7 @@ use crate::platform::Platform;
 
 /// What has become of a message.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
-pub(super) enum Fate {
+pub(super) enum Disposition {
     /// It has been handled.
     Taken,
     /// It has been handled, and what is held may need no room any more.
@@ -47,7 +47,7 @@ pub(super) trait Policy {
     ///
     /// # Errors
     /// When it must not come.
-    fn take(&mut self, message: Message<'_>, held: &Held) -> Result<Fate, Failed>;
+    fn take(&mut self, message: Message<'_>, held: &Held) -> Result<Disposition, Failed>;
 
     /// What is wrong when these bytes are no message.
     fn refuse(&mut self, bytes: &[u8], error: DecodeError) -> Failed;
@@ -83,21 +83,21 @@ impl<'s> Receiver<'s> {
         let held = if P::HOLDS { self.held.bytes } else { 0 };
         let next = self.connection.input.next_expected(held, &self.limits, P::expects);
         let Some((message, len)) = next.map_err(|error| policy.refuse(self.rest(), error))? else { return Ok(None) };
-        let fate = policy.take(message, &self.held)?;
-        match fate {
+        let disposition = policy.take(message, &self.held)?;
+        match disposition {
             _ if !P::HOLDS => self.connection.input.remove(0, len),
-            Fate::Taken | Fate::TakenForAll => {
+            Disposition::Taken | Disposition::TakenForAll => {
                 self.connection.input.remove(self.held.bytes, len);
                 self.alike = self.alike.saturating_sub(len);
             }
             // With those behind it that are for the same input, whose tags are later.
-            Fate::Held(tag, to) => self.held.hold(len.max(core::mem::take(&mut self.alike)), tag, to),
-            Fate::HeldGrant => self.held.hold_grant(len),
+            Disposition::Held(tag, to) => self.held.hold(len.max(core::mem::take(&mut self.alike)), tag, to),
+            Disposition::HeldGrant => self.held.hold_grant(len),
         }
-        if P::HOLDS && fate == Fate::TakenForAll && self.held.input.is_some() {
+        if P::HOLDS && disposition == Disposition::TakenForAll && self.held.input.is_some() {
             (self.held, self.alike) = (Held::NONE, 0);
         }
-        Ok(Some(matches!(fate, Fate::Taken | Fate::TakenForAll)))
+        Ok(Some(matches!(disposition, Disposition::Taken | Disposition::TakenForAll)))
     }
 
     /// Closes the connection: nothing is held any more.
@@ -108,7 +108,7 @@ impl<'s> Receiver<'s> {
 
     /// Whether the connection cannot be read, because all of its buffer is held: then which input holds it. While no
     /// tag can be begun or completed either, this lasts.
-    pub(super) fn choked(&mut self) -> Option<InputId> {
+    pub(super) fn full_input(&mut self) -> Option<InputId> {
         self.held.input.filter(|_| !self.held.stale && self.connection.input.space().is_empty())
     }
 
@@ -164,16 +164,16 @@ mod tests {
     }
 
     impl Policy for Inputs {
-        fn take(&mut self, message: Message<'_>, _: &Held) -> Result<Fate, Failed> {
+        fn take(&mut self, message: Message<'_>, _: &Held) -> Result<Disposition, Failed> {
             self.looks += 1;
-            let Message::P2pTaggedMessage { port, tag, .. } = message else { return Ok(Fate::TakenForAll) };
+            let Message::P2pTaggedMessage { port, tag, .. } = message else { return Ok(Disposition::TakenForAll) };
             let room = &mut self.room[usize::from(port)];
             if *room == 0 {
-                return Ok(Fate::Held(lf_coordination::from_wire(tag), Some(InputId(port))));
+                return Ok(Disposition::Held(lf_coordination::from_wire(tag), Some(InputId(port))));
             }
             *room -= 1;
             self.taken.push((port, tag.time));
-            Ok(Fate::Taken)
+            Ok(Disposition::Taken)
         }
 
         fn refuse(&mut self, _: &[u8], error: DecodeError) -> Failed {
@@ -202,7 +202,7 @@ mod tests {
         test(&mut |again| {
             let mut inputs = Inputs { room: again.unwrap_or(room), taken: Vec::new(), looks: 0 };
             if again.is_some() {
-                receiver.held.look_again();
+                receiver.held.recheck();
             }
             receiver.resume();
             while receiver.next(&mut inputs).expect("all are messages").is_some() {}

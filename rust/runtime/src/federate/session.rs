@@ -217,7 +217,7 @@ impl<'a, 's> Session<'a, 's> {
         }
         if !self.receiver.connection.flush(platform) {
             self.receiver.connection.output.clear();
-            self.receiver.connection.look();
+            self.receiver.connection.mark_readable();
             return false;
         }
         self.receiver.connection.output.is_empty()

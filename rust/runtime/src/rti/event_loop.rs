@@ -159,10 +159,10 @@ impl<'a, 's, P: Platform, N: FnMut(RtiEvent<'_>), B: Storage> RtiLoop<'a, 's, P,
         if self.rti.poll_timeout().is_due(now) {
             self.drive(|rti, outlet| rti.handle_timeout(now, outlet));
         }
-        self.look_for_waits(now);
+        self.report_waits(now);
         if self.stop_tag != self.rti.stop_tag() {
             self.stop_tag = self.rti.stop_tag();
-            (0..self.table.len()).for_each(|index| self.table.let_go_on(Awaited::Input(ConnectionId(index))));
+            (0..self.table.len()).for_each(|index| self.table.resume(Awaited::Input(ConnectionId(index))));
         }
         // Messages and grants go before advice: a write can take longer than all that was done for it.
         for entry in 0..self.table.due() {
@@ -218,7 +218,7 @@ impl<'a, 's, P: Platform, N: FnMut(RtiEvent<'_>), B: Storage> RtiLoop<'a, 's, P,
 
     /// Takes the connections that wait, as long as there are places for them.
     fn accept(&mut self, now: Instant) {
-        while self.listener.knocks(now)
+        while self.listener.has_pending(now)
             && let Some(index) = self.place()
             && let Some((socket, address)) = self.listener.accept(self.platform, now)
         {
@@ -242,7 +242,7 @@ impl<'a, 's, P: Platform, N: FnMut(RtiEvent<'_>), B: Storage> RtiLoop<'a, 's, P,
     fn place(&mut self) -> Option<usize> {
         let vacant = self.table.vacant();
         // Asked again when the listener says that one waits.
-        if vacant.is_some() || !self.listener.put_off() {
+        if vacant.is_some() || !self.listener.postpone() {
             return vacant;
         }
         let index = match self.table.lingering() {
@@ -271,7 +271,7 @@ impl<'a, 's, P: Platform, N: FnMut(RtiEvent<'_>), B: Storage> RtiLoop<'a, 's, P,
         }
         if self.table.inlets[index].fresh && self.table.inlets[index].awaits.is_none() {
             self.offer(index);
-            self.table.let_go_on(Awaited::Input(ConnectionId(index)));
+            self.table.resume(Awaited::Input(ConnectionId(index)));
         }
         if self.table.inlets[index].ended && !self.table.inlets[index].fresh && self.table.has_work(index) {
             let now = self.platform.now();
@@ -306,14 +306,14 @@ impl<'a, 's, P: Platform, N: FnMut(RtiEvent<'_>), B: Storage> RtiLoop<'a, 's, P,
                     }
                     return;
                 }
-                Verdict::Blocked(by) => return self.table.put_off(now, index, Awaited::Room(by)),
-                Verdict::Held(until) => return self.table.put_off(now, index, Awaited::Input(until)),
+                Verdict::Blocked(by) => return self.table.postpone(now, index, Awaited::Room(by)),
+                Verdict::Held(until) => return self.table.postpone(now, index, Awaited::Input(until)),
                 Verdict::HeldReadOn(until) => {
                     let needed = bytes.len() + 1;
                     if !inlet.buffer.make_space_for(needed) {
                         return self.give_up(index, needed);
                     }
-                    return self.table.put_off(now, index, Awaited::InputOrMore(until));
+                    return self.table.postpone(now, index, Awaited::InputOrMore(until));
                 }
                 Verdict::Closed => {
                     inlet.fresh = false;
@@ -346,16 +346,16 @@ impl<'a, 's, P: Platform, N: FnMut(RtiEvent<'_>), B: Storage> RtiLoop<'a, 's, P,
             self.drive(|rti, outlet| rti.handle_writable(now, ConnectionId(index), outlet));
             // What was put off goes with the same turn.
             self.table.outgoings[index].flush(self.platform);
-            self.table.let_go_on(Awaited::Room(ConnectionId(index)));
+            self.table.resume(Awaited::Room(ConnectionId(index)));
         }
         self.table.outgoings[index].advance_closing(self.platform, self.table.inlets[index].ended);
         if !self.table.outgoings[index].is_open() {
-            self.table.let_go_on(Awaited::Room(ConnectionId(index)));
-            self.table.let_go_on(Awaited::Input(ConnectionId(index)));
+            self.table.resume(Awaited::Room(ConnectionId(index)));
+            self.table.resume(Awaited::Input(ConnectionId(index)));
         }
         let Some(socket) = self.table.outgoings[index].socket else {
             self.table.freed();
-            self.listener.look();
+            self.listener.mark_pending();
             return;
         };
         let interest = self.table.interest(index);
@@ -366,7 +366,7 @@ impl<'a, 's, P: Platform, N: FnMut(RtiEvent<'_>), B: Storage> RtiLoop<'a, 's, P,
     }
 
     /// Says whose messages have been waiting for too long, and for whom, if it is time to look.
-    fn look_for_waits(&mut self, now: Instant) {
+    fn report_waits(&mut self, now: Instant) {
         let Some((interval, due)) = self.log_waits.filter(|(_, due)| *due <= now) else { return };
         self.log_waits = Some((interval, due.max(now) + Interval::from_nanos((interval.as_nanos() / 4).max(1))));
         for index in 0..self.table.len() {

@@ -117,8 +117,8 @@ impl<'a, B: Storage> Table<'a, B> {
     pub(super) fn vacate(&mut self, index: usize) -> Option<SocketId> {
         let socket = self.outgoings.get_mut(index)?.vacate()?;
         self.freed();
-        self.let_go_on(Awaited::Room(ConnectionId(index)));
-        self.let_go_on(Awaited::Input(ConnectionId(index)));
+        self.resume(Awaited::Room(ConnectionId(index)));
+        self.resume(Awaited::Input(ConnectionId(index)));
         Some(socket)
     }
 
@@ -172,7 +172,7 @@ impl<'a, B: Storage> Table<'a, B> {
     }
 
     /// The message at the front of a connection has to wait.
-    pub(super) fn put_off(&mut self, now: Instant, index: usize, awaited: Awaited) {
+    pub(super) fn postpone(&mut self, now: Instant, index: usize, awaited: Awaited) {
         let inlet = &mut self.inlets[index];
         inlet.awaits = Some(awaited);
         inlet.awaits_since = inlet.awaits_since.or(Some(now));
@@ -185,7 +185,7 @@ impl<'a, B: Storage> Table<'a, B> {
     }
 
     /// What was awaited has come about.
-    pub(super) fn let_go_on(&mut self, awaited: Awaited) {
+    pub(super) fn resume(&mut self, awaited: Awaited) {
         let on = awaited.connection();
         if !core::mem::take(&mut self.outgoings[on.0].awaited) {
             return;
