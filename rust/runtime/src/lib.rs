@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 //! The event loops that bind the reactor model and the coordination machines to a platform.
 //!
-//! One loop runs one participant: a federate, the RTI, or an unfederated main reactor. It polls all of its sockets
-//! and its wake-up until the next event's time or the next time-out, and runs the reactions itself. Nothing here
-//! reads a clock or touches a socket but through [`platform::Platform`].
+//! One loop runs one participant: a federate, the RTI, or an unfederated main reactor. It polls all of its sockets and
+//! its wake-up until the next event's time or the next time-out, and runs the reactions itself. This crate reads a
+//! clock or touches a socket only through [`platform::Platform`].
 //!
-//! Each loop comes as a type that is driven turn by turn ([`FederateLoop`], [`RtiLoop`], [`UnfederatedLoop`]), and as a
+//! Each loop is a type that its caller drives turn by turn ([`FederateLoop`], [`RtiLoop`], [`UnfederatedLoop`]), and a
 //! function that runs it to its end.
 #![no_std]
 #![forbid(unsafe_code)]

@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Who connects before the start, until it has said which federate it is.
+//! Incoming connections before the start, until the peer has sent its id.
 //!
-//! A peer takes none of the places that the other federates have. There are few places for accept_queue; when they are
-//! taken and another one comes, the oldest has had its time, however short: a federate introduces itself at once.
+//! These connections use none of the slots of the other federates. They have few slots of their own; when these are in
+//! use and another connection comes, it replaces the oldest, however short its time was: a federate introduces itself
+//! at once.
 
 use lf_coordination::peer::{Introduction, IntroductionVerdict};
 use lf_coordination::{Deadline, FederateId, IpAddress, Tally, Times};
@@ -14,15 +15,15 @@ use crate::log_event::{PeerEvent, report};
 use crate::platform::{Interest, NetError, Platform, SocketId, Transfer};
 use log::Level;
 
-/// How many accept_queue there can be at once. The compiler counts their sockets, too.
+/// The maximum number of such connections. The compiler counts their sockets, too.
 const UNIDENTIFIED_MAX: usize = 2;
-/// How long a peer may take to say who it is.
+/// The time within which a peer has to send its id.
 const INTRODUCTION_TIME_OUT: Interval = Interval::from_secs(10);
-/// How long it has for that while others wait for its place.
+/// The same time while other connections wait for its slot.
 const FULL_TIME_OUT: Interval = Interval::from_millis(250);
-/// How many bytes of an introduction are read at once.
+/// The number of bytes of an introduction to read at once.
 const PIECE_BYTES: usize = 64;
-/// How much of what a refused peer has said is read at most.
+/// The maximum number of bytes to read from a refused peer.
 const UNREAD_BYTES_MAX: usize = 1024;
 
 #[derive(Debug)]
@@ -34,7 +35,7 @@ struct Unidentified {
     readable: bool,
 }
 
-/// A peer that has said which federate it is.
+/// A peer that has sent its id.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Introduced {
     pub(super) federate: FederateId,
@@ -42,40 +43,40 @@ pub(super) struct Introduced {
     pub(super) address: IpAddress,
 }
 
-/// The listener and those who have come to it.
+/// The listener and the accepted connections without an id.
 #[derive(Debug, Default)]
 pub(super) struct AcceptQueue {
     listener: Listener,
-    places: [Option<Unidentified>; UNIDENTIFIED_MAX],
-    /// How many have gone without having said who they are.
+    slots: [Option<Unidentified>; UNIDENTIFIED_MAX],
+    /// The number of connections that ended without an id.
     unidentified: Tally,
-    /// How many have been refused.
+    /// The number of refused connections.
     pub(super) refused: Tally,
 }
 
 impl AcceptQueue {
-    /// Begins to await connections; gives the port.
+    /// Opens the port for connections; returns its number.
     pub(super) fn listen<P: Platform>(&mut self, platform: &mut P) -> Result<u16, NetError> {
         let listener = platform.listen(0)?;
         self.listener = Listener::new(listener);
         platform.local_port(listener)
     }
 
-    /// Takes those that wait, and gives one that has said which federate it is. To be called until there is none.
+    /// Accepts pending connections, and returns a peer that has sent its id. Call it until it returns `None`.
     pub(super) fn receive<P: Platform>(&mut self, platform: &mut P, federation_id: &[u8]) -> Option<Introduced> {
         let now = platform.now();
         self.accept(platform, now);
-        for place in &mut self.places {
-            let Some(peer) = place else { continue };
+        for slot in &mut self.slots {
+            let Some(peer) = slot else { continue };
             match peer.read(platform, federation_id) {
                 ReadOutcome::Waits if peer.since + INTRODUCTION_TIME_OUT > now => {}
                 ReadOutcome::Waits | ReadOutcome::Ended => {
                     drop_unidentified(platform, peer, self.unidentified.count());
-                    *place = None;
+                    *slot = None;
                 }
                 ReadOutcome::Refused(code) => {
                     refuse(platform, peer.socket, peer.address, code, self.refused.count());
-                    *place = None;
+                    *slot = None;
                 }
                 ReadOutcome::IsTransient(federate) => {
                     let times = self.refused.count();
@@ -83,11 +84,11 @@ impl AcceptQueue {
                         report(Level::Warn, &PeerEvent::Transient { federate: federate.0, times });
                     }
                     reject(platform, peer.socket, RejectCode::UnexpectedMessage);
-                    *place = None;
+                    *slot = None;
                 }
                 ReadOutcome::Is(federate) => {
                     let introduced = Introduced { federate, socket: peer.socket, address: peer.address };
-                    *place = None;
+                    *slot = None;
                     return Some(introduced);
                 }
             }
@@ -95,71 +96,71 @@ impl AcceptQueue {
         None
     }
 
-    /// Takes those that wait, as long as there are places or somebody has had its time.
+    /// Accepts pending connections, while there are slots or the time of an accepted one is over.
     fn accept<P: Platform>(&mut self, platform: &mut P, now: Instant) {
         while self.listener.has_pending(now)
-            && let Some(place) = self.place(now)
+            && let Some(slot) = self.slot(now)
             && let Some((socket, address)) = self.listener.accept(platform, now)
         {
             let introduction = Introduction::default();
             let peer = Unidentified { socket, address, introduction, since: now, readable: true };
-            if let Some(before) = self.places[place].replace(peer) {
+            if let Some(before) = self.slots[slot].replace(peer) {
                 drop_unidentified(platform, &before, self.unidentified.count());
             }
         }
     }
 
-    /// A place for one more: a free one, or that of the oldest peer once it has had its time.
-    fn place(&self, now: Instant) -> Option<usize> {
-        let free = self.places.iter().position(Option::is_none);
-        free.or_else(|| self.oldest().filter(|(since, _)| *since + FULL_TIME_OUT <= now).map(|(_, place)| place))
+    /// Returns a slot for one more: a free one, or that of the oldest connection once its time is over.
+    fn slot(&self, now: Instant) -> Option<usize> {
+        let free = self.slots.iter().position(Option::is_none);
+        free.or_else(|| self.oldest().filter(|(since, _)| *since + FULL_TIME_OUT <= now).map(|(_, slot)| slot))
     }
 
     fn oldest(&self) -> Option<(Instant, usize)> {
-        let accept_queue = self.places.iter().enumerate();
-        accept_queue.filter_map(|(index, place)| place.as_ref().map(|peer| (peer.since, index))).min()
+        let accept_queue = self.slots.iter().enumerate();
+        accept_queue.filter_map(|(index, slot)| slot.as_ref().map(|peer| (peer.since, index))).min()
     }
 
-    /// Says what to wait for.
+    /// Sets what to wait for.
     pub(super) fn set_interest<P: Platform>(&self, platform: &mut P) {
-        // Who is known to wait need not be told of again.
+        // A wait need not report a pending connection again.
         self.listener.set_interest(platform, !self.listener.is_known());
-        for peer in self.places.iter().flatten() {
+        for peer in self.slots.iter().flatten() {
             platform.set_interest(peer.socket, Interest::READ);
         }
     }
 
-    /// A wait found this socket ready.
+    /// Handles that a wait found this socket ready.
     pub(super) fn handle_ready(&mut self, ready: SocketId) {
         self.listener.handle_ready(ready);
-        for peer in self.places.iter_mut().flatten().filter(|peer| peer.socket == ready) {
+        for peer in self.slots.iter_mut().flatten().filter(|peer| peer.socket == ready) {
             peer.readable = true;
         }
     }
 
-    /// When there is something to do though no socket is ready.
+    /// Returns when there is something to do though no socket is ready.
     pub(super) fn poll_timeout(&self) -> Deadline {
-        let has_place = self.places.iter().any(Option::is_none);
-        let accepts = self.listener.poll_timeout(has_place);
+        let has_slot = self.slots.iter().any(Option::is_none);
+        let accepts = self.listener.poll_timeout(has_slot);
         let Some((since, _)) = self.oldest() else { return accepts };
-        let is_full = self.listener.is_known() && !has_place;
+        let is_full = self.listener.is_known() && !has_slot;
         accepts.min(Deadline::At(since + if is_full { FULL_TIME_OUT } else { INTRODUCTION_TIME_OUT }))
     }
 
-    /// Awaits nobody any more.
+    /// Closes all connections, and the port.
     pub(super) fn close<P: Platform>(&mut self, platform: &mut P) {
-        for peer in self.places.iter_mut().filter_map(Option::take) {
+        for peer in self.slots.iter_mut().filter_map(Option::take) {
             platform.close(peer.socket);
         }
         self.listener.close(platform);
     }
 }
 
-/// What a peer has said.
+/// The outcome of reading an introduction.
 enum ReadOutcome {
-    /// Not all yet.
+    /// It is incomplete.
     Waits,
-    /// It has gone.
+    /// The peer has left.
     Ended,
     Is(FederateId),
     IsTransient(FederateId),
@@ -167,7 +168,7 @@ enum ReadOutcome {
 }
 
 impl Unidentified {
-    /// Reads what has come of its introduction, and not a byte more.
+    /// Reads its introduction as far as it has come, and not a byte more.
     fn read<P: Platform>(&mut self, platform: &mut P, federation_id: &[u8]) -> ReadOutcome {
         loop {
             let missing = match self.introduction.judge(federation_id) {
@@ -189,7 +190,7 @@ impl Unidentified {
     }
 }
 
-/// Tells whoever has connected why it is refused, and closes the connection.
+/// Sends a peer why it is refused, and closes the connection.
 pub(super) fn refuse<P: Platform>(
     platform: &mut P,
     socket: SocketId,
@@ -207,14 +208,14 @@ pub(super) fn refuse<P: Platform>(
 fn reject<P: Platform>(platform: &mut P, socket: SocketId, code: RejectCode) {
     let mut bytes = [0; 2];
     let mut rest = Message::Reject(code).encode(&mut bytes).map_or(&[][..], |length| &bytes[..length]);
-    // The first bytes of a connection always find room.
+    // The first bytes of a connection always have room.
     while !rest.is_empty()
         && let Ok(Transfer::Bytes(count)) = platform.write(socket, rest)
     {
         rest = rest.get(count..).unwrap_or_default();
     }
     platform.shut_down_writing(socket);
-    // A socket that is closed with something unread resets the connection, and the code may be lost.
+    // A socket that is closed with unread bytes resets the connection, and the code may be lost.
     for _ in 0..UNREAD_BYTES_MAX / PIECE_BYTES {
         if !matches!(platform.read(socket, &mut [0; PIECE_BYTES]), Ok(Transfer::Bytes(_))) {
             break;
@@ -223,7 +224,7 @@ fn reject<P: Platform>(platform: &mut P, socket: SocketId, code: RejectCode) {
     platform.close(socket);
 }
 
-/// Closes a connection whose peer has not said who it is: told now and then, for anybody can connect.
+/// Closes a connection whose peer has not sent its id. Logs it now and then, because anybody can connect.
 fn drop_unidentified<P: Platform>(platform: &mut P, peer: &Unidentified, times: Times) {
     let Unidentified { socket, address, .. } = *peer;
     platform.close(socket);

@@ -16,14 +16,14 @@ use log::Level;
 #[derive(Debug, Default)]
 pub(super) struct ClockSyncPort {
     pub(super) port: DatagramPort,
-    /// Strangers have been reported.
+    /// Whether strangers have been logged.
     stranger: bool,
-    /// Which kinds of trouble with the clock have, by their bits.
+    /// The kinds of clock trouble that have been logged, by their bits.
     troubles: u8,
 }
 
 impl ClockSyncPort {
-    /// Opens a port, if a federate takes part in rounds over UDP; gives its number.
+    /// Opens a port, if a federate takes part in rounds over UDP; returns its number.
     pub(super) fn open<P: Platform>(platform: &mut P, clock_sync: ClockSync) -> Result<(Self, Option<u16>), NetError> {
         let ClockSync::On { .. } = clock_sync else { return Ok((Self::default(), None)) };
         if !P::DATAGRAMS {
@@ -69,7 +69,7 @@ impl ClockSyncPort {
         });
     }
 
-    /// Ends clock synchronization, and says what it was good for.
+    /// Ends clock synchronization, and logs its results.
     pub(super) fn end<P: Platform>(&mut self, platform: &mut P, machine: &Federate<'_, impl Needs>) {
         if !P::DATAGRAMS {
             return;

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Connections with other federates, past the RTI: one in each direction in which something is sent.
+//! Direct connections with other federates: one in each direction in which something is sent.
 //!
-//! Each has a bounded buffer of its own: what does not fit there holds the sender's tag open. What comes is looked at
-//! by others; this part makes the connections, takes those that come, and ends them.
+//! Each has a bounded buffer of its own: what does not fit there keeps the sender's tag open. Other parts examine the
+//! messages; this part makes the connections, accepts those of others, and ends them.
 
 use lf_coordination::{Deadline, Endpoint, FederateId};
 use lf_model::NetworkOutput;
@@ -17,7 +17,7 @@ use crate::error::PeerFault;
 use crate::platform::{Interest, NetError, Platform, SocketId};
 use crate::tracing::note_sent;
 
-/// The outputs of a federate, of which some lead past the RTI.
+/// The outputs of a federate, some of which lead directly to their receivers.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Outputs {
     outputs: &'static [NetworkOutput],
@@ -25,12 +25,12 @@ pub(super) struct Outputs {
 }
 
 impl Outputs {
-    /// All outputs of a federate; those without a tag, or with decentralized coordination all, lead past the RTI.
+    /// Returns all outputs of a federate; those without a tag, or with decentralized coordination all, are direct.
     pub(super) fn new(outputs: &'static [NetworkOutput], is_decentralized: bool) -> Self {
         Self { outputs, is_decentralized }
     }
 
-    /// Those that lead to this federate past the RTI.
+    /// Returns the direct outputs to this federate.
     fn to(&self, federate: u16) -> impl Iterator<Item = &'static NetworkOutput> {
         let is_direct = |output: &&NetworkOutput| output.physical || self.is_decentralized;
         self.outputs.iter().filter(move |output| output.federate == federate && is_direct(output))
@@ -45,14 +45,14 @@ pub(super) struct Peers<'a, 's> {
     accept_queue: AcceptQueue,
     federation: &'a Federation,
     federation_id: &'a [u8],
-    /// Which of the outbound connections is being made.
+    /// The index of the outbound connection that is being made.
     meeting: Option<usize>,
-    /// Messages wait in a receive buffer, and there may be room for them now.
+    /// Whether messages wait in a receive buffer, and there may be room for them now.
     stale: bool,
 }
 
 impl<'a, 's> Peers<'a, 's> {
-    /// Connections to the federates of [`Federation::peers_out`], in the same order, and places for those from
+    /// Returns connections to the federates of [`Federation::peers_out`], in the same order, and slots for those from
     /// [`Federation::peers_in`].
     pub(super) fn new(
         outbound: &'s mut [Outbound<'s>],
@@ -64,12 +64,12 @@ impl<'a, 's> Peers<'a, 's> {
         Self { outbound, inbound, accept_queue, federation, federation_id, meeting: None, stale: false }
     }
 
-    /// The connections that lead here; none without the feature.
+    /// Returns the connections that lead here; none without the feature.
     pub(super) fn inbound(&mut self) -> &mut [Inbound<'s>] {
         if PEERS { self.inbound } else { &mut [] }
     }
 
-    /// The connections that lead to others; none without the feature.
+    /// Returns the connections that lead to others; none without the feature.
     fn outbound(&self) -> &[Outbound<'s>] {
         if PEERS { self.outbound } else { &[] }
     }
@@ -78,23 +78,23 @@ impl<'a, 's> Peers<'a, 's> {
         if PEERS { self.outbound } else { &mut [] }
     }
 
-    /// The connections that lead to others, with these.
+    /// Returns the connections that lead to others, with their receivers.
     pub(super) fn receivers(&self) -> impl Iterator<Item = (u16, &Outbound<'s>)> {
         self.federation.peers_out.iter().copied().zip(self.outbound())
     }
 
-    /// The connection to this federate.
+    /// Returns the connection to this federate.
     pub(super) fn to(&mut self, federate: u16) -> Option<&mut Outbound<'s>> {
         let index = self.federation.peers_out.iter().position(|peer| *peer == federate)?;
         self.outbound_mut().get_mut(index)
     }
 
-    /// Gives whether messages may have room that wait since before this was asked last.
+    /// Returns whether held messages may have room that the last call did not report.
     pub(super) fn take_stale(&mut self) -> bool {
         core::mem::take(&mut self.stale)
     }
 
-    /// A tag has been begun: there is room for messages that wait.
+    /// Handles that a tag has begun: there may be room for held messages.
     pub(super) fn recheck(&mut self) {
         self.stale = true;
         for inbound in self.inbound() {
@@ -102,7 +102,7 @@ impl<'a, 's> Peers<'a, 's> {
         }
     }
 
-    /// Begins to await connections, if any are to come; gives the port.
+    /// Opens the port for connections, if any are to come; returns its number.
     pub(super) fn listen<P: Platform>(&mut self, platform: &mut P) -> Result<Option<u16>, NetError> {
         if self.inbound().is_empty() {
             return Ok(None);
@@ -119,7 +119,7 @@ impl<'a, 's> Peers<'a, 's> {
         }
     }
 
-    /// Goes on with the connection that is being made. `Some` when it is there, or cannot be made.
+    /// Advances the connection that is being made. Returns `Some` when it is there, or cannot be made.
     pub(super) fn establish<P: Platform>(&mut self, platform: &mut P) -> Option<Result<(), (u16, PeerFault)>> {
         let index = self.meeting?;
         let (federate, federation_id) = (self.federation.id, self.federation_id);
@@ -133,14 +133,14 @@ impl<'a, 's> Peers<'a, 's> {
         Some(if connected { Ok(()) } else { Err((federate, fault)) })
     }
 
-    /// The federate to which a connection is being made, or else the one that is `next` among those to which this one
-    /// sends, and why the last attempt has failed.
+    /// Returns the federate to which a connection is being made, or else the one that is `next` among those to which
+    /// this one sends, and the fault of the last attempt.
     pub(super) fn meets(&self, next: Option<usize>) -> Option<(u16, Option<PeerFault>)> {
         self.receivers().nth(self.meeting.or(next)?).map(|(federate, outbound)| (federate, outbound.trouble))
     }
 
-    /// Takes connections that wait, and lets those in that say who they are, as long as this federate has not `begun`
-    /// with all of them. Bounded by the number of places.
+    /// Accepts pending connections, and admits peers that send their id, as long as this federate has not `begun` with
+    /// all of them. Bounded by the number of slots.
     pub(super) fn accept<P: Platform>(&mut self, platform: &mut P, begun: bool) {
         if begun && self.inbound().iter().all(|inbound| inbound.from.is_some()) {
             return self.accept_queue.close(platform);
@@ -154,7 +154,7 @@ impl<'a, 's> Peers<'a, 's> {
         }
     }
 
-    /// The place of a federate that has introduced itself, or why there is none.
+    /// Returns the slot of a federate that has introduced itself, or why there is none.
     fn place_for<P: Platform>(
         &mut self,
         platform: &mut P,
@@ -181,10 +181,10 @@ impl<'a, 's> Peers<'a, 's> {
         }
     }
 
-    /// Says over direct connections that nothing more comes, as far as there is room for that: over those with a delay,
-    /// and over `all` when the last tag is complete.
+    /// Sends the ends of direct connections, as far as there is room for that: those with a delay, and `all` when the
+    /// last tag is complete.
     ///
-    /// A receiver knows by it that this federate ends in order, and what to wait for at its own last tag.
+    /// A receiver learns by it that this federate ends in order, and what to wait for at its own last tag.
     pub(super) fn send_ends<P: Platform>(&mut self, platform: &mut P, outputs: &Outputs, all: bool) {
         for (federate, outbound) in self.federation.peers_out.iter().zip(self.outbound_mut()) {
             let to = |delayed: bool| outputs.to(*federate).filter(move |output| output.delay.is_some() == delayed);
@@ -199,9 +199,9 @@ impl<'a, 's> Peers<'a, 's> {
         }
     }
 
-    /// Sends what is still to be sent, and closes each connection when that is done. A federate that `ends` in order
-    /// says that first. Those over which something may come stay open as long as this federate `hears`. `false` when
-    /// nothing is left to be sent.
+    /// Sends what is still pending, and closes each connection when that is done. A federate that `ends` in order sends
+    /// that first. Those over which something may come stay open as long as this federate `hears`. Returns `false` when
+    /// nothing is left to send.
     pub(super) fn leave<P: Platform>(&mut self, platform: &mut P, ends: Option<&Outputs>, hears: bool) -> bool {
         if !PEERS {
             return false;
@@ -227,29 +227,29 @@ impl<'a, 's> Peers<'a, 's> {
         sends
     }
 
-    /// The federates that can still send something directly.
+    /// Returns the federates that can still send something directly.
     pub(super) fn senders(&self) -> impl Iterator<Item = FederateId> {
         let inbound: &[Inbound<'s>] = if PEERS { self.inbound } else { &[] };
         inbound.iter().filter_map(|inbound| inbound.from)
     }
 
-    /// Whether another federate can still send something directly.
+    /// Returns whether another federate can still send something directly.
     pub(super) fn can_receive(&self) -> bool {
         self.senders().next().is_some()
     }
 
-    /// Whether a message for an earlier tag than this has begun to come. See [`Inbound::awaits_rest_before`].
+    /// Returns whether a message for an earlier tag than this is incomplete. See [`Inbound::awaits_rest_before`].
     pub(super) fn awaits_rest_before(&mut self, tag: Tag) -> bool {
         self.inbound().iter_mut().any(|inbound| inbound.awaits_rest_before(tag))
     }
 
-    /// The federate that has taken nothing for longest though this one waits for that, and since when.
+    /// Returns the federate that has accepted nothing for longest though this one waits for that, and since when.
     pub(super) fn blocked(&self) -> Option<(u16, Instant)> {
         let blocked = self.receivers().filter_map(|(federate, outbound)| Some((federate, outbound.blocked_since?)));
         blocked.min_by_key(|(_, since)| *since)
     }
 
-    /// Says what to wait for; messages only while the program can take them.
+    /// Sets what to wait for; messages only while the program can handle them.
     pub(super) fn set_interest<P: Platform>(&mut self, platform: &mut P, running: bool) {
         if !PEERS {
             return;
@@ -263,7 +263,7 @@ impl<'a, 's> Peers<'a, 's> {
         }
     }
 
-    /// A wait found this socket ready.
+    /// Handles that a wait found this socket ready.
     pub(super) fn handle_ready(&mut self, ready: SocketId, interest: Interest) {
         if !PEERS {
             return;
@@ -277,14 +277,14 @@ impl<'a, 's> Peers<'a, 's> {
         }
     }
 
-    /// Notices which federates have left.
+    /// Detects which federates have left.
     pub(super) fn detect_ends<P: Platform>(&mut self, platform: &mut P) {
         for outbound in self.outbound_mut() {
             outbound.detect_end(platform);
         }
     }
 
-    /// When there is something to do though no socket is ready.
+    /// Returns when there is something to do though no socket is ready.
     pub(super) fn poll_timeout(&mut self, running: bool) -> Deadline {
         if !PEERS {
             return Deadline::Never;
@@ -296,7 +296,7 @@ impl<'a, 's> Peers<'a, 's> {
         self.accept_queue.poll_timeout().min(answers)
     }
 
-    /// Ends all connections.
+    /// Closes all connections.
     pub(super) fn close<P: Platform>(&mut self, platform: &mut P) {
         if !PEERS {
             return;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! What people are told of a federation by its RTI.
+//! The log of an RTI.
 
 use lf_coordination::rti::{RtiEvent, Waits};
 use log::Level;

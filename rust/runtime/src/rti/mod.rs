@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-//! The event loop of the RTI, made of parts:
+//! The event loop of the RTI. It consists of parts:
 //!
 //! - [`connections`], each with a receiving and a sending side, and
-//! - their [`table`], with a queue of those that something is to be done for;
-//! - [`events`], for people.
+//! - their [`table`], with a queue of those with something to do;
+//! - [`events`], the log.
 //!
-//! The [`event_loop`] calls them in order, and gives the machine what comes.
+//! The [`event_loop`] calls them in order, and passes input to the machine.
 
 mod connections;
 mod event_loop;
