@@ -6,8 +6,8 @@ use std::sync::{Mutex, OnceLock, PoisonError};
 use lf_model::{Crew, Job, Worker};
 use rayon::{ThreadPool, ThreadPoolBuilder};
 
-/// The threads of this process, beside the event loop's; none if the operating system had none. They are started when
-/// they are first needed.
+/// The threads of this process, beside the event loop's; none if the operating system had none. They start when they
+/// are first needed.
 static POOL: OnceLock<Option<ThreadPool>> = OnceLock::new();
 
 /// `COUNT` threads, the event loop's among them.
@@ -32,7 +32,7 @@ impl<const COUNT: usize> Crew for Threads<COUNT> {
     fn run(&self, workers: &mut [Worker<'_>], jobs: &mut [Job<'_>]) {
         let Some((own, others)) = workers.split_first_mut() else { return };
         let jobs = Mutex::new(jobs.iter_mut());
-        // Whoever is free takes the next one.
+        // A thread that is free takes the next one.
         let work = |worker: &mut Worker<'_>| {
             loop {
                 let next = jobs.lock().unwrap_or_else(PoisonError::into_inner).next();
