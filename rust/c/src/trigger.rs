@@ -4,8 +4,8 @@ use core::ops::{Deref, DerefMut};
 
 use lf_model as model;
 use lf_model::{
-    ActionTiming, Bounds, Full, Inbox, LogicalActionQueue, ModeCell, Moment, PhysicalActionQueue, Readable,
-    Schedulable, Tag, TriggerCell, TriggerId,
+    ActionTiming, Bounds, Full, Inbox, LogicalActionQueue, ModeCell, PhysicalActionQueue, Readable, Schedulable,
+    ScheduleContext, Tag, TriggerCell, TriggerId,
 };
 
 use crate::ffi;
@@ -39,8 +39,8 @@ macro_rules! action {
             fn id(&self) -> TriggerId {
                 self.id
             }
-            fn schedule(&mut self, value: Option<Token>, moment: &Moment<'_>) -> Result<(), Full> {
-                self.queue.schedule(value, moment)
+            fn schedule(&mut self, value: Option<Token>, context: &ScheduleContext<'_>) -> Result<(), Full> {
+                self.queue.schedule(value, context)
             }
             fn pending(&self) -> Option<Tag> {
                 Schedulable::pending(&self.queue)

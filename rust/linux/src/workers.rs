@@ -3,7 +3,7 @@
 
 use std::sync::{Mutex, OnceLock, PoisonError};
 
-use lf_model::{Crew, Job, Worker};
+use lf_model::{Job, Worker, WorkerPool};
 use rayon::{ThreadPool, ThreadPoolBuilder};
 
 /// The threads of this process, beside the event loop's; none if the operating system had none. They start when they
@@ -28,7 +28,7 @@ impl<const COUNT: usize> Threads<COUNT> {
     }
 }
 
-impl<const COUNT: usize> Crew for Threads<COUNT> {
+impl<const COUNT: usize> WorkerPool for Threads<COUNT> {
     fn run(&self, workers: &mut [Worker<'_>], jobs: &mut [Job<'_>]) {
         let Some((own, others)) = workers.split_first_mut() else { return };
         let jobs = Mutex::new(jobs.iter_mut());
