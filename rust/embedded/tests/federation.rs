@@ -13,7 +13,7 @@ mod world;
 use std::sync::Mutex;
 use std::thread;
 
-use lf_embedded::federate::{Least, Sizes};
+use lf_embedded::federate::{MinBuffers, Sizes};
 use lf_embedded::rti::{self, ImageRti};
 use lf_model::time::Interval;
 use lf_runtime::platform::{Endpoint, Platform};
@@ -28,7 +28,7 @@ use world::{VirtualPlatform, World};
 const RTI_NUMBER: usize = 0;
 const PORT: u16 = 15045;
 /// What the system asks for: more than the sender needs, and less than the receiver does.
-const LEAST: Least = Least { input_bytes: 600, output_bytes: 1 };
+const LEAST: MinBuffers = MinBuffers { input_bytes: 600, output_bytes: 1 };
 
 type RtiMemory = rti::Memory<VirtualPlatform, rti::Parts<2, 3, 1, 4, { RTI.buffer_bytes(2, 64) }>>;
 
