@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Codes in place of sentences, for images without texts: a code names the sentence and has the numbers in it.
+//! Codes instead of sentences, for images without texts: a code names the sentence and has the numbers in it.
 //!
 //! An error or a log event is an enum whose [`Display`](core::fmt::Display) is its sentence. [`coded!`](crate::coded)
 //! writes the index of its variant and its fields as numbers, and reads them back on another computer, which has the
@@ -229,7 +229,7 @@ structs! {
     Endpoint { ip, port } = Self { ip, port };
 }
 
-/// The mark in place of the bits of an IPv4 address: an IPv6 address follows.
+/// The mark that replaces the bits of an IPv4 address: an IPv6 address follows.
 #[cfg(feature = "ipv6")]
 const IPV6: u64 = 1 << 32;
 

@@ -180,7 +180,8 @@ proptest! {
                 granted = granted.max(tag);
                 provisional = provisional.max(cycle.filter(|tag| *tag != Tag::FOREVER));
             }
-            prop_assert!(federate.demanded_tag().is_none_or(|tag| Some(tag) == provisional && tag > federate.current()));
+            let demanded = federate.demanded_tag();
+            prop_assert!(demanded.is_none_or(|tag| Some(tag) == provisional && tag > federate.current()));
             prop_assert_eq!(federate.granted(), granted, "grants come from the RTI only");
             if federate.current() != before.1 {
                 prop_assert!(ok && matches!(deed, Deed::Begin(_)) && federate.current() > before.1);

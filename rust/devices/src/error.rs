@@ -61,7 +61,7 @@ pub enum Problem {
         line: u32,
         /// Its file, or its folder in sysfs.
         path: &'static str,
-        /// What is wrong, and what to do.
+        /// The problem, and advice.
         what: &'static str,
         /// The system's error, a number of `errno.h`; 0 for none.
         error: i32,

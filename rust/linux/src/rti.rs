@@ -29,7 +29,7 @@ const BUFFER_BYTES_USUAL: usize = 1 << 21;
 /// receiver, which grow by doubling, and there is more than one of each.
 const MEMORY_PART: usize = 8;
 /// The bounds for the number of different tags of messages in transit to one federate that are stored exactly. In
-/// between, all federates together have so many that they take 2 MB.
+/// between, the tags of all federates together take 2 MB.
 const IN_TRANSIT_MAX: usize = 1024;
 const IN_TRANSIT_MIN: usize = 128;
 const IN_TRANSIT_ALL: usize = 1 << 17;

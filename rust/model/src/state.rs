@@ -51,7 +51,7 @@ pub(crate) struct State {
     pub(crate) network_input: bool,
     /// The lowest level from which on no reaction has run at the open tag.
     pub(crate) untouched: u16,
-    /// How long tags wait for messages, if a body has set it.
+    /// The time that tags wait for messages, if a body has set it.
     pub(crate) max_wait: Option<Interval>,
 }
 

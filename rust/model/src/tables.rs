@@ -243,11 +243,11 @@ pub struct NetworkInput {
     /// Whether a message may come after its tag. Then it is tardy, and takes effect at the next microstep; the input's
     /// queue is a [`TardyInput`](crate::TardyInput).
     pub tardy: bool,
-    /// How long, after a tag's time, the tag waits for messages here before it: `@maxwait`. The event loop sees to
-    /// that, if inputs can be tardy.
+    /// The time after a tag's time for which the tag waits for messages here before it: `@maxwait`. The event loop
+    /// sees to that, if inputs can be tardy.
     pub max_wait: Interval,
-    /// How much longer, within a tag, reactions from [`level`](Self::level) on wait for messages here at that tag:
-    /// `@absent_after` less the connection's delay.
+    /// The additional time for which, within a tag, reactions from [`level`](Self::level) on wait for messages here at
+    /// that tag: `@absent_after` less the connection's delay.
     pub absent_after: Interval,
     /// The reactions that see the port that it fills, but are not triggered by it: they too are tardy with it.
     pub readers: &'static [ReactionId],

@@ -63,10 +63,10 @@ mod tests {
     }
 
     proptest! {
-        /// What is before the tag stays granted, and nothing else does; a PTAG of the tag itself does not count,
+        /// Everything before the tag stays granted, and nothing else does; a PTAG of the tag itself does not count,
         /// because it allows no more than a new one will.
         #[test]
-        fn what_is_taken_back_is_not_granted_any_more(granted in tag(), provisional in tag(), from in tag()) {
+        fn a_revoked_grant_does_not_count(granted in tag(), provisional in tag(), from in tag()) {
             let before = TagState { granted, provisional, ..TagState::EMPTY };
             let mut state = before;
             if state.revoke(from) {

@@ -24,8 +24,8 @@ impl Rti<'_> {
         ends.min(self.watch_deadline())
     }
 
-    /// Gives up on connections that have been silent for too long, on federates that do not answer a stop request, and
-    /// on a start whose missing federates have not come in time. Looks at every connection and every federate once.
+    /// Abandons connections that have been silent for too long, federates that do not answer a stop request, and a
+    /// start whose missing federates have not come in time. Looks at every connection and every federate once.
     #[cfg_attr(target_pointer_width = "32", inline(never))]
     pub fn handle_timeout(&mut self, now: Instant, outlet: &mut impl Outlet) {
         if self.members.earliest_deadline().is_due(now) {

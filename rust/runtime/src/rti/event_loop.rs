@@ -324,7 +324,7 @@ impl<'a, 's, P: Platform, N: FnMut(RtiEvent<'_>), B: Storage> RtiLoop<'a, 's, P,
         }
     }
 
-    /// Gives up on a connection without memory for a message of this many bytes, from it or for it.
+    /// Abandons a connection without memory for a message of this many bytes, from it or for it.
     fn give_up(&mut self, index: usize, bytes: usize) {
         self.drive(|rti, outlet| rti.handle_no_memory(ConnectionId(index), bytes, outlet));
         self.table.inlets[index].clear();
