@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Dialogues with a federate in a cycle without delay: provisional grants, the level up to which a tag may be run, what
-//! the RTI is told, and which messages are late.
+//! Dialogues with a federate in a cycle without delay: provisional grants, the level up to which a tag may be run,
+//! announcements to the RTI, and late messages.
 #![allow(clippy::unwrap_used, reason = "a failed unwrap in a helper is that test's failure")]
 
 mod federate_support;
@@ -231,8 +231,8 @@ proptest! {
     }
 }
 
-/// A stock federate takes word of an absent input that comes late for word of its current tag: so nothing later is told
-/// while others may still be called to a bound that has been told, or this federate is called to a tag.
+/// A stock federate takes a late absence for an absence at its current tag: so nothing later is announced while a PTAG
+/// may still demand an announced bound of the others, or a tag of this federate.
 #[test]
 fn a_bound_that_others_may_be_called_to_is_not_passed_before_it_is_granted() {
     let mut config = in_cycle();

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! The start waits for a federate that was there and has left, but not for ever.
+//! The start waits for a federate that was there and has left, but not forever.
 
 mod rti_support;
 
@@ -10,7 +10,7 @@ use lf_wire::Message;
 use rti_support::dialogue::{FEDERATION, config, hello, read, wait};
 use rti_support::{Sizes, World};
 
-/// Three federates, of which the first two have come and told their clocks.
+/// Three federates, of which the first two have come and sent their clocks.
 fn waiting(config: Config<'static>) -> (World, [ConnectionId; 2]) {
     let mut world = World::new(config, Sizes::ample(3));
     let connections = [0, 1].map(|id| hello(&mut world, id, &[]));
@@ -21,7 +21,7 @@ fn waiting(config: Config<'static>) -> (World, [ConnectionId; 2]) {
     (world, connections)
 }
 
-/// What all ways to leave before the start lead to.
+/// Checks the result of all ways to leave before the start.
 fn assert_given_up(world: &mut World, left: ConnectionId, first: u16, missing: u16) {
     let limit = Deadline::At(world.now + START_BARRIER_TIME_OUT);
     assert_eq!(world.rti.poll_timeout(), limit);

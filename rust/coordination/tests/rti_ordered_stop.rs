@@ -58,7 +58,7 @@ fn a_federate_that_asks_for_it_is_granted_the_stop_tag_after_those_upstream() {
         world.message(*connection, &Message::NextEventTag(at(20)));
         assert!(read(&mut world, *connection).is_empty());
     }
-    // What the first one sends at its last tag comes before the grant of that tag, and so on down the chain.
+    // The message of the first one at its last tag comes before the grant of that tag, and so on down the chain.
     let last_words = Message::TaggedMessage { port: 0, federate: 1, tag: at(20), payload: &[7] };
     world.message(connections[0], &last_words);
     leave(&mut world, connections[0]);

@@ -10,7 +10,7 @@ use rti_support::dialogue::{at, config, hello, read, started};
 use rti_support::{Sizes, World};
 
 const HOUR: Interval = Interval::from_secs(3600);
-/// How far apart clocks may be without a word.
+/// The distance of clocks above which it is logged.
 const APART: Interval = Interval::from_secs(2);
 
 fn suspected(world: &World, federate: u16) -> Vec<&str> {
@@ -53,7 +53,7 @@ fn clocks_that_are_seconds_apart_are_named() {
     }
 }
 
-/// A federate that comes an hour later tells a clock that shows an hour more.
+/// A federate that comes an hour later sends a clock that shows an hour more.
 #[test]
 fn clocks_that_are_told_at_different_times_are_not_apart() {
     let mut world = World::new(config(), Sizes::ample(2));

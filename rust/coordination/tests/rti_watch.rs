@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-//! The RTI says for whom somebody waits: before the start after a while, and later if it is asked to.
+//! The RTI logs which federates others wait for: before the start after a while, and later if the configuration asks
+//! for it.
 
 mod rti_support;
 
@@ -10,7 +11,7 @@ use lf_wire::{DELAY_NONE, Message};
 use rti_support::dialogue::{FEDERATION, at, config, hello, message, read, started, wait};
 use rti_support::{Sizes, World};
 
-/// Lets the time pass until the RTI wants to be called, and gives what it says then.
+/// Lets the time pass until the RTI wants to be called, and returns its log events.
 fn next_report(world: &mut World) -> (Interval, Vec<String>) {
     let before = world.now;
     let Deadline::At(due) = world.rti.poll_timeout() else { panic!("nothing is due") };
@@ -59,7 +60,7 @@ fn the_start_says_who_is_missing_and_how_far_the_others_are() {
     assert_eq!(pauses, [10, 20, 40, 60, 60]);
 }
 
-/// Two federates, the second downstream of the first, whose waits are told after a second.
+/// Two federates, the second downstream of the first, whose waits are logged after a second.
 fn chain() -> (World, [ConnectionId; 2]) {
     let watching = Config { log_waits: Some(Interval::from_secs(1)), ..config() };
     let (mut world, connections) = started(watching, Sizes::ample(2), &[vec![], vec![(0, DELAY_NONE)]]);
@@ -119,7 +120,7 @@ fn a_stop_says_whose_answer_is_missing() {
     assert_eq!(said, ["the stop waits for federate 1, which has not answered the request"]);
 }
 
-/// Whoever does not ask for it is told nothing, and no time is awaited for it.
+/// Without the option nothing is logged, and no time is awaited for it.
 #[test]
 fn nothing_is_told_without_being_asked_for() {
     let (mut world, connections) = started(config(), Sizes::ample(2), &[vec![], vec![(0, DELAY_NONE)]]);

@@ -40,7 +40,7 @@ const TABLES: Tables = Tables {
 };
 const _: () = TABLES.check();
 
-/// All who run at the first level.
+/// A barrier for all threads at the first level.
 static MEETING: Barrier = Barrier::new(COUNT);
 
 struct Shared {

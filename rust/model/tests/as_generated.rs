@@ -370,7 +370,7 @@ mod generated {
 
 const MS: i64 = 1_000_000;
 
-/// How an event loop drives an engine, without the waiting: physical time is set to each tag's time.
+/// An event loop drives an engine, without the waiting: physical time is set to each tag's time.
 #[test]
 fn the_program_runs_through_its_tags() {
     let clock: &'static Clock = Clock::new_static(0);
@@ -402,7 +402,7 @@ fn the_program_runs_through_its_tags() {
                 other => panic!("{other:?}"),
             }
         }
-        // A federate tells the RTI here: LTC, or a request to stop, which the RTI grants.
+        // A federate sends the RTI an LTC here, or a request to stop, which the RTI grants.
         if let Some(tag) = engine.take_stop_request() {
             engine.set_stop_tag(tag);
         }

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-//! How federates and RTI begin and end, in order and otherwise: always within bounded time, with a reason, and with the
-//! others told.
+//! Federates and RTI begin and end, in order and otherwise: always within bounded time, with a reason, and with the
+//! knowledge of the others.
 #![allow(clippy::unwrap_used, reason = "a failed unwrap in a helper is that test's failure")]
 
 mod support;
@@ -63,7 +63,7 @@ proptest! {
         prop_assert_eq!(report.logs[2].len(), 4);
     }
 
-    /// Whoever asks, all run their shutdown reactions.
+    /// All run their shutdown reactions, whichever federate asks.
     #[test]
     fn a_stop_ends_all(seed: u64, pipe_bytes in 10usize..100, capacity in 1usize..=2, fast: bool) {
         let mut plan = Plan { capacity, fast, ..endless() };
@@ -82,7 +82,7 @@ proptest! {
         prop_assert_eq!(report.logs[2].len(), 4);
     }
 
-    /// One that authenticates alone, one that alone does not, or one with another key: it is told why it cannot join.
+    /// One that authenticates alone, one that alone does not, or one with another key learns why it cannot join.
     #[test]
     fn who_authenticates_otherwise_is_kept_out(seed: u64, pipe_bytes in 10usize..100, authentication: bool, key: bool) {
         let mut plan = Plan { authentication, fates: vec![(MS(START), RTI, Fate::Interrupt)], ..endless() };
@@ -110,8 +110,8 @@ proptest! {
         prop_assert_eq!(&report.logs[1], &[]);
     }
 
-    /// Without anything to do, and nobody who could give it something, a federate ends; and then those downstream. What
-    /// it sends at its end is never late.
+    /// A federate without events and without a source of events ends; and then those downstream. Its messages at its
+    /// end are never late.
     #[test]
     fn those_without_events_end(seed: u64, farewell: bool) {
         let once = Behavior { timer: Some((MS(5), Interval::ZERO)), farewell, ..Behavior::default() };
@@ -171,7 +171,7 @@ proptest! {
         prop_assert_eq!(&report.results[1..], &[Ok(()), Ok(())]);
         let lost = Outcome::Lost { federate: FederateId(0), cause: Cause::ConnectionLost };
         prop_assert_eq!(&report.outcome, &Some(Ok(lost)));
-        // What came to the relay came through.
+        // Every message to the relay came through.
         prop_assert_eq!(report.logs[1].len(), report.logs[2].len());
     }
 
@@ -229,8 +229,8 @@ fn without_an_rti_a_federate_gives_up() {
     assert_eq!(report.trouble, None);
 }
 
-/// The rejected one is told why, and the RTI waits for the right one.
-/// Nobody has the address, so no attempt to connect is answered.
+/// The rejected one learns the reason, and the RTI waits for the right one. No host has the address, so no attempt to
+/// connect is answered.
 #[test]
 fn without_an_answer_a_federate_gives_up() {
     let plan = Plan { rti_begins: None, rti: address_of(200), ..endless() };

@@ -25,7 +25,7 @@ const MS: fn(i64) -> Interval = Interval::from_millis;
 const FEDERATE: usize = 1;
 /// Connections between federates have numbers from here on.
 const FIRST_PEER: u16 = 1000;
-/// How long the tester waits for anything.
+/// The longest time that the tester waits for anything.
 const TIME_OUT: Interval = Interval::from_secs(5);
 
 /// All but the federate.
@@ -90,7 +90,8 @@ impl Tester {
                 Step::ClosedByPeer(connection) => {
                     let socket = self.connections[connection];
                     if *connection >= FIRST_PEER {
-                        // The stock federate closes at its end; ours hears out who sends to it, which ends there too.
+                        // The stock federate closes at its end; ours reads its senders' last messages, which end there
+                        // too.
                         self.platform.shut_down_writing(socket);
                     }
                     let mut last = Vec::<u8>::new();
@@ -211,7 +212,7 @@ impl Tester {
     }
 }
 
-/// Plays a recording of this federate; gives how it ran.
+/// Plays a recording of this federate; returns its outcome.
 fn replay(name: &str, id: u16, behavior: Behavior, timeout: Interval, seed: u64) -> Ran {
     let recording = lf_testkit::golden::load(name).unwrap();
     let mut nodes = vec![Behavior::default(); 2];

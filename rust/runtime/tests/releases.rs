@@ -62,8 +62,8 @@ impl Tester {
         }
     }
 
-    /// Takes introductions as a receiver does whose header has so many bytes, the last of which is the length of the
-    /// federation id. Returns how many it took until one was right.
+    /// Takes introductions as a receiver does whose header has this many bytes, the last of which is the length of the
+    /// federation id. Returns the number of introductions until one was right.
     fn receive(&mut self, rti: SocketId, header_bytes: usize) -> usize {
         let listener = self.0.listen(PEER_PORT).unwrap();
         for attempt in 1.. {
@@ -84,7 +84,7 @@ impl Tester {
     }
 }
 
-/// How often a federate introduces itself to such a receiver before it tells the RTI that it is ready.
+/// Returns the number of introductions to such a receiver before a federate tells the RTI that it is ready.
 fn attempts(header_bytes: usize) -> usize {
     let nodes = vec![Behavior::default(); 2];
     let coordination = Coordination::Decentralized;

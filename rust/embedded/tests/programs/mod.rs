@@ -12,7 +12,7 @@ pub(crate) mod sender;
 /// The bytes of the longest value on the connection: more than a count needs, so that buffers are large.
 const VALUE_BYTES: usize = 800;
 
-/// What the RTI knows of the federation.
+/// The RTI's description of the federation.
 pub(crate) static RTI: Description = Description {
     federation_id: "images",
     authentication: None,

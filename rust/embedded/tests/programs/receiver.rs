@@ -9,7 +9,7 @@ use lf_model::{
 };
 use lf_runtime::{ClockSync, DELAY_NONE, Description, Federation};
 
-/// What has come.
+/// The received values.
 pub(crate) static RECEIVED: Mutex<Vec<u32>> = Mutex::new(Vec::new());
 
 pub(crate) const TABLES: Tables = Tables {

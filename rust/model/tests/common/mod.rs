@@ -44,9 +44,9 @@ impl Outside for Clock {
     }
 }
 
-/// What reactions sent: federate, port, tag, payload.
+/// A sent value: federate, port, tag, payload.
 pub type Sent = (u16, u16, Tag, Vec<u8>);
-/// Of which output, and for which tag, it was told that there is no value: federate, port, tag.
+/// A sent absence: federate, port, tag.
 pub type Absent = (u16, u16, Tag);
 
 /// The engine's environment.
@@ -101,8 +101,8 @@ thread_local! {
     static THREADS: RefCell<Vec<JoinHandle<()>>> = const { RefCell::new(Vec::new()) };
 }
 
-/// How a platform gives bodies `spawn_physical_thread`: an extension trait in its prelude, generic over the closure,
-/// so that neither the model nor a static needs to know its type.
+/// A platform's `spawn_physical_thread` for bodies: an extension trait in its prelude, generic over the closure, so
+/// that neither the model nor a static needs to know its type.
 pub trait SpawnPhysicalThread {
     fn spawn_physical_thread<F: FnOnce(&mut PhysicalLink) + Send + 'static>(&mut self, body: F);
 }
