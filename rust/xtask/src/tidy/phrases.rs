@@ -49,8 +49,7 @@ pub(super) fn plain(tree: &Tree) -> Vec<Finding> {
     for file in tree.files.iter().filter(|file| is_checked(file)) {
         let mut before = "";
         for (index, line) in file.text.iter().flat_map(|text| text.lines()).enumerate() {
-            let text = if file.kind() == "md" { Some(line) } else { line.split_once("//").map(|(_, text)| text) };
-            let what = text.and_then(phrase).or_else(|| beginning(line, before));
+            let what = comment(file, line).and_then(phrase).or_else(|| beginning(line, before));
             findings.extend(what.map(|what| Finding { place: format!("{}:{}", file.path, index + 1), what }));
             before = line;
         }
@@ -60,6 +59,15 @@ pub(super) fn plain(tree: &Tree) -> Vec<Finding> {
 
 fn is_checked(file: &File) -> bool {
     matches!(file.kind(), "rs" | "c" | "h" | "md") && !EXEMPT.iter().any(|exempt| file.path.starts_with(exempt))
+}
+
+/// The part of a line that is a sentence for people: a comment, or all of a document.
+fn comment<'l>(file: &File, line: &'l str) -> Option<&'l str> {
+    let is_c = matches!(file.kind(), "c" | "h");
+    let signs: &[&str] = if is_c { &["//", "/*"] } else { &["//"] };
+    let begins = signs.iter().find_map(|sign| line.split_once(sign)).map(|(_, text)| text);
+    let goes_on = is_c && line.trim_start().starts_with("* ");
+    if file.kind() == "md" || goes_on { Some(line) } else { begins }
 }
 
 /// The finding about the first refused phrase in a text.
@@ -97,6 +105,7 @@ mod tests {
             let sentence = format!("It waits {phrase} federates.");
             assert_eq!(found("rust/x/src/a.rs", &format!("fn a() {{}} // {sentence}\n")), 1, "{phrase}");
             assert_eq!(found("docs/a.md", &sentence), 1, "{phrase}");
+            assert_eq!(found("zephyr/src/a.c", &format!("/* {sentence}\n * {sentence} */\n")), 2, "{phrase}");
             assert_eq!(found("rust/x/src/a.rs", &format!("let text = \"{sentence}\";\n")), 0, "{phrase}");
             assert_eq!(found("rust/compiler/src/a.rs", &format!("// {sentence}\n")), 0, "{phrase}");
         }
