@@ -17,7 +17,7 @@ use crate::compile::Console;
 use crate::descendants::Descendants;
 use crate::failure::Failure;
 use crate::guard;
-use crate::oscilloscope::Oscilloscope;
+use crate::pins::PinRecording;
 use crate::supervisor::{Ending, Interrupts, Limits, Output, Role, Streams, Supervisor};
 
 /// The processes of one run. The RTI is the first, and the others start when it listens.
@@ -43,7 +43,7 @@ pub(crate) struct Federation {
     /// All others.
     pub(crate) federates: Vec<Process>,
     /// What their pins do, if that is to be recorded.
-    pub(crate) oscilloscope: Option<Oscilloscope>,
+    pub(crate) oscilloscope: Option<PinRecording>,
 }
 
 /// The only form that there is: 1.
@@ -209,10 +209,10 @@ impl Federation {
     /// # Errors
     /// When one cannot be started, or the system's calls fail; nothing is left running then.
     pub(crate) fn run(&self, interrupts: Interrupts) -> Result<Ending, Failure> {
-        let Some(oscilloscope) = &self.oscilloscope else { return self.run_processes(interrupts) };
-        oscilloscope.clear();
+        let Some(recording) = &self.oscilloscope else { return self.run_processes(interrupts) };
+        recording.clear();
         let ending = self.run_processes(interrupts)?;
-        oscilloscope.merge()?;
+        recording.merge()?;
         Ok(ending)
     }
 

@@ -10,7 +10,7 @@ use std::time::Duration;
 
 use clap::{Args, Parser, Subcommand, ValueEnum};
 
-use crate::oscilloscope;
+use crate::pins;
 use crate::time;
 use lf_compiler::maxwait::parse_time;
 use lf_linux::devices::moves::Reader;
@@ -168,7 +168,7 @@ that do not say whose pin they mean although an image may have it, are errors."
         federate: String,
         /// All federates, and what each takes of a script: `a=all,b=pins,c=nothing`. If it is left out, the federate is
         /// alone and takes pins.
-        #[arg(long, value_name = "LIST", value_delimiter = ',', value_parser = oscilloscope::reader)]
+        #[arg(long, value_name = "LIST", value_delimiter = ',', value_parser = pins::reader)]
         readers: Vec<Reader>,
     },
     /// Print how many nanoseconds a time is, for programs that do not read LF's units themselves.

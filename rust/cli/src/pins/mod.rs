@@ -22,7 +22,7 @@ use crate::terminal;
 /// What is to be recorded in a run.
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub(crate) struct Oscilloscope {
+pub(crate) struct PinRecording {
     /// The file that is made of all parts.
     pub(crate) file: PathBuf,
     /// What each participant writes.
@@ -42,7 +42,7 @@ pub(crate) struct Part {
     pub(crate) is_trace: bool,
 }
 
-impl Oscilloscope {
+impl PinRecording {
     /// That of a program whose federates all run on this computer, with files of their own in a folder.
     pub(crate) fn of(plan: &Plan, folder: &Path, file: &Path) -> Self {
         let part =
