@@ -242,13 +242,13 @@ pub struct PlanArgs {
 }
 
 impl PlanArgs {
-    /// Whether offsets are asked for, and not the plan.
+    /// Returns whether the user asks for offsets, and not for the plan.
     pub fn wants_offsets(&self) -> bool {
         self.stp.is_some() || self.latency.is_some() || self.clock_error.is_some() || self.execution.is_some()
     }
 }
 
-/// What the generated programs run on.
+/// The platform of the generated programs.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub enum Platform {
     /// Programs for this computer.

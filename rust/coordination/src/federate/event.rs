@@ -21,8 +21,8 @@ pub enum Event<'m> {
     /// Connect to this federate, because this one sends to it directly. Then call [`Federate::peer_connected`] or
     /// [`Federate::peer_lost`].
     ///
-    /// [`Federate::peer_connected`]: super::Federate::peer_connected [`Federate::peer_lost`]:
-    /// super::Federate::peer_lost
+    /// [`Federate::peer_connected`]: super::Federate::peer_connected
+    /// [`Federate::peer_lost`]: super::Federate::peer_lost
     PeerFound {
         /// The federate.
         federate: FederateId,
