@@ -10,7 +10,7 @@ use std::fmt::Write as _;
 use std::fs;
 use std::path::{Path, PathBuf};
 
-/// What is bound: the sockets, waiting, threads and their locks, the cycle counter, the console and the log.
+/// The bound functions: sockets, waiting, threads and their locks, the cycle counter, the console and the log.
 const FUNCTIONS: &[&str] = &[
     "zsock_(socket|close|connect|bind|listen|accept|send|sendto|recv|recvfrom|shutdown)",
     "zsock_(getsockname|getsockopt|setsockopt|poll)",
@@ -209,7 +209,7 @@ fn write_kconfig(to: &Path) -> Outcome<()> {
     Ok(())
 }
 
-/// What `device!` finds, in Rust and in a C file that the image is linked with.
+/// Writes the devices for `device!`, in Rust and in a C file that the image is linked with.
 fn write_devices(to: &Path) -> Outcome<()> {
     let c_file = variable("LF_DEVICES_FILE")?;
     // As with the bindings, the image cannot be linked without it.

@@ -125,7 +125,7 @@ def _make(folder: Path) -> None:
 
 
 def _write(folder: Path, measured: dict[str, Any]) -> None:
-    """Writes the results and their page, each as a whole: whoever stops in between leaves the one before."""
+    """Writes the results and their page, each as a whole: an interruption leaves the one before."""
     text = json.dumps(measured, ensure_ascii=False, indent=2) + "\n"
     for name, content in (("results.json", text), ("report.html", page.render(measured))):
         new = folder / f"{name}.new"

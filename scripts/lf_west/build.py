@@ -120,7 +120,7 @@ def environment(application: Application, workspace: Workspace, surroundings: Su
     """The environment in which images are built.
 
     It lets ccache, with which Zephyr compiles where it is installed, know all images of a board as the same: then what
-    they have in common is compiled once. Whoever has set it up already knows better.
+    they have in common is compiled once. A user who has set it up already knows better.
     """
     variables = workspace.environment(surroundings.environment)
     if "CCACHE_BASEDIR" not in variables:

@@ -22,7 +22,7 @@ cmake_path(SET _lf_program_repository NORMALIZE ${CMAKE_CURRENT_LIST_DIR}/../..)
 # repository. Zephyr itself reads the folder's Kconfig and its dts/bindings.
 #
 # Cache variables:
-#   LF_PROGRAM      a program in place of FILE, by the application's folder.
+#   LF_PROGRAM      a program instead of FILE, by the application's folder.
 #   LF_FEDERATE     the federate to be built, or the RTI where that is an image; none for a program without federates.
 #   LF_DEPLOYMENT   where each federate runs, by the application's folder. Default: all on the board of this build.
 #   LF_COMPILER     the program lfz. Default: the environment's LFZ, else that of this repository, built if need be;

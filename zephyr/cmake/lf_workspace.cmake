@@ -43,7 +43,7 @@ function(_lf_is_arm out board)
   endforeach()
 endfunction()
 
-# Who has chosen no tool chain and has no Zephyr SDK has perhaps a compiler that does.
+# A user without a chosen tool chain and without the Zephyr SDK may have a compiler that does.
 if(NOT DEFINED ZEPHYR_TOOLCHAIN_VARIANT AND NOT DEFINED ENV{ZEPHYR_TOOLCHAIN_VARIANT}
     AND NOT DEFINED ZEPHYR_SDK_INSTALL_DIR AND NOT DEFINED ENV{ZEPHYR_SDK_INSTALL_DIR})
   set(_lf_board "${BOARD}")

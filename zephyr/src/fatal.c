@@ -32,7 +32,7 @@ static FUNC_NORETURN void start_again(void)
 
 #endif
 
-/* Lets whoever reads the console know how the program has ended, and starts the system again if that is asked for. */
+/* Prints on the console how the program has ended, and starts the system again if Kconfig asks for that. */
 static void end(int status)
 {
 	LOG_PANIC();

@@ -176,7 +176,7 @@ void lf_interrupts_unlock(uint32_t key)
 int lf_random(uint8_t *buffer, size_t size)
 {
 #if defined(CONFIG_ARCH_POSIX)
-	/* The simulated entropy driver gives the same numbers in every run. */
+	/* The simulated entropy driver returns the same numbers in every run. */
 	int file = nsi_host_open("/dev/urandom", 0);
 	long got = file < 0 ? -1 : nsi_host_read(file, buffer, size);
 

@@ -73,8 +73,8 @@ impl RunningRti {
     ///
     /// # Errors
     /// When it has not.
-    pub fn wait(&mut self, patience: Duration) -> Result<ExitStatus> {
-        let until = Instant::now() + patience;
+    pub fn wait(&mut self, time_out: Duration) -> Result<ExitStatus> {
+        let until = Instant::now() + time_out;
         loop {
             if let Some(status) = self.child.0.try_wait()? {
                 return Ok(status);

@@ -194,10 +194,10 @@ impl Swarm {
     }
 
     fn wait(&mut self) -> Result<()> {
-        let patience = if self.touched.is_empty() { SILENCE_MAX } else { Duration::ZERO };
+        let time_out = if self.touched.is_empty() { SILENCE_MAX } else { Duration::ZERO };
         self.events.clear();
         let spare = rustix::buffer::spare_capacity(&mut self.events);
-        let count = epoll::wait(&self.epoll, spare, Some(&Timespec::try_from(patience)?))?;
+        let count = epoll::wait(&self.epoll, spare, Some(&Timespec::try_from(time_out)?))?;
         if count == 0 && self.touched.is_empty() {
             return Err(format!("nothing happens any more; the slowest federate is in round {}", self.floor).into());
         }

@@ -7,24 +7,24 @@ use std::sync::Mutex;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::{env, fs, process, thread};
 
-/// The compiler, and what it has said.
+/// The compiler, and its output so far.
 pub(crate) struct Compiler {
     includes: Vec<PathBuf>,
     flags: Vec<String>,
-    /// What compilers of C, and of C++, are told about mistakes.
+    /// The flags about mistakes for compilers of C, and of C++.
     mistakes: [Vec<&'static str>; 2],
     out: PathBuf,
-    /// How many files have been given to it, which makes the names of their objects differ.
+    /// The number of compiled files, which makes the names of their objects differ.
     count: usize,
     has_failed: bool,
 }
 
-/// Whether a file is compiled.
+/// Returns whether a file is compiled.
 pub(crate) fn is_source(file: &Path) -> bool {
     is_cpp(file) || file.extension() == Some(OsStr::new("c"))
 }
 
-/// Whether it is compiled as C++.
+/// Returns whether it is compiled as C++.
 pub(crate) fn is_cpp(file: &Path) -> bool {
     file.extension().is_some_and(|extension| ["cc", "cpp", "cxx"].map(OsStr::new).contains(&extension))
 }
@@ -35,13 +35,13 @@ impl Compiler {
         Self { includes, flags, mistakes, out: out.join("c"), count: 0, has_failed: false }
     }
 
-    /// The same with another argument.
+    /// Adds an argument.
     pub(crate) fn with_flag(&mut self, flag: &str) -> &mut Self {
         self.flags.push(flag.to_owned());
         self
     }
 
-    /// Compiles files to objects. What the compiler says is printed, in the order of the files.
+    /// Compiles files to objects. Prints the compiler's output, in the order of the files.
     pub(crate) fn compile(&mut self, files: &[PathBuf]) -> Vec<PathBuf> {
         fs::create_dir_all(&self.out).expect("cargo's folder can be written to");
         let jobs: Vec<_> = files.iter().map(|file| self.job(file)).collect();
@@ -75,7 +75,7 @@ impl Compiler {
         }
     }
 
-    /// How to compile a file, and where its object will be.
+    /// Returns the command that compiles a file, and its object.
     fn job(&mut self, file: &Path) -> (Vec<std::ffi::OsString>, PathBuf) {
         let stem = file.file_stem().unwrap_or_default().to_string_lossy();
         let object = self.out.join(format!("{}-{stem}.o", self.count));
@@ -85,8 +85,8 @@ impl Compiler {
         build.cpp(is_cpp(file)).cargo_metadata(false).cargo_warnings(false).warnings(false);
         let tool = build.get_compiler();
         let mut command: Vec<_> = vec![tool.path().into()];
-        // Only what the compiler warns of by itself: bodies need not use all that they are given. The library would
-        // have it warn of nothing.
+        // Only the compiler's default warnings: bodies need not use all of their parameters. The library would suppress
+        // all warnings.
         command.extend(tool.args().iter().filter(|argument| *argument != "-w").cloned());
         let given = [&self.mistakes[usize::from(is_cpp(file))]];
         command.extend(given.into_iter().flatten().map(Into::into));
@@ -105,7 +105,7 @@ impl Compiler {
         (command, object)
     }
 
-    /// Passes on what the compiler says: errors as they are, warnings also as cargo's, which shows them.
+    /// Prints the compiler's output: errors unchanged, warnings also as cargo's, which shows them.
     fn report(&mut self, output: &Output) {
         let said = String::from_utf8_lossy(&output.stderr);
         eprint!("{said}");
@@ -119,8 +119,8 @@ impl Compiler {
     }
 }
 
-/// Arguments by which what newer compilers refuse is refused by all, and a mistake in what is given to a macro is shown
-/// where the macro is used. `zephyr/cmake/lf_federate.cmake` has the same for images.
+/// Returns the flags by which every compiler refuses what newer ones refuse, and reports a mistake in an argument of a
+/// macro where the macro is used. `zephyr/cmake/lf_federate.cmake` has the same for images.
 fn about_mistakes(is_cpp: bool, out: &Path) -> Vec<&'static str> {
     const REFUSED: [&str; 5] = [
         "-Werror=implicit-function-declaration",
@@ -137,11 +137,11 @@ fn about_mistakes(is_cpp: bool, out: &Path) -> Vec<&'static str> {
     ["-ftrack-macro-expansion=0"].iter().chain(refused).copied().filter(is_known).collect()
 }
 
-/// Has cargo run the build script again when a header changes that a file includes, as far as it is none of the
-/// system's. The compiler lists them as make reads it.
+/// Makes cargo run the build script again when an included header changes, unless it is one of the system's. The
+/// compiler lists them in make's format.
 fn watch_headers(list: &Path) {
     let text = fs::read_to_string(list).unwrap_or_default();
-    // Spaces in names stand behind a backslash.
+    // A backslash precedes spaces in names.
     let names = text.replace("\\\n", " ").replace("\\ ", "\0");
     for name in names.split_ascii_whitespace().skip(2) {
         println!("cargo::rerun-if-changed={}", name.replace('\0', " "));

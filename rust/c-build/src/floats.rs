@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Which functions of bindings cannot be called where Rust and C pass floating-point numbers in different registers.
+//! Finds functions of bindings that cannot be called where Rust and C pass floating-point numbers in different
+//! registers.
 
 use std::collections::BTreeMap;
 
@@ -11,7 +12,7 @@ use syn::{FnArg, ForeignItemFn, ItemStruct, ItemType, ItemUnion, ReturnType, Typ
 /// Types of numbers that such registers hold.
 const NUMBERS: [&str; 4] = ["f32", "f64", "c_float", "c_double"];
 
-/// The functions that take or give such numbers by value, or functions that do.
+/// Returns the functions that have such numbers as parameters or results by value, or functions that do.
 pub(crate) fn functions(bindings: &str) -> Vec<String> {
     let file = syn::parse_file(bindings).expect("bindgen writes Rust");
     let mut types = Types::default();
@@ -24,7 +25,7 @@ pub(crate) fn functions(bindings: &str) -> Vec<String> {
         .collect()
 }
 
-/// What types consist of, and what functions take and give.
+/// The components of types, and the signatures of functions.
 #[derive(Default)]
 struct Types {
     parts: BTreeMap<String, Vec<Type>>,
@@ -62,7 +63,7 @@ fn signature(inputs: &Punctuated<FnArg, Comma>, output: &ReturnType) -> Vec<Type
     inputs.chain(output).collect()
 }
 
-/// More than this many types in each other are not looked through: they are in a circle, by way of functions.
+/// The maximum nesting of types: deeper ones form a circle, through functions.
 const DEPTH_MAX: usize = 16;
 
 impl Types {
@@ -75,7 +76,7 @@ impl Types {
     }
 }
 
-/// Looks at what a type has in it, but not behind pointers; functions' types are looked at.
+/// Visits the components of a type, not through pointers, but through function types.
 struct Looks<'t> {
     types: &'t Types,
     depth: usize,

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! What headers of C declare, for Rust.
+//! Bindings of C headers for Rust.
 
 use std::path::{Path, PathBuf};
 use std::{env, fs, process};
@@ -9,8 +9,8 @@ use bindgen::{BindgenError, Builder, EnumVariation};
 
 use crate::floats;
 
-/// Writes `c.rs` into `out`; `place` is where the program names the headers. Gives the file of C with what makes
-/// functions of those that are `static inline`. Zephyr's build has it at `LF_C_WRAPPER_FILE`.
+/// Writes `c.rs` into `out`; `place` is where the program names the headers. Returns the C file with wrappers of
+/// `static inline` functions. Zephyr's build has it at `LF_C_WRAPPER_FILE`.
 pub(crate) fn bind(headers: &[PathBuf], includes: &[PathBuf], flags: &[String], place: &str, out: &Path) -> PathBuf {
     if let Err(reason) = clang_sys::load() {
         fail(&format!(
@@ -53,7 +53,7 @@ pub(crate) fn bind(headers: &[PathBuf], includes: &[PathBuf], flags: &[String], 
     wrapper
 }
 
-/// What is bound, and how it looks in Rust.
+/// Returns the selection and the form of the bindings.
 fn builder(headers: &[PathBuf], wrapper: &Path) -> Builder {
     let mut builder = Builder::default()
         .use_core()
@@ -71,13 +71,13 @@ fn builder(headers: &[PathBuf], wrapper: &Path) -> Builder {
         .parse_callbacks(Box::new(bindgen::CargoCallbacks::new()) as Box<dyn ParseCallbacks>);
     for header in headers {
         let name = header.display().to_string();
-        // What they include is bound as far as they need it.
+        // Their own includes are bound as far as they need them.
         builder = builder.allowlist_file(regex_of(&name)).header(name);
     }
     builder
 }
 
-/// The arguments that the platform's headers need, and the folders and macros of the image's files of C.
+/// Returns the arguments that the platform's headers need, and the folders and macros of the image's C files.
 fn image_arguments() -> Vec<String> {
     let platform = variable("DEP_LF_ZEPHYR_CLANG_ARGUMENTS").unwrap_or_default();
     let mut arguments: Vec<String> = platform.split_terminator('\t').map(str::to_owned).collect();
@@ -89,8 +89,8 @@ fn image_arguments() -> Vec<String> {
     arguments
 }
 
-/// Whether an argument of the C compiler is about macros or folders, which is all that matters for headers; others may
-/// be such as clang does not know.
+/// Returns whether an argument of the C compiler is about macros or folders, which is all that matters for headers;
+/// clang may not know others.
 fn is_for_clang(flag: &str) -> bool {
     ["-D", "-U", "-I"].iter().any(|kind| flag.strip_prefix(kind).is_some_and(|rest| !rest.is_empty()))
 }
@@ -98,7 +98,7 @@ fn is_for_clang(flag: &str) -> bool {
 fn generate(builder: Builder, place: &str) -> String {
     match builder.generate() {
         Ok(bindings) => bindings.to_string(),
-        // It is what a compiler says, with places.
+        // It is a compiler's message, with positions.
         Err(BindgenError::ClangDiagnostic(text)) => fail(&text),
         Err(error) => fail(&format!("{place}: error: the headers cannot be bound: {error}")),
     }
@@ -118,7 +118,7 @@ fn write(file: &Path, text: &str) {
     fs::write(file, text).unwrap_or_else(|error| panic!("{} cannot be written: {error}", file.display()));
 }
 
-/// A regular expression that only this text matches.
+/// Returns a regular expression that only this text matches.
 fn regex_of(text: &str) -> String {
     let is_plain = |c: char| c.is_alphanumeric() || matches!(c, '/' | '_' | '-' | ' ');
     text.chars().map(|c| if is_plain(c) { c.to_string() } else { format!("\\{c}") }).collect()

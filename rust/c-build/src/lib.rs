@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Compiles the C part of a generated program, in that program's build script: bodies, of whose types it finds the
-//! sizes, or what stands beside bodies in Rust, for which it can bind headers.
+//! Compiles the C part of a generated program, in that program's build script: bodies, whose types it measures, or C
+//! files beside bodies in Rust, for which it can bind headers.
 //!
 //! ```no_run
 //! lf_c_build::program().define("LOG_LEVEL", "3").source("../src/helpers.c").build();
@@ -24,11 +24,11 @@ use std::{env, fs};
 
 use compiler::Compiler;
 
-/// A program in C, as far as it is known.
+/// The description of a program in C.
 #[must_use = "nothing is compiled before `build`"]
 #[derive(Debug, Default)]
 pub struct Program {
-    /// Whether its bodies are C, which call the runtime of such.
+    /// Whether its bodies are C, which call the runtime for C.
     of_bodies: bool,
     folder: PathBuf,
     includes: Vec<PathBuf>,
@@ -41,81 +41,81 @@ pub struct Program {
     libraries: Vec<String>,
 }
 
-/// The program in the folder `c`.
+/// Returns the program in the folder `c`.
 pub fn program() -> Program {
     Program { of_bodies: true, folder: "c".into(), ..Program::default() }
 }
 
-/// Files of C beside a program in Rust.
+/// Returns the C files beside a program in Rust.
 pub fn beside() -> Program {
     Program::default()
 }
 
 impl Program {
-    /// The folder with the program's own files, in place of `c`.
+    /// Sets the folder with the program's own files, in place of `c`.
     pub fn folder(mut self, folder: impl Into<PathBuf>) -> Self {
         self.folder = folder.into();
         self
     }
 
-    /// A folder with headers; relative paths are those from the manifest.
+    /// Adds a folder with headers; relative paths are those from the manifest.
     pub fn include(mut self, folder: impl Into<PathBuf>) -> Self {
         self.includes.push(folder.into());
         self
     }
 
-    /// A macro; the value may be empty.
+    /// Adds a macro; the value may be empty.
     pub fn define(mut self, name: &str, value: &str) -> Self {
         self.flags.push(if value.is_empty() { format!("-D{name}") } else { format!("-D{name}={value}") });
         self
     }
 
-    /// An argument of the compiler.
+    /// Adds an argument of the compiler.
     pub fn flag(mut self, flag: impl Into<String>) -> Self {
         self.flags.push(flag.into());
         self
     }
 
-    /// Another C or C++ file of the program.
+    /// Adds a C or C++ file to the program.
     pub fn source(mut self, file: impl Into<PathBuf>) -> Self {
         self.sources.push(file.into());
         self
     }
 
-    /// A header, of which bindings are made: the file `c.rs` in `OUT_DIR`. It takes the feature `headers`.
+    /// Adds a header to bind: the bindings are the file `c.rs` in `OUT_DIR`. It takes the feature `headers`.
     pub fn header(mut self, file: impl Into<PathBuf>) -> Self {
         self.headers.push(file.into());
         self
     }
 
-    /// Where the program names headers, `P.lf:3:16`: what keeps them from being bound is said of this place.
+    /// Sets where the program names headers, `P.lf:3:16`, for errors about their bindings.
     pub fn named_at(mut self, place: &str) -> Self {
         place.clone_into(&mut self.place);
         self
     }
 
-    /// An argument of the linker, as the compiler takes it: `-L/opt/lib`, an archive's path.
+    /// Adds an argument of the linker, in the compiler's form: `-L/opt/lib`, an archive's path.
     pub fn link_argument(mut self, argument: impl Into<String>) -> Self {
         self.link_arguments.push(argument.into());
         self
     }
 
-    /// A library that is linked before all others, because it replaces functions of theirs.
+    /// Adds a library that is linked before all others, because it replaces functions of theirs.
     pub fn first_library(mut self, name: impl Into<String>) -> Self {
         self.first_libraries.push(name.into());
         self
     }
 
-    /// A library to link, by its name, by its path, or as an argument of the linker: `m` is always linked.
+    /// Adds a library, by its name, by its path, or as an argument of the linker: `m` is always linked.
     pub fn library(mut self, name: impl Into<String>) -> Self {
         self.libraries.push(name.into());
         self
     }
 
-    /// Compiles the program, tells cargo to link it, and writes what Rust has to know of it into `OUT_DIR`: of bodies
-    /// `sizes.rs`, with a constant `LF_SIZE_N` per size, and of headers `c.rs`.
+    /// Compiles the program, tells cargo to link it, and writes its Rust part into `OUT_DIR`: of bodies `sizes.rs`,
+    /// with a constant `LF_SIZE_N` per size, and of headers `c.rs`.
     ///
-    /// What the compiler says goes to standard error; where it has found errors, the build script ends with status 1.
+    /// The compiler's output goes to standard error; if it has found errors, the build script ends with status 1.
     ///
     /// # Panics
     /// Outside of a build script, and where files cannot be read or written.
@@ -133,7 +133,7 @@ impl Program {
         }
     }
 
-    /// Binds the headers; gives a file of C that the bindings need.
+    /// Binds the headers; returns a C file that the bindings need.
     #[cfg(feature = "headers")]
     fn bind(&self, out: &Path) -> Option<PathBuf> {
         (!self.headers.is_empty()).then(|| headers::bind(&self.headers, &self.includes, &self.flags, &self.place, out))
@@ -174,7 +174,7 @@ impl Program {
         self.link(&files, &objects);
     }
 
-    /// Tells cargo to link what has become of files, and what the program names beside them.
+    /// Makes cargo link the objects of files, and the program's libraries.
     fn link(&self, files: &[PathBuf], objects: &[PathBuf]) {
         for library in &self.first_libraries {
             println!("cargo::rustc-link-lib=dylib={library}");
@@ -198,13 +198,13 @@ impl Program {
     }
 }
 
-/// Whether this is a build for Zephyr, which compiles C itself.
+/// Returns whether this is a build for Zephyr, which compiles C itself.
 fn is_image() -> bool {
     println!("cargo::rerun-if-env-changed=LF_C_SIZES");
     env::var_os("LF_C_SIZES").is_some()
 }
 
-/// The C and C++ files of a folder, in order.
+/// Returns the C and C++ files of a folder, in order.
 fn files_in(folder: &Path) -> Vec<PathBuf> {
     let Ok(entries) = fs::read_dir(folder) else { return Vec::new() };
     let paths = entries.map(|entry| entry.expect("the folder can be read").path());

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Sizes of C types, as the compiler of the target has put them into an object.
+//! Sizes of C types, which the target's compiler has put into an object.
 use std::collections::BTreeMap;
 use std::fs;
 use std::path::Path;
 
 use object::{Object, ObjectSymbol};
 
-/// The sizes of the arrays `lf_size_N`, by the names of Rust constants.
+/// Returns the sizes of the arrays `lf_size_N`, by the names of Rust constants.
 pub(crate) fn read(object: &Path) -> BTreeMap<String, u64> {
     let bytes = fs::read(object).unwrap_or_else(|error| panic!("{} cannot be read: {error}", object.display()));
     let file =

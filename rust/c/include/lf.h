@@ -178,7 +178,7 @@ typedef lf_self_base_t self_base_t;
 /* Says that a port is present whose value the body has written to it. */
 #define lf_set_present(port) lf_c_set_present((lf_port_base_t *)(port))
 
-/* Sets a port to elements that are freed, or given to the type's destructor, when nobody needs them any more. */
+/* Sets a port to elements that are freed, or passed to the type's destructor, with the last share. */
 #define lf_set_array(port, elements, count)                                                                            \
 	do {                                                                                                           \
 		(port)->value = LF_AS_TYPE_OF_((port)->value)                                                          \
@@ -198,10 +198,10 @@ typedef lf_self_base_t self_base_t;
 /* A token for elements of the type of a port or an action; it has them from then on. */
 lf_token_t *lf_new_token(void *port_or_action, void *elements, size_t count);
 
-/* The token of an input, or a copy of it if somebody else sees it too. A copy lives as long as the reaction runs. */
+/* The token of an input, or a copy of it if another reaction sees it too. A copy lives as long as the reaction runs. */
 #define lf_writable_copy(port) lf_c_writable_copy((lf_port_base_t *)(port))
 
-/* Gives a `mutable` input a value of its own. `port` is the body's own copy of the port's struct. */
+/* Makes a private copy of the value of a `mutable` input. `port` is the body's own copy of the port's struct. */
 void lf_c_make_mutable(lf_port_base_t *port);
 
 #ifdef __cplusplus
@@ -236,7 +236,7 @@ int lf_multiport_next(lf_multiport_iterator_t *iterator);
 
 /*
  * Schedules an action, later by `offset` on top of its minimum delay. A physical action can be scheduled in any thread
- * and in interrupts, a logical one in reactions only. Gives a positive number, 0 if there is no event, or -1 for an
+ * and in interrupts, a logical one in reactions only. Returns a positive number, 0 if there is no event, or -1 for an
  * error, of which a line says what it is.
  */
 trigger_handle_t lf_schedule(void *action, interval_t offset);
@@ -294,7 +294,7 @@ void lf_set_fed_maxwait(interval_t max_wait);
 /* Asks the program to stop: at the next microstep, or later where other federates have to agree. */
 void lf_request_stop(void);
 
-/* ---- What generated code gives ---- */
+/* ---- Parts of generated code ---- */
 
 extern lf_port_base_t *const lf_ports[];
 /* NULL for startup, shutdown, delays and network inputs. */
@@ -312,7 +312,7 @@ void lf_reset_mode(uint16_t mode);
 #ifdef __cplusplus
 }
 
-/* Gives state and parameters, which may be arrays, the value that lies at an address. */
+/* Sets state and parameters, which may be arrays, to the value at an address. */
 template <typename T> inline void lf_assign_(T &to, const void *from)
 {
 	to = *static_cast<const T *>(from);

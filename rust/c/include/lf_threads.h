@@ -49,7 +49,7 @@ int lf_cond_init(lf_cond_t *condition, lf_mutex_t *mutex);
 int lf_cond_signal(lf_cond_t *condition);
 int lf_cond_broadcast(lf_cond_t *condition);
 int lf_cond_wait(lf_cond_t *condition);
-/* Waits until that physical time at the latest; gives LF_TIMEOUT then. */
+/* Waits until that physical time at the latest; returns LF_TIMEOUT then. */
 int lf_cond_timedwait(lf_cond_t *condition, instant_t until);
 #define _lf_cond_timedwait lf_cond_timedwait
 

@@ -106,11 +106,11 @@ tag_t lf_tag_latest_earlier(tag_t tag);
 
 /* What is enough for the text of any time. */
 #define LF_TIME_BUFFER_LENGTH 80
-/* Writes "1 weeks, 2 d, 3 h, 4 min, 5 s, 6 ms"; gives the length of the text without its NUL. */
+/* Writes "1 weeks, 2 d, 3 h, 4 min, 5 s, 6 ms"; returns the length of the text without its NUL. */
 size_t lf_readable_time(char *buffer, instant_t time);
-/* Writes "1,234,567"; gives the length of the text without its NUL. */
+/* Writes "1,234,567"; returns the length of the text without its NUL. */
 size_t lf_comma_separated_time(char *buffer, instant_t time);
-/* Reads a number and a unit of LF. Gives 0, -1 if the number is none, -2 if the unit is none. */
+/* Reads a number and a unit of LF. Returns 0, -1 if the number is none, -2 if the unit is none. */
 int lf_time_parse(const char *number, const char *unit, interval_t *result);
 
 #ifdef __cplusplus

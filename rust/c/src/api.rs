@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! What C calls: the part of the bodies' API that is not in C itself. `include/lf.h` says what the functions do.
+//! The functions of the bodies' API that are not in C itself. `include/lf.h` documents them.
 use core::ffi::{c_char, c_int, c_void};
 
 use lf_model::{
@@ -132,13 +132,13 @@ extern "C" fn lf_c_watchdog_stop(trigger: u16) {
 
 // --- Actions ---
 
-/// The handle of an event, and what stands for an error.
+/// The handle of an event, and the value for an error.
 const SCHEDULED: c_int = 1;
 const NOT_SCHEDULED: c_int = -1;
 
 #[unsafe(no_mangle)]
 unsafe extern "C" fn lf_c_schedule(trigger: u16, offset: i64, token: *mut RawToken) -> c_int {
-    // SAFETY: C gives the share away that it has, or null.
+    // SAFETY: C passes on its share, or null.
     let mut value = unsafe { Token::from_raw(token) };
     if offset < 0 {
         // SAFETY: the format has no arguments.
@@ -156,7 +156,7 @@ unsafe extern "C" fn lf_c_schedule(trigger: u16, offset: i64, token: *mut RawTok
     }
 }
 
-/// Schedules a physical action where no reaction runs.
+/// Schedules a physical action outside of a reaction.
 fn post(id: TriggerId, value: Option<Token>, offset: Offset) -> c_int {
     let Some(program) = program() else {
         error(c"lf_schedule: an action can be scheduled from the first reaction on");
@@ -178,7 +178,7 @@ fn post(id: TriggerId, value: Option<Token>, offset: Offset) -> c_int {
     NOT_SCHEDULED
 }
 
-/// What a thread has of the program; it is taken back at once, because nobody says when a thread of C has ended.
+/// Returns the link of a thread to the program. It is dropped at once, because the end of a C thread is unknown.
 fn link(program: &Program) -> PhysicalLink {
     PhysicalLink::new(program.outside, program.start)
 }
@@ -194,7 +194,7 @@ unsafe extern "C" fn lf_c_name(token_type: *const c_void, name: *mut *const c_ch
     let mut triggers = (0..).zip(tables.triggers).filter(|(id, _)| unsafe { lf_c_trigger_has_type(*id, token_type) });
     let found = ports.next().map(|(_, port)| port.name).or_else(|| triggers.next().map(|(_, trigger)| trigger.name));
     let found = found.unwrap_or("");
-    // SAFETY: C gives the place of a pointer.
+    // SAFETY: C passes the address of a pointer.
     unsafe { name.write(found.as_ptr().cast()) };
     found.len()
 }

@@ -22,7 +22,7 @@ static void set_pointer(lf_port_base_t *port, void *pointer)
 	memcpy(value_of(port), &pointer, sizeof(pointer));
 }
 
-/* Gives a port a token, or takes it; the port owns it. */
+/* Sets the token of a port, which owns it, or removes it. */
 static void own(lf_port_base_t *port, lf_token_t *token)
 {
 	lf_token_t *before = port->token;

@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 //! The functions in C, as `src/lf_internal.h` and `include/lf.h` declare them.
 //!
-//! Ids are those of the program's tables, which generated C code has an entry for each; that is what makes calls with
+//! Ids are those of the program's tables, and generated C code has an entry for each of them; that makes calls with
 //! them sound.
 use core::ffi::{c_char, c_int, c_void};
 
 use lf_model::Tag;
 
-/// A token, which only C looks into.
+/// A token, which only C reads.
 #[repr(C)]
 pub(crate) struct RawToken {
     _private: [u8; 0],
@@ -35,7 +35,7 @@ pub(crate) struct RawModeChange {
     pub(crate) history: bool,
 }
 
-/// What `lf_c_port_check` finds.
+/// The result of `lf_c_port_check` for good bytes.
 pub(crate) const BYTES_GOOD: c_int = 0;
 pub(crate) const BYTES_LENGTH: c_int = 1;
 pub(crate) const BYTES_REMAINDER: c_int = 2;

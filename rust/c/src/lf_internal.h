@@ -7,7 +7,7 @@
 
 /* ---- tokens.c ---- */
 
-/* A token with room for so many bytes behind it, or without; it has one owner. Without memory the program ends. */
+/* A token with room for this many bytes behind it, or without; it has one owner. Without memory the program ends. */
 lf_token_t *lf_c_token_with_room(token_type_t *type, lf_pool_t *pool, size_t length, size_t bytes);
 lf_token_t *lf_c_token_for(token_type_t *type, lf_pool_t *pool, void *value, size_t length, uint8_t place);
 /* A block of a pool; NULL if it has none, or none so large. */
@@ -27,7 +27,7 @@ void lf_c_port_clear(uint16_t port);
 void lf_c_port_copy(uint16_t from, uint16_t to);
 /* The value of a port for the delayed connection `trigger` to another port. */
 lf_token_t *lf_c_port_capture(uint16_t from, uint16_t to, uint16_t trigger);
-/* Writes the bytes of a value if there is room for them; gives how many they are. */
+/* Writes the bytes of a value if there is room for them; returns their number. */
 size_t lf_c_port_encode(uint16_t port, unsigned char *bytes, size_t room);
 
 /* What is wrong with the bytes of a value. */
@@ -65,7 +65,7 @@ const char *lf_c_store_advice(void);
 /* The memory that bodies allocate, as far as they do: NULL, and nothing, in an image that has none. */
 void *lf_c_allocate(size_t bytes);
 void lf_c_free(void *value);
-/* Changes a count that threads share; gives what it is then. */
+/* Changes a count that threads share; returns the new count. */
 size_t lf_c_count(size_t *count, int by);
 /* What this thread has running; NULL in all threads but that of the event loop, and in interrupts. */
 void *lf_c_running(void);
@@ -81,7 +81,7 @@ __attribute__((__noreturn__)) void lf_c_exit(void);
 void lf_c_mark_present(uint16_t port);
 /* Schedules an action with a token, which belongs to it from then on, or without. */
 trigger_handle_t lf_c_schedule(uint16_t trigger, interval_t offset, lf_token_t *token);
-/* The name of the port or action with this type, for people, without a NUL; gives its length. */
+/* The name of the port or action with this type, for people, without a NUL; returns its length. */
 size_t lf_c_name(const token_type_t *type, const char **name);
 
 #endif /* LF_INTERNAL_H_ */

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Bodies in C. The queues, tags and the order are the model's; ports, actions and the reactors' state lie in C, where
+//! Bodies in C. Queues, tags and order are the model's; ports, actions and the reactors' state lie in C, where
 //! generated C code and its bodies see them.
 //!
-//! A program has an owner struct in Rust as every generated program does, with the ports, queues and actions of this
-//! crate, whose values are [`Token`]s. [`react`] runs a body by its number. What bodies call lies beside this crate, in
-//! `include/lf.h` and `src/*.c`: they are compiled with the program, by the crate `lf-c-build` or by Zephyr's build.
+//! A program has an owner struct in Rust like every generated program, with the ports, queues and actions of this
+//! crate, whose values are [`Token`]s. [`react`] runs a body by its number. The bodies' API lies beside this crate, in
+//! `include/lf.h` and `src/*.c`: these are compiled with the program, by the crate `lf-c-build` or by Zephyr's build.
 //!
 //! One thread runs an event loop, and one program is in a process: its ports are C's global variables.
 #![no_std]

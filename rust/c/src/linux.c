@@ -10,7 +10,7 @@
 
 void lf_c_begin(void)
 {
-	/* Whoever reads along sees each line when it is printed. */
+	/* A reader of a pipe sees each line when it is printed. */
 	(void)setvbuf(stdout, NULL, _IOLBF, 0);
 }
 

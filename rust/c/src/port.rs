@@ -16,12 +16,12 @@ pub struct Port {
 }
 
 impl Port {
-    /// The port with this number.
+    /// Returns the port with this number.
     pub const fn new(id: PortId) -> Self {
         Self { id }
     }
 
-    /// Writes the value as bytes, as the C runtime sends it; gives their number.
+    /// Writes the value as bytes, as the C runtime sends it; returns their number.
     ///
     /// # Errors
     /// When there is no value, or the bytes do not fit.
@@ -30,12 +30,12 @@ impl Port {
             return Err(PayloadError::Absent);
         }
         let available = bytes.len();
-        // SAFETY: there is such a port, and so much room behind the pointer.
+        // SAFETY: there is such a port, and this much room behind the pointer.
         let needed = unsafe { ffi::lf_c_port_encode(self.id.0, bytes.as_mut_ptr(), available) };
         if needed > available { Err(PayloadError::NoRoom { needed, available }) } else { Ok(needed) }
     }
 
-    /// Shows the value that a queue has given, which was meant for a tag.
+    /// Shows the value of a queue, which was intended for a tag.
     fn fill(&self, value: Option<Token>, intended: Tag) {
         if let Some(token) = value {
             // SAFETY: there is such a port, and it gets the share of `token`.
@@ -43,14 +43,14 @@ impl Port {
         }
     }
 
-    /// The value of a port for the connection with a delay that ends here.
+    /// Returns the value of a port for the connection with a delay that ends here.
     fn capture(&self, source: &Self, trigger: TriggerId) -> Result<Token, PayloadError> {
-        // SAFETY: there are such ports and such a trigger; the source is present, and gives a share of its value away.
+        // SAFETY: there are such ports and such a trigger; the source is present, and passes on a share of its value.
         let token = unsafe { Token::from_raw(ffi::lf_c_port_capture(source.id.0, self.id.0, trigger.0)) };
         token.ok_or(PayloadError::Absent)
     }
 
-    /// The value that is in the bytes of a message.
+    /// Returns the value in the bytes of a message.
     fn decode(&self, trigger: TriggerId, bytes: &[u8]) -> Result<Token, PayloadError> {
         let (mut expected, found) = (0, bytes.len());
         // SAFETY: there is such a port, and the pointer and the length are those of a slice.
@@ -61,7 +61,7 @@ impl Port {
             _ => return Err(PayloadError::Nul),
         }
         let arrival = physical_time().as_nanos();
-        // SAFETY: the same; the bytes have been found good, and C gives the only share of the value away.
+        // SAFETY: the same; the bytes are good, and C passes on the only share of the value.
         let token =
             unsafe { Token::from_raw(ffi::lf_c_port_decode(self.id.0, trigger.0, bytes.as_ptr(), found, arrival)) };
         token.ok_or(PayloadError::Absent)
@@ -98,7 +98,7 @@ pub struct QueuedPort<const N: usize> {
 }
 
 impl<const N: usize> QueuedPort<N> {
-    /// An empty queue; the ids are those of the port that it fills and of its own.
+    /// Returns an empty queue; the ids are those of the port that it fills and of its own.
     pub const fn new(port: PortId, trigger: TriggerId) -> Self {
         Self { port: Port::new(port), trigger, queue: model::QueuedPort::new(port) }
     }
@@ -134,7 +134,7 @@ impl<const N: usize> TriggerCell for QueuedPort<N> {
         self.port.fill(self.queue.port.take(), tag);
         next
     }
-    /// Nothing: the engine clears the port as a port.
+    /// Does nothing: the engine clears the port as a port.
     fn clear(&mut self) {}
     fn pending(&self) -> Option<Tag> {
         TriggerCell::pending(&self.queue)
@@ -162,12 +162,12 @@ pub struct TardyInput<const N: usize> {
 }
 
 impl<const N: usize> TardyInput<N> {
-    /// An empty queue; the ids are those of the port that it fills and of its own.
+    /// Returns an empty queue; the ids are those of the port that it fills and of its own.
     pub const fn new(port: PortId, trigger: TriggerId) -> Self {
         Self { port: Port::new(port), trigger, queue: model::TardyInput::new(port) }
     }
 
-    /// Takes a message from another federate, to happen at `tag`; see [`model::TardyInput::deliver_tardy`].
+    /// Takes a message from another federate, to take effect at `tag`; see [`model::TardyInput::deliver_tardy`].
     ///
     /// # Errors
     /// When the queue is full, or the bytes are not a value.
@@ -176,7 +176,7 @@ impl<const N: usize> TardyInput<N> {
         self.queue.put(tag, intended, || port.decode(trigger, bytes))
     }
 
-    /// The same for a message that is in time.
+    /// Takes a message that is in time.
     ///
     /// # Errors
     /// When the queue is full, or the bytes are not a value.
@@ -191,7 +191,7 @@ impl<const N: usize> TriggerCell for TardyInput<N> {
         self.port.fill(self.queue.port.take(), self.queue.intended().unwrap_or(tag));
         next
     }
-    /// Nothing: the engine clears the port as a port.
+    /// Does nothing: the engine clears the port as a port.
     fn clear(&mut self) {}
     fn pending(&self) -> Option<Tag> {
         TriggerCell::pending(&self.queue)

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! The reaction that runs, and what is known of the program outside of reactions.
+//! The reaction that runs, and the state of the program outside of reactions.
 use core::cell::RefCell;
 use core::ffi::CStr;
 use core::ptr;
@@ -14,19 +14,19 @@ use lf_model::{
 use crate::ffi;
 use crate::token::Token;
 
-/// What the C API needs of a program; generated code has one `match` per method.
+/// The program's interface for the C API; generated code has one `match` per method.
 pub trait Bodies {
-    /// An action, to schedule it.
+    /// Returns an action, to schedule it.
     fn action(&mut self, _action: TriggerId) -> Option<&mut dyn Schedulable<Value = Token>> {
         None
     }
 
-    /// A watchdog, to start and to stop it.
+    /// Returns a watchdog, to start and to stop it.
     fn watchdog(&mut self, _watchdog: TriggerId) -> Option<&mut model::Watchdog> {
         None
     }
 
-    /// The inbox of a physical action, for other threads.
+    /// Returns the inbox of a physical action, for other threads.
     fn inbox(_action: TriggerId) -> Option<&'static dyn Inbox<Token>>
     where
         Self: Sized,
@@ -35,19 +35,19 @@ pub trait Bodies {
     }
 }
 
-/// Gives all reactors their parameters and initial state; to be called when the owner of the program is made.
+/// Sets the parameters and the initial state of all reactors. Call it when the owner of the program is made.
 pub fn construct() {
     critical_section::with(|cs| *KNOWN.borrow_ref_mut(cs) = Known::NOTHING);
     ffi::lf_c_begin();
     ffi::lf_construct();
 }
 
-/// Gives a parameter of the main reactor, by its position, a value before [`construct`]: that of the three which is
-/// of its kind. Says whether its type has such a value.
+/// Sets a parameter of the main reactor, by its position, before [`construct`], to the one of the three values that is
+/// of its kind. Returns whether its type has such a value.
 // Inline, so that a program without a command line need not have the function in C.
 #[inline]
 pub fn give_parameter(parameter: u16, whole: i64, real: f64, text: &'static CStr) -> bool {
-    // SAFETY: C reads the text only, which lives as long as the program; all else are numbers.
+    // SAFETY: C only reads the text, which lives as long as the program; the rest are numbers.
     unsafe { ffi::lf_give_parameter(parameter, whole, real, text.as_ptr().cast_mut()) }
 }
 
@@ -69,7 +69,7 @@ pub fn handle_tardy<B: Bodies>(program: &mut B, reaction: ReactionId, ctx: &mut 
     run(program, reaction, ctx, ffi::lf_handle_tardy);
 }
 
-/// Gives the `reset` state variables in a mode their initial values: for [`model::ModeCells::reset_mode`].
+/// Resets the `reset` state variables in a mode to their initial values: for [`model::ModeCells::reset_mode`].
 pub fn reset_mode(mode: ModeId) {
     ffi::lf_reset_mode(mode.0);
 }
@@ -83,8 +83,8 @@ pub(crate) struct Running<'a, 'c> {
 
 fn run(program: &mut dyn Bodies, reaction: ReactionId, ctx: &mut ReactionContext<'_>, body: unsafe extern "C" fn(u16)) {
     let mut running = Running { program, ctx, reaction };
-    // SAFETY: what C is given lies here until it is taken back below; C does not look into it. The body is one of the
-    // program's, which has one for each reaction of its tables.
+    // SAFETY: C's copy of the pointer is removed below, before its target ends; C does not read the target. The body is
+    // one of the program's, which has one for each reaction of its tables.
     unsafe {
         ffi::lf_c_set_running((&raw mut running).cast());
         body(reaction.0);
@@ -93,14 +93,14 @@ fn run(program: &mut dyn Bodies, reaction: ReactionId, ctx: &mut ReactionContext
     ffi::lf_c_reaction_done();
 }
 
-/// Calls `action` with the reaction that this thread runs; `None` in other threads and outside of reactions.
+/// Calls `action` with the reaction that this thread runs; returns `None` in other threads and outside of reactions.
 pub(crate) fn with_running<R>(action: impl FnOnce(&mut Running<'_, '_>) -> R) -> Option<R> {
     let running = ffi::lf_c_running();
     if running.is_null() {
         return None;
     }
-    // SAFETY: it is what `run` of this thread has given to C, and `run` does not touch it before it has taken it back.
-    // Nobody else has it meanwhile: it is taken from C here, so that a destructor that `action` leads to finds nothing.
+    // SAFETY: `run` of this thread has passed it to C, and does not use it before it has removed it. There is no other
+    // user meanwhile: it is removed from C here, so that a destructor that `action` leads to finds nothing.
     let result = unsafe {
         ffi::lf_c_set_running(ptr::null_mut());
         action(&mut *running.cast::<Running<'_, '_>>())
@@ -110,7 +110,7 @@ pub(crate) fn with_running<R>(action: impl FnOnce(&mut Running<'_, '_>) -> R) ->
     Some(result)
 }
 
-/// What threads and interrupts know of the program, from its first reaction on.
+/// The program as threads and interrupts see it, from its first reaction on.
 #[derive(Clone, Copy)]
 pub(crate) struct Program {
     pub(crate) outside: &'static dyn Outside,
@@ -121,7 +121,7 @@ pub(crate) struct Program {
     pub(crate) tag: Tag,
 }
 
-/// How many reactions can have another deadline than the program says.
+/// The number of reactions whose deadline a body can change.
 const DEADLINES: usize = 8;
 
 struct Known {
@@ -136,17 +136,17 @@ impl Known {
 
 static KNOWN: Mutex<RefCell<Known>> = Mutex::new(RefCell::new(Known::NOTHING));
 
-/// The program, from its first reaction on.
+/// Returns the program, from its first reaction on.
 pub(crate) fn program() -> Option<Program> {
     critical_section::with(|cs| KNOWN.borrow_ref(cs).program)
 }
 
-/// Physical time; before the first reaction that of the system.
+/// Returns physical time; before the first reaction that of the system.
 pub(crate) fn physical_time() -> Instant {
     program().map_or_else(|| Instant::from_nanos(ffi::lf_c_clock()), |program| program.outside.physical_time())
 }
 
-/// Remembers what is known now. Gives whether the reaction is late for a deadline that a body has changed.
+/// Stores the state of the program. Returns whether the reaction is late for a deadline that a body has changed.
 fn begin<B: Bodies>(reaction: ReactionId, ctx: &ReactionContext<'_>) -> Option<bool> {
     let program = Program {
         outside: ctx.outside(),
@@ -163,7 +163,7 @@ fn begin<B: Bodies>(reaction: ReactionId, ctx: &ReactionContext<'_>) -> Option<b
     Some(is_late(ctx, deadline))
 }
 
-/// The deadline of a reaction, as it is now.
+/// Returns the current deadline of a reaction.
 pub(crate) fn deadline_of(reaction: ReactionId, ctx: &ReactionContext<'_>) -> Option<Interval> {
     let changed = critical_section::with(|cs| {
         let known = KNOWN.borrow_ref(cs);
@@ -175,7 +175,7 @@ pub(crate) fn deadline_of(reaction: ReactionId, ctx: &ReactionContext<'_>) -> Op
 /// Changes the deadline of a reaction.
 ///
 /// # Errors
-/// How many can be changed, when so many have been.
+/// The maximum number, when as many have been changed.
 pub(crate) fn change_deadline(reaction: ReactionId, deadline: Interval) -> Result<(), usize> {
     critical_section::with(|cs| {
         let mut known = KNOWN.borrow_ref_mut(cs);
@@ -187,7 +187,8 @@ pub(crate) fn change_deadline(reaction: ReactionId, deadline: Interval) -> Resul
     })
 }
 
-/// Whether more time than that has passed since the tag's time; as in the C runtime, of no time it always has.
+/// Returns whether more time than the deadline has passed since the tag's time; as in the C runtime, always for a
+/// deadline of zero.
 pub(crate) fn is_late(ctx: &ReactionContext<'_>, deadline: Interval) -> bool {
     deadline <= Interval::ZERO || ctx.get_physical_time() > ctx.get_logical_time() + deadline
 }

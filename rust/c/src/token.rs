@@ -5,23 +5,23 @@ use core::ptr::{self, NonNull};
 
 use crate::ffi::{RawToken, lf_c_token_release, lf_c_token_retain};
 
-/// A share of a value in C, which is gone when nobody has a share of it any more.
+/// A share of a value in C, which is freed with its last share.
 pub struct Token(NonNull<RawToken>);
 
-// SAFETY: the shares are counted atomically, or without interrupts, and what is shared is not written: a body that
+// SAFETY: the shares are counted atomically, or without interrupts, and a shared value is not written: a body that
 // wants to write gets a copy, or the only share.
 unsafe impl Send for Token {}
 
 impl Token {
-    /// The share that C gives away, or none.
+    /// Returns the share that C passes on, or none.
     ///
     /// # Safety
-    /// The pointer is null, or a token one share of which is the caller's; from now on it is that of what is returned.
+    /// The pointer is null, or a token one share of which is the caller's; from now on it belongs to the result.
     pub(crate) unsafe fn from_raw(token: *mut RawToken) -> Option<Self> {
         NonNull::new(token).map(Self)
     }
 
-    /// Gives the share to C.
+    /// Passes the share to C.
     pub(crate) fn into_raw(self) -> *mut RawToken {
         let token = self.0.as_ptr();
         core::mem::forget(self);

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Tokens: values that ports, actions and queues share, and that are gone when nobody has them any more. */
+/* Tokens: values that ports, actions and queues share, and that are freed with their last share. */
 
 #include "lf_internal.h"
 

@@ -4,17 +4,17 @@ use core::ops::{Deref, DerefMut};
 
 use lf_model as model;
 use lf_model::{
-    ActionTiming, Bounds, Full, Inbox, LogicalActionQueue, ModeCell, Moment, PhysicalActionQueue, Readable,
-    Schedulable, Tag, TriggerCell, TriggerId,
+    ActionTiming, Bounds, Full, Inbox, LogicalActionQueue, ModeCell, PhysicalActionQueue, Readable, Schedulable,
+    ScheduleContext, Tag, TriggerCell, TriggerId,
 };
 
 use crate::ffi;
 use crate::token::Token;
 
-/// Where events of a physical action wait that other threads have scheduled; a static of the generated crate.
+/// The inbox for events of a physical action that other threads schedule; a static of the generated crate.
 pub type PhysicalInbox<const N: usize> = model::PhysicalInbox<Token, N>;
 
-/// Shows the event that a queue holds; it keeps the value until the event is over.
+/// Shows the event of a queue; the queue keeps the value until the event is over.
 fn show(id: TriggerId, value: Option<&Token>) {
     // SAFETY: there is such a trigger, and the value lives until `clear`.
     unsafe { ffi::lf_c_trigger_show(id.0, Token::raw(value)) };
@@ -39,8 +39,8 @@ macro_rules! action {
             fn id(&self) -> TriggerId {
                 self.id
             }
-            fn schedule(&mut self, value: Option<Token>, moment: &Moment<'_>) -> Result<(), Full> {
-                self.queue.schedule(value, moment)
+            fn schedule(&mut self, value: Option<Token>, context: &ScheduleContext<'_>) -> Result<(), Full> {
+                self.queue.schedule(value, context)
             }
             fn pending(&self) -> Option<Tag> {
                 Schedulable::pending(&self.queue)
@@ -98,27 +98,27 @@ action!(
 );
 
 impl<const N: usize> LogicalAction<N> {
-    /// An action with nothing pending.
+    /// Returns an action without pending events.
     pub const fn new(id: TriggerId) -> Self {
         Self { id, queue: LogicalActionQueue::new(id) }
     }
 }
 
 impl<const N: usize> PhysicalAction<N> {
-    /// An action with nothing pending, and the inbox through which threads reach it.
+    /// Returns an action without pending events, and with the inbox that threads use.
     pub const fn new(id: TriggerId, inbox: &'static dyn Inbox<Token>) -> Self {
         Self { id, queue: PhysicalActionQueue::new(id, inbox) }
     }
 }
 
-/// A timer; offset and period stand in the tables.
+/// A timer; offset and period are in the tables.
 #[derive(Debug)]
 pub struct Timer {
     id: TriggerId,
 }
 
 impl Timer {
-    /// The timer with this number.
+    /// Returns the timer with this number.
     pub const fn new(id: TriggerId) -> Self {
         Self { id }
     }
@@ -142,7 +142,7 @@ pub struct Watchdog {
 }
 
 impl Watchdog {
-    /// A watchdog that does not run.
+    /// Returns a watchdog that does not run.
     pub const fn new(id: TriggerId) -> Self {
         Self { id, watchdog: model::Watchdog::new(id) }
     }

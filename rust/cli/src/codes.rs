@@ -5,7 +5,7 @@ use std::borrow::Cow;
 
 use lf_linux::runtime::{CODE_PREFIX, explain};
 
-/// What a code means; `None` when it is none of this release.
+/// Returns the meaning of a code; `None` if it is not one of this release.
 pub(crate) fn sentence(code: &str) -> Option<String> {
     let mut sentence = None;
     // Sentences name parts of a program, which for a program itself are static. There are few, and this one ends soon.
@@ -13,8 +13,8 @@ pub(crate) fn sentence(code: &str) -> Option<String> {
     sentence
 }
 
-/// A line with sentences in place of its codes. All else stays: what looks like a code and is none, and bytes that are
-/// no text.
+/// Returns a line with its codes replaced by sentences. The rest is unchanged: texts that only look like a code, and
+/// bytes that are not a text.
 pub(crate) fn with_sentences(line: &[u8]) -> Cow<'_, [u8]> {
     let Ok(mut rest) = str::from_utf8(line) else { return Cow::Borrowed(line) };
     let mut text = String::new();

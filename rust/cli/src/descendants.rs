@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! What the processes of a run have started cannot outlive it, however it ends.
+//! Ends the descendants of a run's processes, however the run ends.
 //!
 //! Beside a run there is another process, which waits for the end of this one, and then ends all processes in whose
 //! environment the mark of the run is.
@@ -21,7 +21,7 @@ const MARK: &str = "LFZ_RUN";
 #[derive(Debug)]
 pub(crate) struct Descendants {
     mark: String,
-    /// Waits for the end of its standard input, which nobody but this program keeps open.
+    /// Waits for the end of its standard input, which only this program keeps open.
     watcher: Child,
 }
 
@@ -57,7 +57,7 @@ impl Drop for Descendants {
 /// # Errors
 /// When there is no `/proc` to find processes in.
 pub(crate) fn end(mark: &str) -> io::Result<()> {
-    // What this returns does not matter: an error is an end, too.
+    // The result does not matter: an error is an end, too.
     let _ = io::stdin().read_to_end(&mut Vec::new());
     let variable = format!("{MARK}={mark}");
     let mut ended = BTreeSet::new();

@@ -1,15 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Why a command does not succeed.
+//! The reason why a command does not succeed.
 
 use std::fmt;
 use std::io;
 
-/// Why a command does not succeed.
+/// The reason why a command does not succeed.
 #[derive(Debug)]
 pub(crate) enum Failure {
     /// The user has been told already.
     Reported,
-    /// What the user has to be told.
+    /// A sentence for the user.
     Message(String),
 }
 
@@ -34,7 +34,7 @@ impl std::error::Error for Failure {}
 impl From<io::Error> for Failure {
     fn from(error: io::Error) -> Self {
         if error.kind() == io::ErrorKind::BrokenPipe {
-            // Whoever read the output has closed it, and knows.
+            // The reader has closed the output, and knows.
             return Self::Reported;
         }
         Self::Message(error.to_string())

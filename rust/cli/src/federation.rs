@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-//! What is to be run: the processes of a federation, and what each of them is told.
+//! The description of a run: the processes of a federation, and the arguments of each.
 //!
-//! `lfz run` makes this of a program that it has built; `lfz supervise` reads it as JSON, of the form of these types,
+//! `lfz run` makes one of a program that it has built; `lfz supervise` reads it as JSON, in the form of these types,
 //! which other programs write. Times are in nanoseconds.
 
 use std::collections::{BTreeMap, BTreeSet};
@@ -17,7 +17,7 @@ use crate::compile::Console;
 use crate::descendants::Descendants;
 use crate::failure::Failure;
 use crate::guard;
-use crate::oscilloscope::Oscilloscope;
+use crate::pins::PinRecording;
 use crate::supervisor::{Ending, Interrupts, Limits, Output, Role, Streams, Supervisor};
 
 /// The processes of one run. The RTI is the first, and the others start when it listens.
@@ -28,13 +28,13 @@ pub(crate) struct Federation {
     pub(crate) version: Version,
     /// The name in front of what is said about the run itself; without it no line has a name.
     pub(crate) speaker: Option<String>,
-    /// What the federation is called.
+    /// The name of the federation.
     pub(crate) id: FederationId,
     /// After this time all are stopped.
     pub(crate) timeout_ns: Option<u64>,
-    /// How long the others may take to end by themselves after the first failure, and after the federation.
+    /// The time in which the others have to end by themselves after the first failure, and after the federation.
     pub(crate) grace_ns: Option<u64>,
-    /// How long they may take when they are asked to stop, before they are killed.
+    /// The time in which they have to end when they are asked to stop, before they are killed.
     pub(crate) terminate_ns: Option<u64>,
     /// None where it runs elsewhere, or there is none.
     pub(crate) rti: Option<Process>,
@@ -42,8 +42,8 @@ pub(crate) struct Federation {
     pub(crate) rti_port: Option<u16>,
     /// All others.
     pub(crate) federates: Vec<Process>,
-    /// What their pins do, if that is to be recorded.
-    pub(crate) oscilloscope: Option<Oscilloscope>,
+    /// The recording of their pins, if there is one.
+    pub(crate) oscilloscope: Option<PinRecording>,
 }
 
 /// The only form that there is: 1.
@@ -60,11 +60,11 @@ impl TryFrom<u32> for Version {
     }
 }
 
-/// What a federation is called.
+/// The name of a federation.
 #[derive(Debug, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub(crate) enum FederationId {
-    /// This, because somebody knows it already.
+    /// This name, because other programs know it already.
     Exactly(String),
     /// This and what no other run has, so that a federate that outlives its federation cannot join another one.
     BeginsWith(String),
@@ -74,7 +74,7 @@ pub(crate) enum FederationId {
 #[derive(Debug, Default, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct Process {
-    /// What its lines begin with.
+    /// The beginning of its lines.
     pub(crate) name: String,
     /// The program and its arguments.
     pub(crate) words: Vec<Word>,
@@ -100,7 +100,7 @@ pub(crate) struct Process {
 pub(crate) enum Word {
     /// This text.
     Text(#[serde(deserialize_with = "os_string")] OsString),
-    /// What is known only when the process starts.
+    /// A text that is known only when the process starts.
     Known(KnownWord),
 }
 
@@ -114,13 +114,13 @@ pub(crate) struct KnownWord {
     known: Known,
 }
 
-/// What is known only when a process starts.
+/// A text that is known only when a process starts.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub(crate) enum Known {
     /// Where the RTI listens.
     RtiPort,
-    /// What the federation is called in this run.
+    /// The name of the federation in this run.
     FederationId,
 }
 
@@ -175,14 +175,14 @@ impl Federation {
     /// Reads a description.
     ///
     /// # Errors
-    /// What is wrong with it, and where.
+    /// The error, and its position.
     pub(crate) fn read(text: &str) -> Result<Self, String> {
         let read: Self = serde_json::from_str(text).map_err(|error| error.to_string())?;
         read.check()?;
         Ok(read)
     }
 
-    /// What the form alone does not say.
+    /// Checks the rules that the form alone does not contain.
     fn check(&self) -> Result<(), String> {
         let Self { version: Version, .. } = self;
         let mut names = BTreeSet::new();
@@ -209,17 +209,17 @@ impl Federation {
     /// # Errors
     /// When one cannot be started, or the system's calls fail; nothing is left running then.
     pub(crate) fn run(&self, interrupts: Interrupts) -> Result<Ending, Failure> {
-        let Some(oscilloscope) = &self.oscilloscope else { return self.run_processes(interrupts) };
-        oscilloscope.clear();
+        let Some(recording) = &self.oscilloscope else { return self.run_processes(interrupts) };
+        recording.clear();
         let ending = self.run_processes(interrupts)?;
-        oscilloscope.merge()?;
+        recording.merge()?;
         Ok(ending)
     }
 
     fn run_processes(&self, interrupts: Interrupts) -> Result<Ending, Failure> {
         let names = self.rti.iter().chain(&self.federates).map(|process| process.name.as_str());
         let output = Output::of_this_process(self.speaker.as_deref(), names).with_consoles(self.consoles()?);
-        // It is dropped last, when nobody is left who would start more.
+        // It is dropped last, when no process is left that would start more.
         let descendants = Descendants::of_run(name_of_run())?;
         let mut supervisor = Supervisor::new(self.limits(), interrupts, output);
         let id = self.id.of_this_run();
@@ -239,7 +239,7 @@ impl Federation {
         Ok(supervisor.finish()?)
     }
 
-    /// What is known of the code of images, by the names of the processes.
+    /// Returns the consoles of images, by the names of the processes.
     fn consoles(&self) -> Result<BTreeMap<String, Console>, Failure> {
         let mut consoles = BTreeMap::new();
         for Process { name, crate_folder, .. } in self.rti.iter().chain(&self.federates) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Writing to the user: nothing here fails loudly because somebody has closed the other end (`lfz … | head`).
+//! Output for the user: a reader that has closed the other end (`lfz … | head`) is not an error.
 
 use std::fmt::Display;
 use std::io::{self, IsTerminal, Write};
@@ -9,7 +9,7 @@ use lf_compiler::Style;
 /// Writes a result to standard output, ending the line.
 ///
 /// # Errors
-/// Why it cannot be written.
+/// The reason why it cannot be written.
 pub(crate) fn print(text: impl Display) -> io::Result<()> {
     writeln!(output(), "{text}")
 }
@@ -37,14 +37,14 @@ pub(crate) fn named(error: io::Error) -> io::Error {
     io::Error::new(error.kind(), format!("the output cannot be written: {error}"))
 }
 
-/// Writes a remark to standard error, ending the line where it does not end yet. Nobody has to hear it.
+/// Writes a remark to standard error, ending the line if it does not end yet. Errors are ignored.
 pub(crate) fn remark(text: impl Display) {
     let text = text.to_string();
     let end = if text.is_empty() || text.ends_with('\n') { "" } else { "\n" };
     let _ = write!(io::stderr(), "{text}{end}");
 }
 
-/// Whether standard error is a terminal whose user wants colours (<https://no-color.org>).
+/// Returns whether standard error is a terminal whose user wants colours (<https://no-color.org>).
 pub(crate) fn coloured() -> bool {
     io::stderr().is_terminal() && std::env::var_os("NO_COLOR").is_none_or(|value| value.is_empty())
 }

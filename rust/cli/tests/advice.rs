@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! What messages and documents advise can be done.
+//! The advice in messages and documents can be followed.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -19,7 +19,7 @@ fn texts(folder: &Path, found: &mut Vec<PathBuf>) {
     }
 }
 
-/// What stands in backquotes behind the name of the program, as words.
+/// Returns the commands in backquotes that begin with the name of the program, as words.
 fn commands(text: &str) -> impl Iterator<Item = Vec<&str>> {
     let quoted = text.split(concat!("`", "lfz ")).skip(1).filter_map(|rest| rest.split(['`', '\n']).next());
     quoted.map(|command| command.split([' ', ',', ';', '[', ']']).filter(|word| !word.is_empty()).collect())

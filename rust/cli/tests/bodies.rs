@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-//! What is said about mistakes in bodies, at once, when rustc looks at them, and when they run: each program is beside
-//! what is said about it.
+//! The diagnostics of mistakes in bodies, at once, when rustc checks them, and when they run: each program is beside
+//! its diagnostics.
 //!
 //! `INSTA_UPDATE=always cargo test -p lfz --test bodies` rewrites the expected output.
 
@@ -13,7 +13,7 @@ fn folder() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/bodies")
 }
 
-/// What a command says about a program, without what differs from run to run.
+/// Returns a command's output about a program, without the parts that differ from run to run.
 fn said(arguments: &[&str], file: &str, out: Option<&PathBuf>) -> String {
     let mut command = Command::new(env!("CARGO_BIN_EXE_lfz"));
     command.current_dir(folder()).args(arguments).arg(file);
@@ -26,7 +26,7 @@ fn said(arguments: &[&str], file: &str, out: Option<&PathBuf>) -> String {
     let output = command.output().expect("lfz can be started");
     let lines = [output.stderr, output.stdout].map(|bytes| String::from_utf8_lossy(&bytes).into_owned()).concat();
     let (out, mut text) = (out.map(|out| out.display().to_string()), format!("> lfz {} {file}\n", arguments.join(" ")));
-    // What builds say, also of others that run at the same time.
+    // Lines of builds, also of others that run at the same time.
     let is_of_build =
         |line: &&str| ["Compil", "Check", "Blocking", "Waiting"].iter().any(|begin| line.starts_with(begin));
     for line in lines.lines().filter(|line| !is_of_build(line)) {

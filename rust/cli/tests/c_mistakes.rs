@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-//! What the compiler of C says of bodies is said once, at the line of the program; what newer compilers refuse is
-//! refused by all.
+//! The C compiler's diagnostics of bodies are shown once, at the line of the program; code that newer compilers refuse
+//! is refused by all.
 
 mod support;
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! What participants have started does not outlive a run, and stops and goes on with it.
+//! Descendants of participants do not outlive a run, and stop and go on with it.
 
 use std::fs::{self, File};
 use std::io::{BufRead, BufReader, Read};

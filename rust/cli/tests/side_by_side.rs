@@ -20,7 +20,7 @@ fn of_program(store: &Path, out: &Path) -> PathBuf {
     entries.map(|entry| entry.path()).find(is_owner).expect("it was built")
 }
 
-/// How many bytes below a folder are nowhere else.
+/// Returns the number of bytes below a folder that are nowhere else.
 fn own_size(folder: &Path) -> u64 {
     let size = |entry: fs::DirEntry| match entry.metadata().expect("it can be read") {
         metadata if metadata.is_dir() => own_size(&entry.path()),
@@ -43,7 +43,7 @@ fn a_build_neither_waits_for_that_of_another_program_nor_compiles_the_runtime_ag
     let first = text(&run(one.path()).stderr);
     assert!(first.contains("Compiling the runtime crates, once for all programs"), "{first}");
 
-    // Somebody builds the first program.
+    // Another process builds the first program.
     let its = of_program(store.path(), &one.path().join("out"));
     let lock = File::open(its.with_extension("lock")).expect("it is there");
     flock(&lock, FlockOperation::LockExclusive).expect("nobody builds it yet");
@@ -54,7 +54,7 @@ fn a_build_neither_waits_for_that_of_another_program_nor_compiles_the_runtime_ag
     let size = own_size(&of_program(store.path(), &other.path().join("out")));
     assert!(size < 5_000_000, "{size} bytes for a program of a few lines");
 
-    // What is used is left, and said.
+    // A folder in use is left, and listed.
     let clean = |words: &[&str]| {
         let mut command = std::process::Command::new(env!("CARGO_BIN_EXE_lfz"));
         command.args(words).env("LFZ_TARGET_DIR", store.path()).env("CARGO_TARGET_DIR", store.path().join("cargo"));

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! What programs read under `lfz run`, and what becomes of output that cannot be written.
+//! The input of programs under `lfz run`, and output that cannot be written.
 
 mod support;
 

@@ -10,10 +10,10 @@ use lf_linux::model::Part;
 use lf_linux::model::time::{Instant, Microstep, Tag};
 use lf_linux::runtime::trace::{Event, Header, RECORD_BYTES, RTI, Record, Role, Subject, Waits, Word};
 
-/// What is recorded in one turn: all kinds of records that come over and over.
+/// The records of one turn: all kinds of records that come over and over.
 const TURN: usize = 8;
 
-/// How many bytes of address space `lfz` has, its own code included.
+/// The bytes of address space of `lfz`, its own code included.
 const MEMORY_BYTES: usize = 64 << 20;
 
 /// A recording that does not fit into that memory, even as it is in the file.

@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Addresses of IP, as participants compare, store and say them.
+//! Addresses of IP, as participants compare, store and print them.
 //!
-//! An address is IPv4 or, with the feature `ipv6`, either; an IPv4 address that a socket of IPv6 shows as a mapped one
-//! (`::ffff:10.0.0.1`) is the IPv4 address. So one host has one spelling, and an image without IPv6 has no code for it.
+//! With the feature `ipv6` an address is IPv4 or IPv6, otherwise IPv4. An IPv4 address that an IPv6 socket shows as a
+//! mapped one (`::ffff:10.0.0.1`) is the IPv4 address, so a host has one spelling, and an image without IPv6 carries no
+//! code for it.
 
 use core::fmt;
 #[cfg(feature = "ipv6")]
@@ -16,7 +17,7 @@ use lf_texts::say;
 pub enum IpAddress {
     /// An IPv4 address.
     V4(Ipv4Addr),
-    /// An IPv6 address that is no mapped IPv4 address, and its scope: the number of the own network interface for a
+    /// An IPv6 address that is not a mapped IPv4 address, and its scope: the index of the local network interface for a
     /// link-local address, else 0.
     #[cfg(feature = "ipv6")]
     V6(Ipv6Addr, u32),
@@ -32,10 +33,10 @@ pub struct Endpoint {
 }
 
 impl IpAddress {
-    /// No host.
+    /// The address of no host.
     pub const UNSPECIFIED: Self = Self::V4(Ipv4Addr::UNSPECIFIED);
 
-    /// The address with these bits; `scope` counts for link-local addresses only.
+    /// Returns the address with these bits; `scope` counts for link-local addresses only.
     #[cfg(feature = "ipv6")]
     pub const fn v6(address: Ipv6Addr, scope: u32) -> Self {
         match address.to_ipv4_mapped() {
@@ -46,7 +47,7 @@ impl IpAddress {
 }
 
 impl Endpoint {
-    /// The socket at this host and port.
+    /// Returns the socket address at this host and port.
     pub fn new(ip: impl Into<IpAddress>, port: u16) -> Self {
         Self { ip: ip.into(), port }
     }
@@ -100,7 +101,7 @@ impl From<Endpoint> for SocketAddr {
     }
 }
 
-/// The usual spelling, without a width, which takes half a KiB of flash for an IPv4 address.
+/// Writes the usual spelling. It supports no width, which would take half a KiB of flash for an IPv4 address.
 impl fmt::Display for IpAddress {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
@@ -116,7 +117,7 @@ impl fmt::Display for IpAddress {
     }
 }
 
-/// As in URLs: an IPv6 address is between brackets.
+/// Writes the spelling of URLs: an IPv6 address is between brackets.
 impl fmt::Display for Endpoint {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let Self { ip, port } = self;

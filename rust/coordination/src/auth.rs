@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Authentication: a federate and the RTI prove to each other that they know the key, without telling it.
+//! Authentication: a federate and the RTI prove to each other that they know the key, without sending it.
 //!
-//! Each sends a nonce, and is answered with the HMAC-SHA256 of that nonce; the key is the federation id. The first byte
-//! of what is authenticated is the type of the message that carries the proof, so neither side's proof can be sent back
-//! as the other's. Nonces have to be unpredictable and new for each connection: that alone makes a recorded proof
-//! worthless. They come from the owner, as machines draw no random numbers.
+//! Each side sends a nonce, and the other one answers with the HMAC-SHA256 of that nonce; the key is the federation id.
+//! The first authenticated byte is the type of the message that carries the proof, so a proof of one side cannot be
+//! sent back as the other's. Nonces have to be unpredictable and new for each connection: that alone makes a recorded
+//! proof worthless. The owner supplies them, because state machines draw no random numbers.
 //!
-//! It protects the handshake only. What follows is neither encrypted nor authenticated.
+//! Authentication protects the handshake only. What follows is neither encrypted nor authenticated.
 
 use hmac::{Hmac, KeyInit, Mac};
 use lf_wire::{HMAC_BYTES, MessageType, NONCE_BYTES};
@@ -17,18 +17,18 @@ pub type Nonce = [u8; NONCE_BYTES];
 /// An HMAC-SHA256 that shows knowledge of the key.
 pub type Proof = [u8; HMAC_BYTES];
 
-/// How a federate authenticates the RTI and itself: given the key, its id, its own nonce, the RTI's proof and the RTI's
-/// nonce, its own proof; `None` if that of the RTI is wrong.
+/// A function that checks the RTI's proof and makes the federate's own. It takes the key, the federate's id, its nonce,
+/// the RTI's proof and the RTI's nonce, and returns `None` if the RTI's proof is wrong.
 ///
-/// It is handed to a federate as a pointer, so that one without authentication does not carry the algorithm.
+/// A federate receives it as a pointer, so that one without authentication does not carry the algorithm.
 pub type Answer = fn(key: &[u8], federate: u16, own: Nonce, proof: &Proof, rti: Nonce) -> Option<Proof>;
 
-/// How an RTI authenticates itself and federates. It is handed over as pointers for the same reason.
+/// The functions by which an RTI authenticates itself and federates. They are pointers for the same reason.
 #[derive(Clone, Copy, Debug)]
 pub struct Authenticator {
-    /// Given the key, the id that a federate claims and its nonce, the RTI's proof.
+    /// Returns the RTI's proof for the key, the id that a federate claims, and its nonce.
     pub rti_proof: fn(key: &[u8], federate: u16, nonce: Nonce) -> Proof,
-    /// Given the key, the RTI's nonce and a federate's proof, whether that is right.
+    /// Returns whether a federate's proof is right for the key and the RTI's nonce.
     pub is_federate_proof: fn(key: &[u8], nonce: Nonce, proof: &Proof) -> bool,
 }
 
@@ -40,22 +40,24 @@ pub fn answer_rti(key: &[u8], federate: u16, own: Nonce, proof: &Proof, rti: Non
     is_rti_proof(key, federate, own, proof).then(|| federate_proof(key, rti))
 }
 
-/// What the RTI answers to the nonce of a federate that claims this id.
+/// Returns the RTI's proof for the nonce of a federate that claims this id.
 pub fn rti_proof(key: &[u8], federate: u16, nonce: Nonce) -> Proof {
     of_rti(key, federate, nonce).finalize().into_bytes().into()
 }
 
-/// Whether the RTI's answer to a federate's nonce was made with this key. Takes the same time for every wrong proof.
+/// Returns whether the RTI's proof for a federate's nonce was made with this key. Takes the same time for every wrong
+/// proof.
 pub fn is_rti_proof(key: &[u8], federate: u16, nonce: Nonce, proof: &Proof) -> bool {
     of_rti(key, federate, nonce).verify_slice(proof).is_ok()
 }
 
-/// What a federate answers to the RTI's nonce.
+/// Returns the federate's proof for the RTI's nonce.
 pub fn federate_proof(key: &[u8], nonce: Nonce) -> Proof {
     of_federate(key, nonce).finalize().into_bytes().into()
 }
 
-/// Whether a federate's answer to the RTI's nonce was made with this key. Takes the same time for every wrong proof.
+/// Returns whether a federate's proof for the RTI's nonce was made with this key. Takes the same time for every wrong
+/// proof.
 pub fn is_federate_proof(key: &[u8], nonce: Nonce, proof: &Proof) -> bool {
     of_federate(key, nonce).verify_slice(proof).is_ok()
 }

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Sentences as codes, for images without texts: which sentence, and the numbers in it.
+//! Codes instead of sentences, for images without texts: a code names the sentence and has the numbers in it.
 //!
-//! An error or a notice is an enum whose [`Display`](core::fmt::Display) is its sentence. [`coded!`](crate::coded)
-//! makes numbers of it, the place of its variant and its fields, and reads them back on another computer, which has the
-//! sentence. So a sentence stands in one place, and a code is as exact as it.
+//! An error or a log event is an enum whose [`Display`](core::fmt::Display) is its sentence. [`coded!`](crate::coded)
+//! writes the index of its variant and its fields as numbers, and reads them back on another computer, which has the
+//! sentence. So a sentence stands in one place, and a code is as exact as the sentence.
 //!
 //! A code looks like `lf#0.c.1f4."a.out -> b.in"`: numbers in hexadecimal, texts between quotation marks.
 
@@ -18,21 +18,21 @@ use lf_wire::{DecodeError, MessageType, RejectCode};
 
 use crate::clock_sync::{Line, Trouble};
 use crate::federate::{ClockSyncReport, ConfigError, FederateError, Phase};
-use crate::rti::{Cause, Doubt, Notice, Outcome, Progress, SetupError, Violation, Waits};
+use crate::rti::{Cause, Outcome, Progress, RtiEvent, SetupError, SuspectedViolation, Violation, Waits};
 use crate::{Endpoint, FederateId, IpAddress, Times};
 
-/// What each code begins with.
+/// The first characters of each code.
 pub const PREFIX: &str = "lf#";
 
-/// Can be written as a code.
+/// A value that can be written as a code.
 pub trait Encode {
     /// Writes what identifies the value.
     fn encode(&self, to: &mut Writer<'_>);
 }
 
-/// Can be read from a code.
+/// A value that can be read from a code.
 pub trait Decode: Sized {
-    /// The value; `None` when the code is not that of one.
+    /// Returns the value; `None` if the code does not stand for one.
     fn decode(from: &mut Reader<'_>) -> Option<Self>;
 }
 
@@ -44,8 +44,8 @@ pub struct Writer<'a> {
 }
 
 impl<'a> Writer<'a> {
-    /// Writes the code of `value`, which belongs to the family of this number, into these bytes: all of it, or what
-    /// fits. Gives its length.
+    /// Writes the code of `value`, which belongs to the family with this number, into these bytes, as far as it fits.
+    /// Returns its length.
     pub fn write(bytes: &'a mut [u8], family: u8, value: &dyn Encode) -> usize {
         let mut writer = Self { bytes, length: 0 };
         writer.put(PREFIX.as_bytes());
@@ -54,20 +54,20 @@ impl<'a> Writer<'a> {
         writer.length
     }
 
-    /// A number. Digits are hexadecimal, because they need no division.
+    /// Writes a number. Digits are hexadecimal, because they need no division.
     #[inline(never)]
     pub fn number(&mut self, number: u64) {
         self.put(b".");
         self.digits(number);
     }
 
-    /// A number of 32 bits, which most are.
+    /// Writes a number of 32 bits, as most are.
     #[inline(never)]
     pub fn small(&mut self, number: u32) {
         self.number(number.into());
     }
 
-    /// A text. Quotation marks in it, which names of a program do not have, would end it; a code is ASCII.
+    /// Writes a text. A quotation mark would end it, but names of a program have none. A code is ASCII.
     #[inline(never)]
     pub fn text(&mut self, text: &str) {
         self.put(b".\"");
@@ -98,19 +98,19 @@ impl<'a> Writer<'a> {
 #[derive(Debug)]
 pub struct Reader<'a> {
     rest: &'a str,
-    /// Makes a text outlive the code, for errors name parts of the program, which on the board are static.
+    /// Makes a text outlive the code: errors name parts of the program, and on the board these names are static.
     keep: fn(&str) -> &'static str,
 }
 
 impl<'a> Reader<'a> {
-    /// A reader of this code, and the number of the family to which what follows belongs; `None` if it is no code.
+    /// Returns a reader of this code and the number of its family; `None` if it is not a code.
     pub fn new(code: &'a str, keep: fn(&str) -> &'static str) -> Option<(u8, Self)> {
         let code = code.strip_prefix(PREFIX)?;
         let (family, rest) = code.split_at(code.find('.').unwrap_or(code.len()));
         Some((u8::from_str_radix(family, 16).ok()?, Self { rest, keep }))
     }
 
-    /// A number.
+    /// Reads a number.
     pub fn number(&mut self) -> Option<u64> {
         let rest = self.rest.strip_prefix('.')?;
         let (digits, rest) = rest.split_at(rest.find(|sign: char| !sign.is_ascii_hexdigit()).unwrap_or(rest.len()));
@@ -118,20 +118,20 @@ impl<'a> Reader<'a> {
         u64::from_str_radix(digits, 16).ok()
     }
 
-    /// A text.
+    /// Reads a text.
     pub fn text(&mut self) -> Option<&'static str> {
         let (text, rest) = self.rest.strip_prefix(".\"")?.split_once('"')?;
         self.rest = rest;
         Some((self.keep)(text))
     }
 
-    /// What is behind all that was read.
+    /// Returns what follows everything that was read.
     pub fn rest(self) -> &'a str {
         self.rest
     }
 }
 
-/// Writes and reads the variants of an enum by their place in the list, and what is in them in its order.
+/// Writes and reads the variants of an enum by their index in the list, and their fields in order.
 #[macro_export]
 macro_rules! coded {
     ($type:ident $(<$life:lifetime>)? {
@@ -166,7 +166,7 @@ macro_rules! coded {
     };
 }
 
-/// What is one number: with the method that writes it.
+/// Writes and reads values that are one number, with the method that writes it.
 macro_rules! numbers {
     ($($type:ty: $write:ident $value:ident => $number:expr, $from:ident => $made:expr;)*) => {$(
         impl Encode for $type {
@@ -203,7 +203,7 @@ numbers! {
     MessageType: small value => value.byte().into(), number => Self::from_byte(u8::try_from(number).ok()?);
 }
 
-/// What is made of several values.
+/// Writes and reads values that consist of several values.
 macro_rules! structs {
     ($($type:ty { $($field:ident),* } = $make:expr;)*) => {$(
         impl Encode for $type {
@@ -229,7 +229,7 @@ structs! {
     Endpoint { ip, port } = Self { ip, port };
 }
 
-/// What stands where the bits of an IPv4 address would be: an IPv6 address follows.
+/// The mark that replaces the bits of an IPv4 address: an IPv6 address follows.
 #[cfg(feature = "ipv6")]
 const IPV6: u64 = 1 << 32;
 
@@ -293,7 +293,7 @@ impl Encode for &[u8] {
 }
 
 impl Decode for &[u8] {
-    /// What is no text is not told.
+    /// Reads bytes as a text; other bytes are replaced.
     fn decode(from: &mut Reader<'_>) -> Option<Self> {
         let mut bytes = [0; 255];
         let length = usize::decode(from)?;
@@ -372,16 +372,16 @@ coded!(Cause {
     Failed, ConnectionLost, Violation(violation), NoClock, NoStopReply, NoMemory { bytes }, Aborted,
 });
 coded!(Outcome { Complete, Lost { federate, cause }, NotStarted { first, missing }, Aborted });
-coded!(Doubt { NotGranted(tag), Backwards { next, completed }, Ahead { of, by }, OtherFamily(of) });
+coded!(SuspectedViolation { NotGranted(tag), Backwards { next, completed }, Ahead { of, by }, OtherFamily(of) });
 coded!(Progress { Absent, Handshake(next), Joined });
 coded!(Waits {
     Start { missing, federates, strangers }, StartFor { federate, progress }, StartForMore(more),
     Grant { federate, tag, lasts, by, at }, Stop(federate), Sender { from, to, room, lasts },
 });
-coded!(Notice<'a> {
+coded!(RtiEvent<'a> {
     Joined(federate), Started(start), Rejected { code, federate, federation_id, violation, times },
-    RejectedBy { federate, code, times }, HandshakeAbandoned { federate, timed_out, times }, MadeWay(times),
-    Resigned(federate), Lost { federate, cause, started }, Doubtful { federate, doubt }, Waits(waits),
+    RejectedBy { federate, code, times }, HandshakeAbandoned { federate, timed_out, times }, Evicted(times),
+    Resigned(federate), Lost { federate, cause, started }, SuspectedViolation { federate, violation }, Waits(waits),
     Missing(federate), UnknownType { federate, found, times }, Dropped { from, to, times }, Late { from, to, times },
     Sum { federate, unknown, late, dropped }, InTransitFull(federate), StopRequested(federate), StopGranted(tag),
     Stranger(from),
@@ -417,7 +417,7 @@ mod tests {
         ] {
             assert_eq!(back(&code(&error)), Some(error));
         }
-        let refused = Notice::Rejected {
+        let refused = RtiEvent::Rejected {
             code: RejectCode::FederationIdMismatch,
             federate: None,
             federation_id: Some(b"grid"),
@@ -439,7 +439,7 @@ mod tests {
     fn addresses_of_both_families_can_be_told() {
         for ip in ["10.0.0.1", "255.255.255.255", "::1", "fd00::abcd:1", "ffff:ffff:ffff:ffff:ffff:ffff:ffff:ffff"] {
             let ip: core::net::IpAddr = ip.parse().expect("an address");
-            let told = Notice::Stranger(Endpoint::new(ip, 15045));
+            let told = RtiEvent::Stranger(Endpoint::new(ip, 15045));
             assert_eq!(back(&code(&told)), Some(told));
         }
     }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Identities that both state machines use.
+//! The ids that both state machines use.
 
 use core::fmt;
 
@@ -8,7 +8,7 @@ use core::fmt;
 pub struct FederateId(pub u16);
 
 impl FederateId {
-    /// This id as an index into tables with one entry per federate.
+    /// Returns this id as an index into tables with one entry per federate.
     pub const fn index(self) -> usize {
         self.0 as usize
     }

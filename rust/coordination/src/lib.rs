@@ -1,9 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 //! The federate and the RTI of a federation as state machines without I/O.
 //!
-//! They are given the time and decoded messages, are asked for output until there is none, and say with a
-//! [`Deadline`] when they next want to be called. They never read a clock, open a socket, draw a random number, sleep
-//! or allocate.
+//! Their owner passes them times and decoded messages, polls them for output until there is none, and calls them again
+//! at their [`Deadline`]. They never read a clock, open a socket, draw a random number, sleep or allocate.
 #![no_std]
 #![forbid(unsafe_code)]
 

@@ -1,42 +1,43 @@
 // SPDX-License-Identifier: Apache-2.0
-//! How two federates begin a connection with each other.
+//! The introduction at the beginning of a connection between two federates.
 //!
-//! Whoever sends over the connection makes it, and says who it is (`P2P_SENDING_FED_ID`); the other one, to whose
-//! address the RTI has led it, answers with ACK or REJECT. There is one connection per direction. What is sent over it
-//! afterwards is up to the owners: the untagged messages of physical connections, or tagged ones and absences.
+//! The sending federate makes the connection and introduces itself (`P2P_SENDING_FED_ID`); the receiver, whose address
+//! came from the RTI, answers with ACK or REJECT. There is one connection per direction. The owners decide what is sent
+//! over it afterwards: untagged messages of physical connections, or tagged ones and absences.
 
 use lf_wire::{DecodeError, Decoded, IntroductionHeader, Limits, Message, RejectCode, decode};
 
 use crate::FederateId;
 
-/// What a federate that has connected is to be told.
+/// The reply to a federate that has connected.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum VisitorReply {
-    /// Nothing yet: its introduction has at least this many bytes more.
+pub enum IntroductionVerdict {
+    /// No reply yet: the introduction lacks at least this many bytes.
     Incomplete(usize),
-    /// It says that it is this federate: ACK if that one is awaited.
+    /// It introduces itself as this federate: ACK if that one is expected.
     Introduced(FederateId),
     /// REJECT with this code; the connection is then closed.
     Refuse(RejectCode),
-    /// It says that it is this federate, and transient. REJECT, since nobody here awaits one who comes and goes.
+    /// It introduces itself as this federate, and as transient: REJECT, because no federate here expects a transient
+    /// one.
     Transient(FederateId),
 }
 
-/// The introduction of whoever has connected, as far as it has come. It is compared byte by byte, so that nobody who is
-/// not known takes more memory than this.
+/// The introduction of a federate that has connected, as far as it has come. It is compared byte by byte, so that an
+/// unknown peer takes no more memory than this.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Introduction {
     header: [u8; IntroductionHeader::BYTES_MAX],
-    /// Bytes of the header.
+    /// Received bytes of the header.
     header_len: usize,
-    /// Bytes of the federation id.
+    /// Received bytes of the federation id.
     id_len: usize,
-    /// A byte of the federation id was another one.
+    /// Whether a byte of the federation id differs.
     differs: bool,
 }
 
 impl Introduction {
-    /// Takes what has come next, which has to be at most as many bytes as are missing.
+    /// Takes the next bytes, at most as many as are missing.
     pub fn take(&mut self, bytes: &[u8], federation_id: &[u8]) {
         for &byte in bytes {
             if let IntroductionHeader::Incomplete(_) = self.header(federation_id) {
@@ -55,35 +56,35 @@ impl Introduction {
         IntroductionHeader::read(self.header.get(..self.header_len).unwrap_or_default(), federation_id.len())
     }
 
-    /// What is to be told.
-    pub fn judge(&self, federation_id: &[u8]) -> VisitorReply {
+    /// Returns the reply.
+    pub fn judge(&self, federation_id: &[u8]) -> IntroductionVerdict {
         match self.header(federation_id) {
-            IntroductionHeader::Incomplete(missing) => VisitorReply::Incomplete(missing),
-            IntroductionHeader::Other => VisitorReply::Refuse(RejectCode::WrongServer),
+            IntroductionHeader::Incomplete(missing) => IntroductionVerdict::Incomplete(missing),
+            IntroductionHeader::Other => IntroductionVerdict::Refuse(RejectCode::WrongServer),
             IntroductionHeader::From { federate, is_transient, federation_id_bytes } => {
                 match usize::from(federation_id_bytes).checked_sub(self.id_len) {
-                    Some(missing @ 1..) => VisitorReply::Incomplete(missing),
+                    Some(missing @ 1..) => IntroductionVerdict::Incomplete(missing),
                     _ if self.differs || usize::from(federation_id_bytes) != federation_id.len() => {
-                        VisitorReply::Refuse(RejectCode::FederationIdMismatch)
+                        IntroductionVerdict::Refuse(RejectCode::FederationIdMismatch)
                     }
-                    _ if is_transient => VisitorReply::Transient(FederateId(federate)),
-                    _ => VisitorReply::Introduced(FederateId(federate)),
+                    _ if is_transient => IntroductionVerdict::Transient(FederateId(federate)),
+                    _ => IntroductionVerdict::Introduced(FederateId(federate)),
                 }
             }
         }
     }
 }
 
-/// What a federate to which this one has connected thinks of it.
+/// The answer of a federate to which this one has connected.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum IntroductionReply {
-    /// Nothing yet.
+    /// No answer yet.
     Incomplete,
-    /// It takes this federate's messages.
+    /// It accepts this federate's messages.
     Accepted,
-    /// It does not, and why.
+    /// It refuses them, with this code.
     Rejected(RejectCode),
-    /// It is no federate.
+    /// It is not a federate.
     Wrong(DecodeError),
 }
 
@@ -106,13 +107,13 @@ mod tests {
 
     const ID: &[u8] = b"Unidentified Federation";
 
-    /// Hands `piece` bytes at a time to a new introduction, never more than it says are missing.
-    fn judge(bytes: &[u8], id: &[u8], piece: usize) -> VisitorReply {
+    /// Passes `piece` bytes at a time to a new introduction, never more than are missing.
+    fn judge(bytes: &[u8], id: &[u8], piece: usize) -> IntroductionVerdict {
         let mut introduction = Introduction::default();
         let mut rest = bytes;
         loop {
             let arrival = introduction.judge(id);
-            let VisitorReply::Incomplete(missing) = arrival else { return arrival };
+            let IntroductionVerdict::Incomplete(missing) = arrival else { return arrival };
             let next = &rest[..rest.len().min(missing).min(piece)];
             if next.is_empty() {
                 return arrival;
@@ -122,7 +123,7 @@ mod tests {
         }
     }
 
-    /// An introduction of federate 0 as LF 0.12 sends it, and as LF 0.13 does.
+    /// Returns an introduction of federate 0 as LF 0.12 sends it, and as LF 0.13 does.
     fn introductions(id: &[u8]) -> [Vec<u8>; 2] {
         let length = u8::try_from(id.len()).expect("it is short");
         [[&[16, 0, 0, length][..], id].concat(), [&[16, 0, 0, 0, length][..], id].concat()]
@@ -133,34 +134,36 @@ mod tests {
     fn arrivals_of_both_releases_are_judged_as_in_the_recording() {
         for piece in [1, 3, 1000] {
             let judge = |bytes: &[u8]| judge(bytes, ID, piece);
-            assert_eq!(judge(&[0x12, 0, 0, 1]), VisitorReply::Refuse(RejectCode::WrongServer));
-            let refused = VisitorReply::Refuse(RejectCode::FederationIdMismatch);
+            assert_eq!(judge(&[0x12, 0, 0, 1]), IntroductionVerdict::Refuse(RejectCode::WrongServer));
+            let refused = IntroductionVerdict::Refuse(RejectCode::FederationIdMismatch);
             for other in [&b"Another Federation"[..], b"Unidentified Federatiom", &ID[..5], &[ID, b"s"].concat()] {
                 assert_eq!(introductions(other).map(|bytes| judge(&bytes)), [refused; 2]);
             }
             for right in introductions(ID) {
-                assert_eq!(judge(&right), VisitorReply::Introduced(FederateId(0)));
+                assert_eq!(judge(&right), IntroductionVerdict::Introduced(FederateId(0)));
                 for length in 0..right.len() {
-                    let VisitorReply::Incomplete(missing) = judge(&right[..length]) else { panic!("{length} bytes") };
+                    let IntroductionVerdict::Incomplete(missing) = judge(&right[..length]) else {
+                        panic!("{length} bytes")
+                    };
                     assert!(missing <= right.len() - length);
                 }
             }
         }
     }
 
-    /// The length of a federation id of one byte is what a transient federate has at the same place.
+    /// A federation id of one byte has its length where a transient federate has its mark.
     #[test]
     fn a_federation_id_of_one_byte_is_understood_in_both_forms() {
         for id in [&b"x"[..], b"\x01", b"\x00"] {
             let found = introductions(id).map(|bytes| judge(&bytes, id, 1));
-            assert_eq!(found, [VisitorReply::Introduced(FederateId(0)); 2], "{id:?}");
+            assert_eq!(found, [IntroductionVerdict::Introduced(FederateId(0)); 2], "{id:?}");
         }
     }
 
     #[test]
     fn a_transient_federate_is_known_as_one() {
         let bytes = [&[16, 7, 0, 1, 23][..], ID].concat();
-        assert_eq!(judge(&bytes, ID, 1), VisitorReply::Transient(FederateId(7)));
+        assert_eq!(judge(&bytes, ID, 1), IntroductionVerdict::Transient(FederateId(7)));
     }
 
     #[test]

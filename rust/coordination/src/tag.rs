@@ -1,14 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Tags of the model and tags on the wire. Neither crate knows the other, and both mean the same numbers.
+//! Conversions between tags of the model and tags on the wire. Neither crate knows the other, and both use the same
+//! numbers.
 
 use lf_model::time::{Instant, Microstep, Tag};
 
-/// What a tag on the wire means.
+/// Converts a tag on the wire to one of the model.
 pub const fn from_wire(tag: lf_wire::Tag) -> Tag {
     Tag { time: Instant::from_nanos(tag.time), microstep: Microstep(tag.microstep) }
 }
 
-/// A tag as it is written on the wire.
+/// Converts a tag of the model to one on the wire.
 pub const fn to_wire(tag: Tag) -> lf_wire::Tag {
     lf_wire::Tag { time: tag.time.as_nanos(), microstep: tag.microstep.0 }
 }

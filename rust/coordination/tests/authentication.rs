@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Authentication between our RTI and our federate, and who is kept out by it.
+//! Authentication between our RTI and our federate, and the peers that it keeps out.
 #![allow(clippy::unwrap_used, reason = "a failed unwrap in a helper is that test's failure")]
 
 use lf_coordination::FederateId;
@@ -30,12 +30,12 @@ fn rti(authentication: bool) -> Rig {
     Rig::new(config, Sizes::ample(1))
 }
 
-/// What the federate has to say.
+/// Returns the federate's messages.
 fn drain(federate: &mut Federate<'_>) -> Vec<Vec<u8>> {
     std::iter::from_fn(|| federate.poll_transmit(usize::MAX)).map(|message| encoded(&message)).collect()
 }
 
-/// Carries messages to and fro until both are silent, or the federate has failed, whose error this gives.
+/// Carries messages to and fro until both are silent, or the federate has failed. Returns its error.
 fn talk(federate: &mut Federate<'_>, rti: &mut Rig, connection: ConnectionId) -> Result<(), FederateError> {
     let mut outcome = Ok(());
     loop {
@@ -95,7 +95,7 @@ fn an_rti_with_authentication_says_so_to_a_federate_that_has_it_not() {
     assert!(rti.outlet.notices[0].contains("`auth: true`"), "{:?}", rti.outlet.notices);
 }
 
-/// Somebody has recorded a handshake, and repeats the federate's part: the RTI's nonce is another one then.
+/// An attacker has recorded a handshake, and repeats the federate's part: the RTI's nonce differs then.
 #[test]
 fn a_recorded_handshake_of_a_federate_is_worthless() {
     let (mut original, mut rig) = (federate(KEY, true), rti(true));
@@ -119,7 +119,7 @@ fn a_recorded_handshake_of_a_federate_is_worthless() {
     assert_eq!(rig.take(connection, usize::MAX), encoded(&Message::Ack));
 }
 
-/// Somebody has recorded an RTI's answer, and gives it to a federate whose nonce is another one.
+/// An attacker has recorded an RTI's answer, and sends it to a federate with another nonce.
 #[test]
 fn a_recorded_answer_of_an_rti_is_worthless() {
     let (mut original, mut rig) = (federate(KEY, true), rti(true));

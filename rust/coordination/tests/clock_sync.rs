@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! What the clock synchronization promises, whatever the network and the clocks do.
+//! The guarantees of clock synchronization, for any network and any clocks.
 
 use lf_coordination::clock_sync::{ClockCorrection, DRIFT_PPB_MAX, Estimator, Exchange};
 use lf_model::time::{Instant, Interval};
@@ -165,7 +165,7 @@ proptest! {
         }
     }
 
-    /// Nothing is to be waited for longer than it takes, and nobody is to be woken too early.
+    /// No wait is longer than necessary, and no thread is woken too early.
     #[test]
     fn a_physical_time_is_reached_at_its_local_time_and_not_before(
         (error, drift) in (any_error(), -DRIFT_PPB_MAX..=DRIFT_PPB_MAX),

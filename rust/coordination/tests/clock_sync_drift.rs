@@ -11,28 +11,28 @@ use proptest::prelude::*;
 const US: i64 = 1_000;
 const MS: i64 = 1_000_000;
 const SEC: i64 = 1_000_000_000;
-/// How long each clock is looked at.
+/// The time for which each clock is observed.
 const LASTS: i64 = 120;
-/// The attenuation that federates have when they are told none.
+/// The default attenuation of federates.
 const ATTENUATION: u16 = 10;
 
 /// A federate and its way to the RTI.
 #[derive(Clone, Copy, Debug)]
 struct Board {
-    /// What its clock gains in a second, in ns.
+    /// The drift of its clock in a second, in ns.
     gains: i64,
-    /// How much that changes in a second at most, in ns.
+    /// The maximum change of that in a second, in ns.
     wanders: i64,
     /// Time between two exchanges.
     period: i64,
-    /// What a message may take longer than another one.
+    /// The maximum difference between the times that two messages take.
     jitter: i64,
     /// Whether one message of twenty is held up by up to 20 ms, as on a busy computer.
     is_busy: bool,
     seed: u64,
 }
 
-/// What became of it.
+/// The outcome.
 struct Watched {
     tracker: Tracker,
     /// When, and how far federation time was off then.
@@ -103,7 +103,7 @@ proptest! {
     // Each case is up to 24,000 exchanges.
     #![proptest_config(ProptestConfig { cases: 32, max_shrink_iters: 50, ..ProptestConfig::default() })]
 
-    /// Until two exchanges are far enough apart to tell the drift, nobody can know it; from then on it makes no error.
+    /// Until two exchanges are far enough apart, they cannot prove the drift; from then on it makes no error.
     #[test]
     fn a_clock_with_any_drift_is_held(
         gains in -80 * MS..90 * MS,
@@ -140,7 +140,7 @@ proptest! {
         prop_assert!(watched.worst_from(20) <= bound, "off by {} ns", watched.worst_from(20));
     }
 
-    /// What cannot be held is said, with the number.
+    /// A drift that is too large is logged, with the number.
     #[test]
     fn a_drift_that_is_too_large_is_told(
         gains in prop_oneof![-450 * MS..-150 * MS, 150 * MS..900 * MS],

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! What the rounds over UDP promise, whatever the network does with the datagrams and the clocks show.
+//! The guarantees of the rounds over UDP, for any network and any clocks.
 #![allow(clippy::unwrap_used, reason = "a failed unwrap in a helper is that test's failure")]
 
 use std::net::Ipv4Addr;
@@ -25,11 +25,11 @@ fn bytes(message: &Message<'_>) -> Vec<u8> {
     bytes
 }
 
-/// A federate that answers at once; gives the rounds that are complete.
+/// A federate that answers at once; returns the complete rounds.
 #[derive(Default)]
 struct Follower {
     responder: Responder,
-    /// What the RTI's clock shows, if that is known.
+    /// The RTI's clock, if that is known.
     physical: Option<Instant>,
     troubles: Vec<Trouble>,
     rounds: Vec<Round>,
@@ -101,7 +101,7 @@ fn stragglers_copies_and_strangers_are_not_taken_for_a_part_of_the_round() {
     assert!(follower.hear(20 * MS + ROUND_TIME_OUT.as_nanos(), &Message::T1(40 * MS)));
 }
 
-/// Somebody else on the RTI's computer cannot steer the clock, cost rounds, or try that without a word.
+/// Another program on the RTI's computer cannot steer the clock, cost rounds, or try that without a log event.
 #[test]
 fn rounds_of_another_port_are_told_and_count_only_when_the_first_is_silent() {
     let (mut follower, other) = (Follower::default(), Endpoint::new(Ipv4Addr::LOCALHOST, 4711));
@@ -157,11 +157,11 @@ fn the_rti_waits_for_an_answer_as_long_as_answers_may_take() {
     now += MS;
     assert!(poll.begin(Instant::from_nanos(now)));
     assert!(poll.begin(Instant::from_nanos(now + 100 * MS)));
-    assert!(!poll.begin(Instant::from_nanos(now + 299 * MS)), "patience grows while answers fail to come");
+    assert!(!poll.begin(Instant::from_nanos(now + 299 * MS)), "the time-out grows while answers fail to come");
     assert!(poll.begin(Instant::from_nanos(now + 300 * MS)));
 }
 
-/// In which round T4 belongs is told by its time, so no T1 may have the same.
+/// The round of a T4 follows from its time, so no T1 may have the same time.
 #[test]
 fn no_round_begins_at_the_instant_at_which_the_last_was_answered() {
     let mut poll = Poll::NONE;
@@ -184,7 +184,7 @@ fn a_t3_that_comes_when_the_next_round_is_due_does_not_mix_them() {
     }
 }
 
-/// What becomes of the datagrams of a round: how long each takes, in µs; none if it is lost.
+/// The times that the datagrams of a round take, in µs; none for a lost one.
 type Fate = [Option<i64>; 4];
 
 fn fates(lost: u32, longest_us: i64) -> impl Strategy<Value = Vec<Fate>> {
@@ -321,7 +321,7 @@ proptest! {
         }
     }
 
-    /// Any datagram is survived, whoever it is from.
+    /// Any datagram from any sender is survived.
     #[test]
     fn any_datagram_is_survived(
         all in vec((any::<i64>(), any::<u16>(), vec(any::<u8>(), 0..12)), 1..60),

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Dialogues with a federate in a cycle without delay: provisional grants, the level up to which a tag may be run, what
-//! the RTI is told, and which messages are late.
+//! Dialogues with a federate in a cycle without delay: provisional grants, the level up to which a tag may be run,
+//! announcements to the RTI, and late messages.
 #![allow(clippy::unwrap_used, reason = "a failed unwrap in a helper is that test's failure")]
 
 mod federate_support;
@@ -69,13 +69,13 @@ fn a_provisional_grant_calls_the_federate_to_its_tag() {
     assert!(!federate.next_event(NOW, ms(9)));
     assert_eq!(drain(&mut federate), [net(ms(9))]);
     provisional(&mut federate, ms(4));
-    assert_eq!(federate.summons(), Some(ms(4)));
+    assert_eq!(federate.demanded_tag(), Some(ms(4)));
     run(&mut federate, ms(2));
-    assert_eq!((federate.summons(), drain(&mut federate)), (Some(ms(4)), vec![]), "an earlier event comes first");
+    assert_eq!((federate.demanded_tag(), drain(&mut federate)), (Some(ms(4)), vec![]), "an earlier event comes first");
     grant(&mut federate, ms(4));
-    assert_eq!(federate.summons(), Some(ms(4)), "others may wait for it still");
+    assert_eq!(federate.demanded_tag(), Some(ms(4)), "others may wait for it still");
     run(&mut federate, ms(4));
-    assert_eq!((federate.summons(), drain(&mut federate)), (None, vec![ltc(ms(4))]));
+    assert_eq!((federate.demanded_tag(), drain(&mut federate)), (None, vec![ltc(ms(4))]));
     federate.next_event(NOW, ms(9));
     assert_eq!(drain(&mut federate), [], "the RTI knows the next event");
 }
@@ -90,7 +90,7 @@ fn a_later_provisional_grant_ends_the_wait_within_an_earlier_tag() {
     federate.begin(ms(4)).unwrap();
     assert_eq!(awaited.max_level(&federate), Some(3));
     provisional(&mut federate, ms(6));
-    assert_eq!((awaited.max_level(&federate), federate.summons()), (None, Some(ms(6))));
+    assert_eq!((awaited.max_level(&federate), federate.demanded_tag()), (None, Some(ms(6))));
     federate.complete(false);
     run(&mut federate, ms(6));
     assert_eq!(drain(&mut federate), [ltc(ms(6))], "which says that the earlier tag is complete too");
@@ -103,7 +103,7 @@ fn a_provisional_grant_for_a_tag_that_is_over_is_answered_at_once() {
     run(&mut federate, ms(5));
     assert_eq!(drain(&mut federate), []);
     provisional(&mut federate, ms(3));
-    assert_eq!((federate.summons(), drain(&mut federate)), (None, vec![ltc(ms(3))]));
+    assert_eq!((federate.demanded_tag(), drain(&mut federate)), (None, vec![ltc(ms(3))]));
     provisional(&mut federate, ms(5));
     assert_eq!(drain(&mut federate), [ltc(ms(5))]);
     provisional(&mut federate, ms(4));
@@ -121,9 +121,9 @@ fn nobody_is_called_beyond_the_last_tag() {
     let mut federate = running();
     federate.limit_stop(ms(5));
     provisional(&mut federate, ms(5).next_microstep());
-    assert_eq!(federate.summons(), None);
+    assert_eq!(federate.demanded_tag(), None);
     provisional(&mut federate, Tag::FOREVER);
-    assert_eq!(federate.summons(), None);
+    assert_eq!(federate.demanded_tag(), None);
     assert!(federate.may_advance(ms(5)));
 }
 
@@ -136,7 +136,7 @@ fn a_tag_under_a_named_stop_waits_for_the_decision() {
     assert!(!federate.may_advance(ms(4)));
     assert_eq!(handle(&mut federate, Message::StopGranted(to_wire(ms(4)))), Event::StopGranted(ms(4)));
     assert!(federate.may_advance(ms(4)));
-    assert_eq!(federate.summons(), Some(ms(4)));
+    assert_eq!(federate.demanded_tag(), Some(ms(4)));
 }
 
 fn run_to(federate: &mut Federate<'static>, tag: Tag) {
@@ -231,8 +231,8 @@ proptest! {
     }
 }
 
-/// A stock federate takes word of an absent input that comes late for word of its current tag: so nothing later is told
-/// while others may still be called to a bound that has been told, or this federate is called to a tag.
+/// A stock federate takes a late absence for an absence at its current tag: so nothing later is announced while a PTAG
+/// may still demand an announced bound of the others, or a tag of this federate.
 #[test]
 fn a_bound_that_others_may_be_called_to_is_not_passed_before_it_is_granted() {
     let mut config = in_cycle();
@@ -252,7 +252,7 @@ fn a_bound_that_others_may_be_called_to_is_not_passed_before_it_is_granted() {
     }
     provisional(&mut federate, bound);
     federate.next_event(at(15), ms(14));
-    assert_eq!((drain(&mut federate), federate.summons()), (vec![], Some(bound)));
+    assert_eq!((drain(&mut federate), federate.demanded_tag()), (vec![], Some(bound)));
     run(&mut federate, bound);
     federate.next_event(at(15), ms(14));
     assert_eq!(drain(&mut federate), [ltc(bound), net(ms(14))]);

@@ -81,7 +81,7 @@ fn a_message_after_the_last_tag_is_passed_over() {
     let event = Event::MessageAfterStop { port: 3, tag };
     assert_eq!(federate.handle_message(NOW, tagged(tag, &[])), Ok(event));
     assert!(federate.may_send(ms(5)) && !federate.may_send(tag));
-    // What comes later counts as the last tag.
+    // A later tag counts as the last tag.
     federate.next_event(NOW, ms(7));
     assert_eq!(drain(&mut federate), [net(ms(5))]);
 }
@@ -132,7 +132,7 @@ fn with_a_grant_in_hand_one_net_beyond_the_dnet_is_enough() {
     assert_eq!(drain(&mut federate), [net(ms(70))]);
 }
 
-/// Who waits for this federate may not be the one for whom the RTI would send a DNET.
+/// The federate that waits for this one may not be the one for which the RTI would send a DNET.
 #[test]
 fn a_net_beyond_the_dnet_is_not_left_out_for_ever() {
     let mut federate = started(config(UPSTREAM, DOWNSTREAM));
@@ -220,7 +220,7 @@ fn what_was_left_out_behind_a_message_is_told_when_the_rti_asks_for_it() {
     // With an `after` of 25 ms.
     federate.sent();
     federate.complete(false);
-    // That it has left the tag of the message is told in any case.
+    // It always announces that it has left the tag of the message.
     assert_eq!(step(&mut federate, 10), [net(ms(10))]);
     for at in [20, 30] {
         federate.complete(false);

@@ -26,7 +26,7 @@ use lf_wire::{DELAY_NONE, MessageType, RejectCode};
 
 /// The RTI's clock is this much ahead of the federate's, as between 1970 and the boot of a board.
 const RTI_AHEAD: Interval = Interval::from_nanos(1_790_000_000_000_000_123);
-/// How long a message is on its way.
+/// The time that a message takes.
 const LATENCY: Interval = Interval::from_nanos(40_000);
 const NET: u8 = 6;
 const FED_NONCE: u8 = 100;
@@ -291,7 +291,7 @@ fn a_source_without_clock_synchronization() {
 }
 
 /// The recorded federate asks again on a connection that the RTI is about to close, for a minute. Ours takes a
-/// rejection as final, tells its reason and what to do, and does not bother the RTI with FAILED.
+/// rejection as final, logs its reason and advice, and does not send the RTI FAILED.
 #[test]
 #[allow(clippy::doc_markdown, reason = "the message's name in the protocol is no code")]
 fn a_rejection_is_final() {

@@ -13,7 +13,7 @@ use lf_coordination::{Deadline, FederateId};
 use lf_model::time::Interval;
 use lf_wire::{ADDRESS_PORT_UNKNOWN, Message, RejectCode, UDP_PORT_CLOCK_SYNC_OFF};
 
-/// How a federate says that it stops in turn.
+/// The message by which a federate requests an ordered stop.
 const IN_TURN: Message<'static> = Message::AddressAdvertisement { port: ADDRESS_PORT_UNKNOWN };
 
 #[test]

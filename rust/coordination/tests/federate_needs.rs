@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-//! What a program does not need of its federate makes no difference where it does not come, and is refused where it
-//! does.
+//! A capability that a program does not need of its federate makes no difference if it is not used, and is refused if
+//! it is.
 #![allow(clippy::unwrap_used, reason = "a failed unwrap in a helper is that test's failure")]
 
 mod federate_support;

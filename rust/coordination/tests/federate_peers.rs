@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! How a federate finds the others to which it sends directly, before the start.
+//! A federate finds the others to which it sends directly, before the start.
 #![allow(clippy::unwrap_used, reason = "a failed unwrap in a helper is that test's failure")]
 
 use std::net::{Ipv4Addr, Ipv6Addr};
@@ -14,7 +14,7 @@ use lf_testkit::messages::encoded;
 use lf_wire::{ADDRESS_PORT_UNKNOWN, Decoded, Limits, Message, RejectCode, decode};
 
 const NOW: Instant = Instant::from_nanos(1_000_000);
-/// How a federate says that it stops in turn.
+/// The message by which a federate requests an ordered stop.
 const IN_TURN: Message<'static> = Message::AddressAdvertisement { port: ADDRESS_PORT_UNKNOWN };
 const HERE: [u8; 4] = [127, 0, 0, 1];
 const MS: Interval = Interval::from_millis(1);
@@ -58,7 +58,8 @@ fn found(federate: u16, port: u16) -> Event<'static> {
     Event::PeerFound { federate: FederateId(federate), address: Endpoint::new(Ipv4Addr::LOCALHOST, port) }
 }
 
-/// Stops in turn, advertisement, then each of the others, then the time: nobody starts while a connection is missing.
+/// The request for an ordered stop, the advertisement, then each of the others, then the time: no federate starts while
+/// a connection is missing.
 #[test]
 fn the_time_is_told_when_all_connections_are_there() {
     let mut federate = federate(Some(4711), &[2, 5]);
@@ -110,7 +111,7 @@ fn the_questions_are_those_of_the_recording() {
     panic!("the address was never known");
 }
 
-/// An RTI over IPv6 tells addresses of IPv6. A link-local one is at the interface that leads to the RTI.
+/// An RTI over IPv6 sends addresses of IPv6. A link-local one is at the interface that leads to the RTI.
 #[test]
 fn peers_are_found_over_ipv6() {
     let [near, far, here] = ["fe80::7", "fd00::7", "::1"].map(|text| text.parse::<Ipv6Addr>().unwrap());
@@ -163,7 +164,7 @@ fn an_unknown_address_is_asked_for_as_long_as_it_takes() {
         now = now + ADDRESS_RETRY;
         federate.handle_timeout(now).unwrap();
     }
-    // What cannot be a port is as good as none, and answers that nobody asked for mean nothing.
+    // An invalid port is as good as none, and answers without a question mean nothing.
     drain(&mut federate);
     assert_eq!(federate.handle_message(now, reply(70_000)), Ok(Event::None));
     assert_eq!(federate.handle_message(now, reply(1234)), Ok(Event::None));

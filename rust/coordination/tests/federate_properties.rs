@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! What holds for the federate's state machine whatever happens to it.
+//! Invariants of the federate's state machine, for any input.
 #![allow(clippy::unwrap_used, reason = "a failed unwrap in a helper is that test's failure")]
 
 mod federate_support;
@@ -32,13 +32,13 @@ proptest! {
 /// One step of an RTI and a network that keep their promises.
 #[derive(Clone, Debug)]
 enum Turn {
-    /// The RTI grants so many tags more, but not beyond its next message.
+    /// The RTI grants this many tags more, but not beyond its next message.
     Grant(i64),
-    /// A message comes, so many ns after the last tag granted.
+    /// A message comes, this many ns after the last granted tag.
     Message(i64),
-    /// A DNET, so many ns from the federate's current tag.
+    /// A DNET, this many ns from the federate's current tag.
     Dnet(i64),
-    /// The federate's own next event is so many ns after its current tag.
+    /// The federate's own next event is this many ns after its current tag.
     Own(i64),
     /// The federate runs what it may.
     Run,
@@ -68,7 +68,7 @@ struct Loop {
     /// The last NET that went out, and the earliest message since.
     net: Tag,
     message: Tag,
-    /// What the RTI takes for the NET: the last one, lowered by earlier messages.
+    /// The NET that the RTI knows: the last one, lowered by earlier messages.
     known: Tag,
     ltc: Tag,
 }
@@ -164,7 +164,7 @@ impl Loop {
 
 proptest! {
     /// With an RTI that keeps its promises: NETs go back only because of a message or an earlier event of the program's
-    /// own, are never of the past nor told twice; LTCs only go on; a federate that waits for a grant has told its NET.
+    /// own, are never of the past nor sent twice; LTCs only go on; a federate that waits for a grant has sent its NET.
     #[test]
     fn nets_and_ltcs_go_on(
         (upstream, downstream) in any::<(bool, bool)>(),

@@ -19,10 +19,10 @@ use proptest::prelude::*;
 
 /// Longer than any payload here: answers to stop requests are looked for in as many bytes.
 const PAYLOAD_MAX: usize = 1 << 16;
-/// So many turns are far more than any of these federations needs.
+/// Far more turns than any of these federations needs.
 const TURNS_MAX: usize = 200_000;
 
-/// How a federation is run.
+/// The parameters of a run.
 #[derive(Clone, Copy, Debug)]
 struct Manner {
     /// Decides on speeds and splits.
@@ -33,7 +33,7 @@ struct Manner {
     window: usize,
     /// This federate runs one tag where others may run many.
     slow: Option<usize>,
-    /// Who asks to stop, and when.
+    /// The federate that asks to stop, and when.
     stop: Option<(usize, i64)>,
 }
 
@@ -51,7 +51,7 @@ fn run(graph: &Graph, manner: Manner) -> Vec<Trace> {
     let config = RtiConfig { clock_sync, dnet, window, ..RtiConfig::new(b"random", PAYLOAD_MAX) };
     let mut rig = Rig::new(config, Sizes { output: 128, ..Sizes::ample(count) });
     let mut participants: Vec<_> = (0..).take(count).map(|id| Participant::new(id, graph, &mut rig, room)).collect();
-    // Who is next, and how much it does.
+    // The next federate, and how much it does.
     let mut random = Random::new(seed);
     for _ in 0..TURNS_MAX {
         if participants.iter().all(|participant| participant.closed) {
@@ -95,7 +95,7 @@ fn run(graph: &Graph, manner: Manner) -> Vec<Trace> {
     let stuck: Vec<_> = participants.iter().filter(|participant| !participant.closed).map(|p| &p.federate).collect();
     assert!(stuck.is_empty(), "these have not come to their end: {stuck:#?}");
     assert_eq!(rig.rti.status(), Status::Finished(Outcome::Complete));
-    // Who has come to its time-out before somebody asks is not told any more.
+    // A federate that has reached its time-out before another one asks is not asked any more.
     let stop_tags: BTreeSet<_> =
         participants.iter().filter_map(|participant| participant.federate.stop_tag()).collect();
     assert!(stop_tags.len() <= 1, "{stop_tags:?}");

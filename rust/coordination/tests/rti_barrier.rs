@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! The start waits for a federate that was there and has left, but not for ever.
+//! The start waits for a federate that was there and has left, but not forever.
 
 use lf_coordination::Deadline;
 use lf_coordination::rti::{CLOCK_TIME_OUT, Config, ConnectionId, Outcome, START_BARRIER_TIME_OUT, Status};
@@ -8,7 +8,7 @@ use lf_testkit::rti::dialogue::{FEDERATION, config, hello, read, wait};
 use lf_testkit::rti::{Rig, Sizes};
 use lf_wire::Message;
 
-/// Three federates, of which the first two have come and told their clocks.
+/// Three federates, of which the first two have come and sent their clocks.
 fn waiting(config: Config<'static>) -> (Rig, [ConnectionId; 2]) {
     let mut rig = Rig::new(config, Sizes::ample(3));
     let connections = [0, 1].map(|id| hello(&mut rig, id, &[]));
@@ -19,7 +19,7 @@ fn waiting(config: Config<'static>) -> (Rig, [ConnectionId; 2]) {
     (rig, connections)
 }
 
-/// What all ways to leave before the start lead to.
+/// Checks the result of all ways to leave before the start.
 fn assert_given_up(rig: &mut Rig, left: ConnectionId, first: u16, missing: u16) {
     let limit = Deadline::At(rig.now + START_BARRIER_TIME_OUT);
     assert_eq!(rig.rti.poll_timeout(), limit);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! What the RTI does when peers leave, misbehave or do not read, which no recording shows.
+//! The RTI when peers leave, misbehave or do not read, which no recording shows.
 
 use lf_coordination::Deadline;
 use lf_coordination::rti::{AfterLoss, CLOCK_TIME_OUT, Cause, Config, Outcome, Status};
@@ -280,8 +280,8 @@ fn a_federate_may_not_speak_of_tags_before_the_start() {
     hello(&mut rig, 0, &[]);
 }
 
-/// A cycle 0 → 1 → 2 → 0 with 0 ⇄ 2 beside it, in which all are at a tag when `lost` goes; what each is told then.
-/// Those in `stock` are programs of others.
+/// Returns the messages to each federate in a cycle 0 → 1 → 2 → 0 with 0 ⇄ 2 beside it, in which all are at a tag when
+/// `lost` goes. Those in `stock` are programs of others.
 fn loss_in_cycle(lost: usize, stock: Option<usize>) -> Vec<Vec<String>> {
     let upstream = [vec![2], vec![0], vec![1, 0]];
     let upstream = upstream.map(|list: Vec<u16>| list.into_iter().map(|from| (from, DELAY_NONE)).collect());

@@ -43,7 +43,7 @@ fn a_turn_begins_when_no_handshake_has_been_heard_for_a_millisecond() {
     assert_eq!(rig.rti.poll_exchange_timeout(), Deadline::Never);
     let first = come(&mut rig, 0, UDP_PORT_CLOCK_SYNC_INITIAL);
     assert_eq!(pass(&mut rig, Interval::from_nanos(999_999)), None);
-    // Somebody comes who takes no part, but may hold others up all the same.
+    // A federate comes that takes no part, but may hold others up all the same.
     come(&mut rig, 1, UDP_PORT_CLOCK_SYNC_OFF);
     assert_eq!(pass(&mut rig, Interval::from_nanos(1)), None);
     assert_eq!(rig.rti.poll_exchange_timeout(), Deadline::At(rig.now + Interval::from_nanos(999_999)));
@@ -72,7 +72,7 @@ fn one_has_all_its_exchanges_before_another_begins() {
         assert_eq!(read(&mut rig, connection), ["T1"]);
         answer(&mut rig, connection, id);
         assert_eq!(read(&mut rig, connection), ["T4"]);
-        // T1 tells the time at which it is sent, not that of the answer before it.
+        // T1 has the time at which it is sent, not that of the answer before it.
         let later = rig.now + Interval::from_nanos(70_000);
         assert_eq!(pass(&mut rig, Interval::from_nanos(70_000)), Some(connection));
         let told = rig.take(connection, usize::MAX);

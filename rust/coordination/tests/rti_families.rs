@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! How federates that have come over IPv4 and IPv6 find each other.
+//! Federates that have come over IPv4 and IPv6 find each other.
 
 use std::net::{IpAddr, Ipv4Addr, Ipv6Addr};
 
@@ -13,7 +13,8 @@ use proptest::prelude::*;
 const PORT: i32 = 4711;
 const UNKNOWN: Message<'static> = Message::AddressQueryReply { port: ADDRESS_PORT_UNKNOWN, address: [0; 4] };
 
-/// What the first federate hears when it asks where the second one is; they have come from these addresses.
+/// Returns the messages to the first federate when it asks for the address of the second one; they have come from these
+/// addresses.
 fn reply(asking: IpAddress, asked: IpAddress, times: usize) -> (Rig, Vec<u8>) {
     let mut rig = Rig::new(config(), Sizes::ample(2));
     let (first, second) = (hello_from(&mut rig, 0, asking), hello_from(&mut rig, 1, asked));
@@ -32,7 +33,7 @@ fn told(asking: IpAddr, asked: IpAddr) -> Vec<u8> {
 proptest! {
     #![proptest_config(ProptestConfig { cases: 64, ..ProptestConfig::default() })]
 
-    /// Whoever has come over IPv4, as every stock federate has, hears of no other message than it knows.
+    /// A federate that has come over IPv4, like every stock federate, receives no other message than it knows.
     #[test]
     fn over_ipv4_only_addresses_of_ipv4_are_told(asking: Ipv4Addr, asked: IpAddr) {
         let expected = match IpAddress::from(asked) {
@@ -63,7 +64,7 @@ fn a_federate_of_the_same_computer_is_found_over_either_family() {
     assert_eq!(told(Ipv4Addr::LOCALHOST.into(), Ipv6Addr::LOCALHOST.into()), encoded(&expected));
 }
 
-/// It asks again and again, but the reason why it cannot be told stands there once, with what to do.
+/// It asks again and again, but the reason why it cannot receive the address is logged once, with advice.
 #[test]
 fn who_cannot_be_told_an_address_is_named_once_with_what_to_do() {
     let far = "fd00::7".parse::<Ipv6Addr>().expect("an address");

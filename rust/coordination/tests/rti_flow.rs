@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Flow control at the tag: who is held until when, and how a stop gets past it.
+//! Flow control at the tag: held senders, and how a stop gets past them.
 
 use lf_coordination::FederateId;
 use lf_coordination::rti::{Cause, Config, ConnectionId, Outcome, Status};
@@ -99,8 +99,8 @@ fn who_has_seen_more_messages_than_the_rti_remembers_keeps_nobody_waiting() {
 
 #[test]
 fn an_event_that_is_not_announced_holds_nothing_back() {
-    // 0 → 1 → 2, and 2 has a message of 0 at 80. Nobody needs to know of what 1 does at 60 because of a message of 0 at
-    // 50, so 1 announces neither, as DNETs allow.
+    // 0 → 1 → 2, and 2 has a message of 0 at 80. No federate needs to know about the tag of 1 at 60 because of a
+    // message of 0 at 50, so 1 announces neither, as DNETs allow.
     let upstream = [vec![], vec![(0, DELAY_NONE)], vec![(1, DELAY_NONE), (0, DELAY_NONE)]];
     let (mut rig, connections) = started(window(1), Sizes::ample(3), &upstream);
     rig.message(connections[1], &Message::NextEventTag(at(100)));
@@ -171,7 +171,7 @@ fn the_answer_to_a_stop_request_is_found_behind_what_is_held() {
     for connection in &connections {
         assert!(read(&mut rig, *connection).contains(&"STOP_GRANTED".to_owned()));
     }
-    // What is held comes in its turn, and the answer says nothing new then.
+    // A held message comes in its order, and the answer means nothing new then.
     for ns in [10, 20, 30] {
         assert_eq!(is_held(&rig, sender), Some(Awaited::Input(receiver)));
         rig.message(receiver, &Message::LatestTagComplete(at(ns)));

@@ -26,7 +26,7 @@ fn play(recording: &Recording) -> Recorded {
     play_in_pieces(recording, usize::MAX)
 }
 
-/// Plays what is sent in pieces of so many bytes.
+/// Plays a recording in pieces of this many bytes.
 fn play_in_pieces(recording: &Recording, piece: usize) -> Recorded {
     let mut rti = Recorded::new(recording.rti().expect("it is the recording of an RTI"), piece);
     if let Err(difference) = replay(recording, &mut rti) {
@@ -88,8 +88,8 @@ fn an_id_is_free_again_after_its_handshake_was_refused() {
     play(&recording);
 }
 
-/// 42: the recorded RTI looks at the federates upstream of a PTAG only in the moment of the grant, so that one which
-/// cannot follow at once never does, and the cycle waits for ever.
+/// 42: the recorded RTI looks at the federates upstream of a PTAG only when it sends the grant, so that one which
+/// cannot follow at once never does, and the cycle waits forever.
 #[test]
 fn a_ptag_reaches_upstream_federates_as_soon_as_they_can_follow() {
     let mut recording = load("42-ptag-not-repeated");
@@ -163,7 +163,7 @@ fn who_waits_for_a_federate_that_vanishes_goes_on_at_once() {
     play(&recording);
 }
 
-/// A transient federate is told at once that it cannot join.
+/// A transient federate learns at once that it cannot join.
 #[test]
 fn a_transient_federate_is_refused_and_named() {
     let mut recording = load("62-persistent-by-103");

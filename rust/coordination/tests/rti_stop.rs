@@ -12,7 +12,7 @@ use proptest::prelude::*;
 
 const FEDERATES: usize = 5;
 
-/// What a federate does next.
+/// The next step of a federate.
 #[derive(Clone, Copy, Debug)]
 enum Act {
     /// It asks to stop, if it has named no tag yet.
@@ -86,7 +86,7 @@ impl Federation {
         self.rig.message(self.connections[who], word);
     }
 
-    /// Reads what has come for everybody.
+    /// Reads the messages for all.
     fn read(&mut self) {
         for (connection, tester) in self.connections.iter().zip(&mut self.testers) {
             let bytes = self.rig.take(*connection, usize::MAX);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Who says nothing keeps nobody from joining, and no federation from starting or ending.
+//! A silent peer keeps no other from joining, and no federation from starting or ending.
 
 use lf_coordination::Deadline;
 use lf_coordination::rti::{CLOCK_TIME_OUT, Outcome, START_BARRIER_TIME_OUT, Status};
@@ -11,7 +11,7 @@ use lf_wire::Message;
 const CROWDED: &str = "a connection that had not said which federate it is was closed, because another one has come \
                        and all places are taken";
 
-/// The oldest of those that have not said who they are goes first, and nobody who has.
+/// The oldest connection without an id goes first, and none with an id.
 #[test]
 fn the_oldest_stranger_makes_way() {
     let mut rig = Rig::new(config(), Sizes { connections: 4, ..Sizes::ample(2) });
@@ -21,22 +21,22 @@ fn the_oldest_stranger_makes_way() {
     let older = rig.connect();
     wait(&mut rig, Interval::from_millis(1));
     let newer = rig.connect();
-    // What it has said is no message yet.
+    // Its bytes are no message yet.
     rig.send(older, &[1, 0]);
     for stranger in [older, newer] {
-        assert!(rig.rti.can_make_way());
-        assert_eq!(rig.rti.make_way(&mut rig.outlet), Some(stranger));
+        assert!(rig.rti.can_evict());
+        assert_eq!(rig.rti.evict(&mut rig.outlet), Some(stranger));
         assert!(rig.outlet.notices.pop().is_some_and(|notice| notice.starts_with(CROWDED)));
     }
-    assert!(!rig.rti.can_make_way());
-    assert_eq!(rig.rti.make_way(&mut rig.outlet), None);
+    assert!(!rig.rti.can_evict());
+    assert_eq!(rig.rti.evict(&mut rig.outlet), None);
     for federate in [joining, joined] {
         assert!(rig.outlet.list[federate.0].open);
     }
 }
 
-/// Whoever joins and says no more holds the start up for a limited time; then it is named, and has as much time to come
-/// back as any that has left.
+/// A federate that joins and is then silent holds the start up for a limited time; then it is logged, and has as much
+/// time to come back as any that has left.
 #[test]
 fn a_federate_that_does_not_tell_its_clock_loses_its_place() {
     let mut rig = Rig::new(config(), Sizes::ample(2));
@@ -60,7 +60,7 @@ fn a_federate_that_does_not_tell_its_clock_loses_its_place() {
     assert_eq!(rig.rti.status(), Status::Finished(Outcome::NotStarted { first: 0.into(), missing: 1 }));
 }
 
-/// Once it has told its clock, a federate may be silent for as long as it likes, also the last one, with which all
+/// Once it has sent its clock, a federate may be silent for as long as it likes, also the last one, with which all
 /// start.
 #[test]
 fn whoever_has_told_its_clock_may_be_silent() {
@@ -74,7 +74,7 @@ fn whoever_has_told_its_clock_may_be_silent() {
     assert!(rig.rti.start_time().is_some());
 }
 
-/// It is not said that somebody is there who has left, and nobody waits for a place that there will not be.
+/// The rejection does not claim that the federate is still there, and no peer waits for a slot that will not be free.
 #[test]
 fn nobody_comes_back_to_a_federation_that_runs_and_it_is_said_why() {
     let (mut rig, federates) = started(config(), Sizes::ample(2), &[vec![], vec![]]);

@@ -87,7 +87,7 @@ fn play(script: &[(usize, Vec<u8>)], suspended: bool) -> (Vec<Vec<u8>>, Vec<Stri
     (outlet.list.into_iter().map(|wire| wire.outgoing).collect(), uncounted(outlet.notices), memory, state)
 }
 
-/// A pause forgets how often something has been told.
+/// A suspended RTI forgets how often something has been logged.
 fn uncounted(notices: Vec<String>) -> Vec<String> {
     let without = |notice: String| notice.rsplit_once(" (").map_or(notice.clone(), |(words, _)| words.to_owned());
     notices.into_iter().filter(|notice| !notice.contains(" in all:")).map(without).collect()

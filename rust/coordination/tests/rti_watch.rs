@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-//! The RTI says for whom somebody waits: before the start after a while, and later if it is asked to.
+//! The RTI logs which federates others wait for: before the start after a while, and later if the configuration asks
+//! for it.
 
 use lf_coordination::Deadline;
 use lf_coordination::rti::{Config, ConnectionId, START_REPORT};
@@ -8,7 +9,7 @@ use lf_testkit::rti::dialogue::{FEDERATION, at, config, hello, message, read, st
 use lf_testkit::rti::{Rig, Sizes};
 use lf_wire::{DELAY_NONE, Message};
 
-/// Lets the time pass until the RTI wants to be called, and gives what it says then.
+/// Lets the time pass until the RTI wants to be called, and returns its log events.
 fn next_report(rig: &mut Rig) -> (Interval, Vec<String>) {
     let before = rig.now;
     let Deadline::At(due) = rig.rti.poll_timeout() else { panic!("nothing is due") };
@@ -57,7 +58,7 @@ fn the_start_says_who_is_missing_and_how_far_the_others_are() {
     assert_eq!(pauses, [10, 20, 40, 60, 60]);
 }
 
-/// Two federates, the second downstream of the first, whose waits are told after a second.
+/// Two federates, the second downstream of the first, whose waits are logged after a second.
 fn chain() -> (Rig, [ConnectionId; 2]) {
     let watching = Config { log_waits: Some(Interval::from_secs(1)), ..config() };
     let (mut rig, connections) = started(watching, Sizes::ample(2), &[vec![], vec![(0, DELAY_NONE)]]);
@@ -117,7 +118,7 @@ fn a_stop_says_whose_answer_is_missing() {
     assert_eq!(said, ["the stop waits for federate 1, which has not answered the request"]);
 }
 
-/// Whoever does not ask for it is told nothing, and no time is awaited for it.
+/// Without the option nothing is logged, and no time is awaited for it.
 #[test]
 fn nothing_is_told_without_being_asked_for() {
     let (mut rig, connections) = started(config(), Sizes::ample(2), &[vec![], vec![(0, DELAY_NONE)]]);

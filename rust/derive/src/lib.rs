@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-//! What runs while crates are compiled: `#[derive(Payload)]`, by which a struct or an enum can be sent to another
-//! federate, and `say!`, by which sentences take half of their bytes.
+//! Macros that run at compile time: `#[derive(Payload)]`, by which a struct or an enum can be sent to another federate,
+//! and `say!`, by which sentences take half of their bytes.
 //!
-//! The bytes of a payload are those of the C type, which `lf_model::layout` works out; here is only said what the
-//! fields are. What is generated names each field's type in one way alone, so that rustc says once that a type cannot
-//! be sent, and says it at the field.
+//! The bytes of a payload are those of the C type, which `lf_model::layout` computes; the macro only lists the fields.
+//! The generated code names each field's type in one way only, so that rustc reports once that a type cannot be sent,
+//! and reports it at the field.
 #![forbid(unsafe_code)]
 
 mod texts;
@@ -16,8 +16,8 @@ use syn::{Attribute, Data, DataEnum, DeriveInput, Error, Fields, GenericParam, P
 
 /// Implements `FixedPayload`, and with it `Payload`, for a struct or an enum whose fields can be sent.
 ///
-/// `#[repr(u8)]` and the like say how an enum's variants are numbered in the bytes, as they do in memory. Generated
-/// programs call the crate `::lf::model`; `#[payload(crate = path)]` names another one.
+/// `#[repr(u8)]` and the like number an enum's variants in the bytes, as they do in memory. Generated programs call the
+/// crate `::lf::model`; `#[payload(crate = path)]` names another one.
 #[proc_macro_derive(Payload, attributes(payload))]
 pub fn payload(input: proc_macro::TokenStream) -> proc_macro::TokenStream {
     let mut input = parse_macro_input!(input as DeriveInput);
@@ -60,28 +60,28 @@ pub fn payload(input: proc_macro::TokenStream) -> proc_macro::TokenStream {
     .into()
 }
 
-/// Writes a sentence to a `core::fmt::Formatter`, as `write!` does: `say!(f, "{tag} is too late by {} ns", by)`.
+/// Writes a sentence to a `core::fmt::Formatter`, like `write!`: `say!(f, "{tag} is too late by {} ns", by)`.
 ///
-/// It is packed meanwhile, and consists of ASCII characters. The crate has to depend on `lf-texts`.
+/// The sentence is packed at compile time, and consists of ASCII characters. The crate has to depend on `lf-texts`.
 #[proc_macro]
 pub fn say(input: proc_macro::TokenStream) -> proc_macro::TokenStream {
     texts::say(input.into()).unwrap_or_else(Error::into_compile_error).into()
 }
 
-/// A packed text without values, which can be shown: an `lf_texts::Text`.
+/// Makes a packed text without values, which can be displayed: an `lf_texts::Text`.
 #[proc_macro]
 pub fn text(input: proc_macro::TokenStream) -> proc_macro::TokenStream {
     texts::text(input.into()).unwrap_or_else(Error::into_compile_error).into()
 }
 
-/// For `lf-texts`, which unpacks.
+/// Makes the tables of the unpacker, for `lf-texts`.
 #[doc(hidden)]
 #[proc_macro]
 pub fn pairs(input: proc_macro::TokenStream) -> proc_macro::TokenStream {
     texts::table(input.into()).unwrap_or_else(Error::into_compile_error).into()
 }
 
-/// What differs from type to type.
+/// The parts that differ from type to type.
 struct Parts {
     /// The numbers of an enum's variants, as constants.
     tags: TokenStream,
@@ -91,7 +91,7 @@ struct Parts {
 }
 
 impl Parts {
-    /// For a type of which no more is to be said than its errors: it counts as one that can be sent.
+    /// Returns the parts of a type with errors: it counts as one that can be sent.
     fn none(home: &Path) -> Self {
         let (layout, read) = (quote!(#home::layout::Layout::EMPTY), quote!(::core::unreachable!()));
         Self { tags: TokenStream::new(), layout, write: TokenStream::new(), read }
@@ -122,7 +122,7 @@ fn parts(input: &DeriveInput, home: &Path) -> Result<Parts, Error> {
     }
 }
 
-/// A number, and a union of structs: one for the fields of each variant.
+/// Returns the parts of a number, and a union of structs: one for the fields of each variant.
 fn variants(data: &DataEnum, number: &Ident, home: &Path) -> Parts {
     let (mut tags, tag_member) = (TokenStream::new(), quote!(#home::layout::member::<#number>()));
     let (mut union, mut write, mut read) =
@@ -169,11 +169,11 @@ fn variants(data: &DataEnum, number: &Ident, home: &Path) -> Parts {
 
 /// The fields of a struct or of a variant.
 struct Member {
-    /// What binds them to variables.
+    /// The pattern that binds them to variables.
     pattern: TokenStream,
     layout: TokenStream,
     write: TokenStream,
-    /// What makes the value: its fields in braces.
+    /// The expression for the value: its fields in braces.
     read: TokenStream,
 }
 
@@ -193,7 +193,7 @@ impl Member {
     }
 }
 
-/// Asks of each type parameter that its values can stand in a struct.
+/// Requires of each type parameter that its values can be fields of a struct.
 fn bound(input: &mut DeriveInput, home: &Path, errors: &mut Vec<Error>) {
     for parameter in &mut input.generics.params {
         match parameter {
@@ -208,7 +208,7 @@ fn bound(input: &mut DeriveInput, home: &Path, errors: &mut Vec<Error>) {
     }
 }
 
-/// The path of the crate with the traits.
+/// Returns the path of the crate with the traits.
 fn home(attributes: &[Attribute]) -> Result<Path, Error> {
     let mut home = parse_quote!(::lf::model);
     for attribute in attributes.iter().filter(|attribute| attribute.path().is_ident("payload")) {
@@ -223,7 +223,8 @@ fn home(attributes: &[Attribute]) -> Result<Path, Error> {
     Ok(home)
 }
 
-/// The type in `#[repr(…)]` that numbers variants. `C` and `transparent` change nothing: the layout is C's anyway.
+/// Returns the type in `#[repr(…)]` that numbers variants. `C` and `transparent` change nothing: the layout is C's
+/// anyway.
 fn repr(attributes: &[Attribute]) -> Result<Option<Ident>, Error> {
     const NUMBERS: [&str; 8] = ["u8", "u16", "u32", "u64", "i8", "i16", "i32", "i64"];
     let mut number = None;

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Voltages that are measured.
+//! Voltage inputs.
 
 use crate::error::{Device, DeviceError, Problem};
 
-/// What a platform can do with a channel of an analog-to-digital converter.
+/// The platform's interface of a channel of an analog-to-digital converter.
 pub trait AnalogInput: Device {
     /// Sets it up.
     ///
@@ -15,14 +15,14 @@ pub trait AnalogInput: Device {
     /// # Errors
     /// When its driver reports one.
     fn sample(&self) -> Result<i32, Problem>;
-    /// What was measured, in millivolts.
+    /// Converts a sample to millivolts.
     ///
     /// # Errors
     /// When the driver does not know its reference voltage.
     fn millivolts(&self, sample: i32) -> Result<i32, Problem>;
 }
 
-/// A channel of an analog-to-digital converter, with the gain, reference and resolution that the devicetree says.
+/// A channel of an analog-to-digital converter, with the gain, reference and resolution of the devicetree.
 #[derive(Debug)]
 pub struct Adc<A> {
     input: A,
@@ -38,7 +38,7 @@ impl<A: AnalogInput> Adc<A> {
         Ok(Self { input })
     }
 
-    /// Measures now, and waits for it; as the converter has it.
+    /// Measures now, and waits for the result; in the converter's unit.
     ///
     /// # Errors
     /// When its driver reports one.

@@ -1,17 +1,17 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Why a device does not do what it was asked for.
+//! The errors of devices.
 
 use core::error::Error;
 use core::fmt;
 
 use embedded_hal::{digital, i2c, pwm, spi};
 
-/// What a platform has of a device.
+/// The platform's interface of any device.
 pub trait Device: fmt::Debug {
-    /// The name that the program gives it.
+    /// Returns the program's name of it.
     fn name(&self) -> &'static str;
 
-    /// An outcome that names the device.
+    /// Adds the device's name to an outcome.
     ///
     /// # Errors
     /// The same.
@@ -20,16 +20,16 @@ pub trait Device: fmt::Debug {
     }
 }
 
-/// What a device cannot do, and why. Its `Debug` is a sentence, too, for that is what a panic of `unwrap()` shows.
+/// The error of a device. Its `Debug` is a sentence, too, because a panic of `unwrap()` prints that.
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub struct DeviceError {
-    /// The device, by the name that the program gives it.
+    /// The device, by its name in the program.
     pub device: &'static str,
-    /// What is wrong.
+    /// The problem.
     pub problem: Problem,
 }
 
-/// What is wrong with a device.
+/// The problem of a device.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum Problem {
@@ -39,20 +39,20 @@ pub enum Problem {
     NotReady,
     /// Its driver cannot do this.
     NotSupported,
-    /// Nothing can be read from a line whose bytes schedule an action.
+    /// A line whose bytes schedule an action cannot be read.
     BytesAreEvents,
     /// It has no address: it is a bus.
     NoAddress,
     /// It is not there: the script for devices has no line for it.
     NotSimulated {
-        /// What follows the name in such a line.
+        /// An example of the text behind the name in such a line.
         example: &'static str,
     },
-    /// A line of the script for devices makes no sense for it.
+    /// A line of the script for devices does not fit it.
     Script {
         /// The line, from 1.
         line: u32,
-        /// What it has to be.
+        /// The expected kind.
         expected: &'static str,
     },
     /// The device of this computer that a line of the script for devices names cannot be used.
@@ -61,14 +61,14 @@ pub enum Problem {
         line: u32,
         /// Its file, or its folder in sysfs.
         path: &'static str,
-        /// What is wrong, and what to do.
+        /// The problem, and advice.
         what: &'static str,
-        /// What the system reports, a number of `errno.h`; 0 for nothing.
+        /// The system's error, a number of `errno.h`; 0 for none.
         error: i32,
     },
-    /// As many devices schedule actions as there is room for.
+    /// There is no room for another device that schedules actions.
     NoInterruptLeft {
-        /// How many can.
+        /// The number of such devices.
         interrupts: usize,
     },
     /// Its driver reports this error, a number of `errno.h`.

@@ -5,33 +5,33 @@ use embedded_hal::i2c::{self, ErrorType, Operation};
 
 use crate::error::{Device, DeviceError, Problem};
 
-/// What a platform can do with an I²C bus, or with a device on it.
+/// The platform's interface of an I²C bus, or of a device on it.
 pub trait I2cBus: Device {
-    /// Whether it can be used.
+    /// Checks that it can be used.
     ///
     /// # Errors
     /// When its driver is missing, or could not start.
     fn is_ready(&self) -> Result<(), Problem>;
-    /// The address of the device; `None` for a bus.
+    /// Returns the address of the device; `None` for a bus.
     fn address(&self) -> Option<u8>;
-    /// Does this with the device of this address, in one go.
+    /// Performs these operations with the device of this address, in one transaction.
     ///
     /// # Errors
-    /// When the driver reports one: as a rule, nothing has that address.
+    /// When the driver reports one: usually, no device has that address.
     fn transaction(&self, address: u8, operations: &mut [Operation<'_>]) -> Result<(), Problem>;
 }
 
-/// An I²C bus, with the address of one of the devices on it, as a rule. Several drivers can share a bus: each gets one
-/// of these.
+/// An I²C bus, usually with the address of one of the devices on it. Several drivers can share a bus: each gets one of
+/// these.
 ///
-/// It has `embedded_hal::i2c::I2c`, so that driver crates take it.
+/// It implements `embedded_hal::i2c::I2c` for driver crates.
 #[derive(Debug)]
 pub struct I2c<B> {
     bus: B,
 }
 
 impl<B: I2cBus> I2c<B> {
-    /// Takes the bus into use.
+    /// Opens the bus.
     ///
     /// # Errors
     /// When its driver is missing, or could not start.
@@ -40,7 +40,7 @@ impl<B: I2cBus> I2c<B> {
         Ok(Self { bus })
     }
 
-    /// The address that the devicetree has for the device, in 7 bits.
+    /// Returns the address of the device in the devicetree, in 7 bits.
     ///
     /// # Errors
     /// When it is a bus, which has none.

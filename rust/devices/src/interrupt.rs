@@ -1,23 +1,23 @@
 // SPDX-License-Identifier: Apache-2.0
-//! From an interrupt to a physical action.
+//! Physical actions that interrupts schedule.
 
 use lf_model::{Outside, PhysicalActionRef, PhysicalLink, Poster, ReactionContext, ScheduleError};
 
 use crate::error::DeviceError;
 
-/// Which changes of an input schedule an action.
+/// The changes of an input that schedule an action.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Edge {
-    /// It becomes active, as a button that is pressed.
+    /// It becomes active, like a pressed button.
     ToActive,
-    /// It becomes inactive, as a button that is let go.
+    /// It becomes inactive, like a released button.
     ToInactive,
     /// Both.
     Both,
 }
 
 impl Edge {
-    /// Whether a change to this is one of them.
+    /// Returns whether a change to `active` is one of them.
     pub fn is(self, active: bool) -> bool {
         match self {
             Self::ToActive => active,
@@ -27,10 +27,10 @@ impl Edge {
     }
 }
 
-/// What values an action can have that events of a device schedule: the one that the event has, `bool` for edges and
-/// `u8` for received bytes, or none at all.
+/// A type of values of an action that a device's events schedule: that of the event, `bool` for edges and `u8` for
+/// received bytes, or none at all.
 pub trait EventValue<Event>: sealed::Sealed<Event> + Sized + 'static {
-    /// What posts them.
+    /// Returns a poster of such events.
     #[doc(hidden)]
     fn poster(link: &PhysicalLink, action: &PhysicalActionRef<Self>) -> EventPoster;
 }
@@ -60,7 +60,7 @@ impl<Event> EventValue<Event> for () {
     }
 }
 
-/// Ends a watch, and begins another one that posts this action. The old one ends first, so that its place is free.
+/// Ends a watch, and begins another one that posts this action. The old one ends first, so that its slot is free.
 pub(crate) fn begin<T: EventValue<Event>, Event, W>(
     watch: &mut Option<W>,
     ctx: &ReactionContext<'_>,
@@ -81,7 +81,7 @@ pub enum EventPoster {
     Bare(Poster<()>),
     /// Its value is whether the input is active.
     Level(Poster<bool>),
-    /// Its value is the byte that came.
+    /// Its value is the received byte.
     Byte(Poster<u8>),
 }
 
@@ -89,7 +89,7 @@ impl EventPoster {
     /// Schedules the action now, with the value of the event: a level, 0 or 1, or a byte. Callable from interrupts.
     ///
     /// # Errors
-    /// When as many events wait as there is room for; the event is then not scheduled.
+    /// When the inbox is full; the event is then not scheduled.
     pub fn post(&self, value: u8) -> Result<(), ScheduleError> {
         match self {
             Self::Bare(poster) => poster.post(None),
@@ -98,10 +98,10 @@ impl EventPoster {
         }
     }
 
-    /// The same at the time that this clock shows: see [`Poster::post_by`].
+    /// Schedules the action at the time that this clock shows: see [`Poster::post_by`].
     ///
     /// # Errors
-    /// When as many events wait as there is room for; the event is then not scheduled.
+    /// When the inbox is full; the event is then not scheduled.
     pub fn post_by(&self, clock: &dyn Outside, value: u8) -> Result<(), ScheduleError> {
         match self {
             Self::Bare(poster) => poster.post_by(clock, None),

@@ -1,13 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Devices as bodies see them: pins, PWM, ADCs, buses, serial lines and sensors, and what of them schedules physical
-//! actions.
+//! Devices for bodies: pins, PWM, ADCs, buses, serial lines and sensors, and the physical actions that they schedule.
 //!
-//! A platform says with a trait such as [`Pin`] what it can do with a device, and bodies get [`Output`] and [`Input`]
-//! of it, with the traits of `embedded-hal` and `embedded-io`, so that a driver crate runs on all platforms. Nothing
-//! here allocates, and nothing is of one system.
+//! A platform implements a trait such as [`Pin`] for a device, and bodies get [`Output`] and [`Input`] of it, with the
+//! traits of `embedded-hal` and `embedded-io`, so that a driver crate runs on all platforms. This crate does not
+//! allocate, and is independent of the system.
 //!
-//! What bodies call of pins is logical: an active pin is one that does what it is for, such as an LED that is lit,
-//! whichever level its wiring needs. What `embedded-hal` calls is electrical: high and low.
+//! The pin methods for bodies are logical: an active pin does its task, such as a lit LED, whichever level its wiring
+//! needs. The methods of `embedded-hal` are electrical: high and low.
 #![no_std]
 #![forbid(unsafe_code)]
 

@@ -9,12 +9,12 @@ use lf_model::{PhysicalActionRef, PhysicalLink, ReactionContext};
 use crate::error::{Device, DeviceError, Problem};
 use crate::interrupt::{self, Edge, EventPoster, EventValue};
 
-/// What a platform can do with a pin. Levels are logical.
+/// The platform's interface of a pin. Levels are logical.
 pub trait Pin: Device {
-    /// What ends the interrupts of a pin when it is dropped.
+    /// A value that ends the interrupts of a pin when it is dropped.
     type Watch: fmt::Debug;
 
-    /// Whether it is low while it is active.
+    /// Returns whether it is low while it is active.
     fn is_active_low(&self) -> bool;
     /// Makes it an output.
     ///
@@ -36,8 +36,8 @@ pub trait Pin: Device {
     /// # Errors
     /// When its driver refuses.
     fn is_active(&self) -> Result<bool, Problem>;
-    /// Posts at each such change, until the result is dropped, which also keeps the link. Posts that find no room are
-    /// counted and reported.
+    /// Posts at each such change, until the result is dropped, which also keeps the link. Posts without room are
+    /// counted and logged.
     ///
     /// # Errors
     /// When its driver refuses, or there is no room for another watch.
@@ -89,7 +89,7 @@ impl<P: Pin> Output<P> {
         self.set(false)
     }
 
-    /// Makes it what it was not. `OutputPin` of embedded-hal has a method of this name, too, which does the same.
+    /// Inverts it. `OutputPin` of embedded-hal has a method of this name, too, which does the same.
     ///
     /// # Errors
     /// When the pin's driver refuses.
@@ -97,7 +97,7 @@ impl<P: Pin> Output<P> {
         self.set(!self.active)
     }
 
-    /// Whether it was last made active.
+    /// Returns whether it was last made active.
     pub fn is_on(&self) -> bool {
         self.active
     }
@@ -144,7 +144,7 @@ impl<P: Pin> Input<P> {
         Ok(Self { pin, watch: None })
     }
 
-    /// Whether it is active.
+    /// Returns whether it is active.
     ///
     /// # Errors
     /// When the pin's driver refuses.
@@ -152,14 +152,14 @@ impl<P: Pin> Input<P> {
         self.pin.named(self.pin.is_active())
     }
 
-    /// From now on each such change schedules the action, at the time of its interrupt. Edges before are forgotten, and
-    /// an earlier call is.
+    /// Schedules the action at each such change from now on, at the time of its interrupt. Replaces an earlier call;
+    /// earlier edges are dropped.
     ///
-    /// A change that finds the action's queue full is counted, and reported by the event loop. As long as the input
-    /// lives, a program without events does not end.
+    /// A change without room in the action's queue is counted, and the event loop logs it. While the input lives, a
+    /// program without events does not end.
     ///
     /// # Errors
-    /// When the pin's driver cannot do it, or as many inputs do it as there is room for.
+    /// When the pin's driver cannot do it, or there is no room for another such input.
     pub fn on_edge<T: EventValue<bool>>(
         &mut self,
         edge: Edge,
@@ -171,7 +171,7 @@ impl<P: Pin> Input<P> {
         })
     }
 
-    /// Edges schedule nothing from now on.
+    /// Stops scheduling at edges.
     pub fn ignore_edges(&mut self) {
         self.watch = None;
     }
@@ -196,7 +196,7 @@ mod tests {
 
     use super::*;
 
-    /// A pin that is low while it is active, and remembers its level.
+    /// A pin that is low while it is active, and stores its level.
     #[derive(Debug, Default)]
     struct Inverted {
         active: Cell<bool>,

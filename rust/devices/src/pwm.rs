@@ -7,32 +7,32 @@ use embedded_hal::pwm::{ErrorType, SetDutyCycle};
 
 use crate::error::{Device, DeviceError, Problem};
 
-/// What a platform can do with a channel of PWM.
+/// The platform's interface of a channel of PWM.
 pub trait PwmChannel: Device {
-    /// Whether it can be used.
+    /// Checks that it can be used.
     ///
     /// # Errors
     /// When its driver is missing, or could not start.
     fn is_ready(&self) -> Result<(), Problem>;
-    /// The period, in nanoseconds.
+    /// Returns the period, in nanoseconds.
     fn period(&self) -> u32;
-    /// Makes it active for so many nanoseconds of each period.
+    /// Makes it active for this many nanoseconds of each period.
     ///
     /// # Errors
     /// When its driver refuses.
     fn set_pulse(&self, nanoseconds: u32) -> Result<(), Problem>;
 }
 
-/// An output that is active for a part of each period: a fan, a servo, an LED that is dimmed.
+/// An output that is active for a part of each period: a fan, a servo, a dimmed LED.
 ///
-/// It has `embedded_hal::pwm::SetDutyCycle`, of which `set_duty_cycle_percent` is the handiest.
+/// It implements `embedded_hal::pwm::SetDutyCycle`, of which `set_duty_cycle_percent` is the handiest.
 #[derive(Debug)]
 pub struct Pwm<C> {
     channel: C,
 }
 
 impl<C: PwmChannel> Pwm<C> {
-    /// Takes the channel into use; it is as it was.
+    /// Opens the channel; it keeps its state.
     ///
     /// # Errors
     /// When its driver is missing, or could not start.
@@ -41,12 +41,12 @@ impl<C: PwmChannel> Pwm<C> {
         Ok(Self { channel })
     }
 
-    /// The period.
+    /// Returns the period.
     pub fn period(&self) -> Duration {
         Duration::from_nanos(self.channel.period().into())
     }
 
-    /// Makes it active for this part of each period; what is longer than a period is always.
+    /// Makes it active for this part of each period; always, if `pulse` is longer than a period.
     ///
     /// # Errors
     /// When its driver refuses.
@@ -78,7 +78,7 @@ mod tests {
 
     use super::*;
 
-    /// A channel that remembers its pulse.
+    /// A channel that stores its pulse.
     #[derive(Debug, Default)]
     struct Remembered(Cell<u32>);
 

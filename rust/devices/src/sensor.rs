@@ -8,7 +8,7 @@ use lf_model::{PhysicalActionRef, PhysicalLink, ReactionContext};
 use crate::error::{Device, DeviceError, Problem};
 use crate::interrupt::{self, EventPoster, EventValue};
 
-/// Hands all channels to a macro: of each the name in Rust, the one in C, the one in scripts, and what it is.
+/// Passes all channels to a macro: of each the name in Rust, the one in C, the one in scripts, and its description.
 #[doc(hidden)]
 #[macro_export]
 macro_rules! sensor_channels {
@@ -60,7 +60,7 @@ macro_rules! sensor_channels {
 
 macro_rules! define_channels {
     ($($name:ident $c:ident $script:literal $what:literal,)*) => {
-        /// What a sensor measures, in the units of Zephyr's sensor API.
+        /// A quantity that a sensor measures, in the units of Zephyr's sensor API.
         #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
         #[non_exhaustive]
         pub enum Channel {
@@ -71,7 +71,7 @@ macro_rules! define_channels {
             /// All of them.
             pub const ALL: &[Self] = &[$(Self::$name,)*];
 
-            /// Its name in scripts, and in C after `SENSOR_CHAN_`, there in capitals.
+            /// Returns its name in scripts, and in C after `SENSOR_CHAN_`, there in capitals.
             pub fn name(self) -> &'static str {
                 match self {
                     $(Self::$name => $script,)*
@@ -83,29 +83,29 @@ macro_rules! define_channels {
 
 sensor_channels!(define_channels);
 
-/// What a sensor has measured, in millionths of its channel's unit.
+/// A measurement, in millionths of its channel's unit.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
 pub struct SensorValue {
     micro: i64,
 }
 
 impl SensorValue {
-    /// A number of millionths.
+    /// Returns a value of this many millionths.
     pub const fn from_micro(micro: i64) -> Self {
         Self { micro }
     }
 
-    /// In millionths of the unit.
+    /// Returns it in millionths of the unit.
     pub const fn as_micro(self) -> i64 {
         self.micro
     }
 
-    /// In thousandths of the unit, rounded toward zero.
+    /// Returns it in thousandths of the unit, rounded toward zero.
     pub const fn as_milli(self) -> i64 {
         self.micro / 1000
     }
 
-    /// In the unit.
+    /// Returns it in the unit.
     #[expect(clippy::cast_precision_loss, reason = "a sensor measures less than 53 bits of millionths")]
     pub const fn as_f64(self) -> f64 {
         self.micro as f64 / 1e6
@@ -113,7 +113,7 @@ impl SensorValue {
 }
 
 impl fmt::Display for SensorValue {
-    /// Six decimals, or as many as are asked for, rounded toward zero.
+    /// Writes six decimals, or the requested number, rounded toward zero.
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let sign = if self.micro < 0 { "-" } else { "" };
         let (whole, mut part) = (self.micro.unsigned_abs() / 1_000_000, self.micro.unsigned_abs() % 1_000_000);
@@ -128,12 +128,12 @@ impl fmt::Display for SensorValue {
     }
 }
 
-/// What a platform can do with a sensor.
+/// The platform's interface of a sensor.
 pub trait SensorDevice: Device {
-    /// What ends the interrupts of a sensor when it is dropped.
+    /// A value that ends the interrupts of a sensor when it is dropped.
     type Watch: fmt::Debug;
 
-    /// Whether it can be used.
+    /// Checks that it can be used.
     ///
     /// # Errors
     /// When its driver is missing, could not start, or is not one of a sensor.
@@ -143,13 +143,13 @@ pub trait SensorDevice: Device {
     /// # Errors
     /// When its driver reports one.
     fn fetch(&self) -> Result<(), Problem>;
-    /// What was measured last.
+    /// Returns the last measurement of a channel.
     ///
     /// # Errors
     /// When it does not measure this.
     fn value(&self, channel: Channel) -> Result<SensorValue, Problem>;
-    /// Posts each time a sample is ready, until the result is dropped, which also keeps the link. Posts that find no
-    /// room are counted and reported.
+    /// Posts each time a sample is ready, until the result is dropped, which also keeps the link. Posts without room
+    /// are counted and logged.
     ///
     /// # Errors
     /// When its driver cannot do it, or there is no room for another watch.
@@ -164,7 +164,7 @@ pub struct Sensor<D: SensorDevice> {
 }
 
 impl<D: SensorDevice> Sensor<D> {
-    /// Takes the sensor into use.
+    /// Opens the sensor.
     ///
     /// # Errors
     /// When its driver is missing, could not start, or is not one of a sensor.
@@ -173,7 +173,7 @@ impl<D: SensorDevice> Sensor<D> {
         Ok(Self { device, watch: None })
     }
 
-    /// Measures now, on all its channels, and waits for it.
+    /// Measures now, on all its channels, and waits for the result.
     ///
     /// # Errors
     /// When its driver reports one.
@@ -181,7 +181,7 @@ impl<D: SensorDevice> Sensor<D> {
         self.device.named(self.device.fetch())
     }
 
-    /// What was measured by the last [`fetch`](Self::fetch).
+    /// Returns the result of the last [`fetch`](Self::fetch).
     ///
     /// # Errors
     /// When it does not measure this.
@@ -189,7 +189,7 @@ impl<D: SensorDevice> Sensor<D> {
         self.device.named(self.device.value(channel))
     }
 
-    /// Measures now, and gives one channel's value.
+    /// Measures now, and returns one channel's value.
     ///
     /// # Errors
     /// When its driver reports one, or it does not measure this.
@@ -198,10 +198,10 @@ impl<D: SensorDevice> Sensor<D> {
         self.value(channel)
     }
 
-    /// From now on each sample that is ready schedules the action; the reaction to it fetches the sample.
+    /// Schedules the action for each ready sample from now on; its reaction fetches the sample.
     ///
     /// # Errors
-    /// When the driver cannot do it, or as many devices have interrupts as there is room for.
+    /// When the driver cannot do it, or there is no room for another device with interrupts.
     pub fn on_sample<T: EventValue<()>>(
         &mut self,
         ctx: &ReactionContext<'_>,
@@ -212,7 +212,7 @@ impl<D: SensorDevice> Sensor<D> {
         })
     }
 
-    /// Samples schedule nothing from now on.
+    /// Stops scheduling at samples.
     pub fn ignore_samples(&mut self) {
         self.watch = None;
     }

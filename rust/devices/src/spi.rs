@@ -5,31 +5,31 @@ use embedded_hal::spi::{self, ErrorType, Operation};
 
 use crate::error::{Device, DeviceError, Problem};
 
-/// What a platform can do with a device on an SPI bus.
+/// The platform's interface of a device on an SPI bus.
 pub trait SpiTarget: Device {
-    /// Whether it can be used.
+    /// Checks that it can be used.
     ///
     /// # Errors
     /// When its driver is missing, or could not start.
     fn is_ready(&self) -> Result<(), Problem>;
-    /// Does this while the device is selected.
+    /// Performs these operations while the device is selected.
     ///
     /// # Errors
     /// When the driver reports one.
     fn transaction(&self, operations: &mut [Operation<'_, u8>]) -> Result<(), Problem>;
 }
 
-/// A device on an SPI bus, which is selected while it is spoken with.
+/// A device on an SPI bus, which is selected during transactions.
 ///
-/// It has `embedded_hal::spi::SpiDevice`, so that driver crates take it. Its frequency, mode and select pin are what
-/// the devicetree says.
+/// It implements `embedded_hal::spi::SpiDevice` for driver crates. Its frequency, mode and select pin are those of the
+/// devicetree.
 #[derive(Debug)]
 pub struct Spi<T> {
     target: T,
 }
 
 impl<T: SpiTarget> Spi<T> {
-    /// Takes the device into use.
+    /// Opens the device.
     ///
     /// # Errors
     /// When the driver of its bus is missing, or could not start.

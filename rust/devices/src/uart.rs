@@ -9,40 +9,40 @@ use lf_model::{PhysicalActionRef, PhysicalLink, ReactionContext};
 use crate::error::{Device, DeviceError, Problem};
 use crate::interrupt::{self, EventPoster, EventValue};
 
-/// What a platform can do with a serial line.
+/// The platform's interface of a serial line.
 pub trait SerialLine: Device {
-    /// What ends the interrupts of a line when it is dropped.
+    /// A value that ends the interrupts of a line when it is dropped.
     type Watch: fmt::Debug;
 
-    /// Whether it can be used.
+    /// Checks that it can be used.
     ///
     /// # Errors
     /// When its driver is missing, or could not start.
     fn is_ready(&self) -> Result<(), Problem>;
-    /// Sends this, and waits until the hardware has it.
+    /// Sends bytes, and waits until the hardware has them.
     ///
     /// # Errors
     /// When its driver reports one.
     fn send(&self, bytes: &[u8]) -> Result<(), Problem>;
-    /// A byte that has come.
+    /// Returns a received byte.
     ///
     /// # Errors
     /// When its driver reports one.
     fn receive(&self) -> Result<Option<u8>, Problem>;
-    /// Lets others run, while a byte is waited for.
+    /// Lets others run while the caller waits for a byte.
     fn pause(&self);
-    /// Posts each byte that comes, until the result is dropped, which also keeps the link. Posts that find no room are
-    /// counted and reported.
+    /// Posts each received byte, until the result is dropped, which also keeps the link. Posts without room are counted
+    /// and logged.
     ///
     /// # Errors
     /// When its driver has no interrupts, or there is no room for another watch.
     fn watch(&self, link: PhysicalLink, poster: EventPoster) -> Result<Self::Watch, Problem>;
 }
 
-/// A serial line, at the speed that the devicetree says.
+/// A serial line, at the speed of the devicetree.
 ///
-/// It has the traits `Read`, `ReadReady` and `Write` of `embedded_io`. `read` waits for a byte, and the event loop with
-/// it; [`on_byte`](Uart::on_byte) is what programs want as a rule.
+/// It implements the traits `Read`, `ReadReady` and `Write` of `embedded_io`. `read` waits for a byte, and the event
+/// loop with it; most programs use [`on_byte`](Uart::on_byte).
 #[derive(Debug)]
 pub struct Uart<L: SerialLine> {
     line: L,
@@ -51,7 +51,7 @@ pub struct Uart<L: SerialLine> {
 }
 
 impl<L: SerialLine> Uart<L> {
-    /// Takes the line into use.
+    /// Opens the line.
     ///
     /// # Errors
     /// When its driver is missing, or could not start.
@@ -60,14 +60,14 @@ impl<L: SerialLine> Uart<L> {
         Ok(Self { line, next: None, watch: None })
     }
 
-    /// From now on each byte that comes schedules the action, at the time of its interrupt, and is no longer to be
+    /// Schedules the action for each received byte from now on, at the time of its interrupt. The byte can no longer be
     /// read.
     ///
-    /// A byte that finds the action's queue full is counted, and reported by the event loop. As long as this lives, a
-    /// program without events does not end.
+    /// A byte without room in the action's queue is counted, and the event loop logs it. While this lives, a program
+    /// without events does not end.
     ///
     /// # Errors
-    /// When the driver has no interrupts, or as many devices have them as there is room for.
+    /// When the driver has no interrupts, or there is no room for another device with interrupts.
     pub fn on_byte<T: EventValue<u8>>(
         &mut self,
         ctx: &ReactionContext<'_>,
@@ -76,7 +76,7 @@ impl<L: SerialLine> Uart<L> {
         interrupt::begin(&mut self.watch, ctx, action, |link, poster| self.line.named(self.line.watch(link, poster)))
     }
 
-    /// Bytes schedule nothing from now on.
+    /// Stops scheduling at bytes.
     pub fn ignore_bytes(&mut self) {
         self.watch = None;
     }

@@ -3,10 +3,10 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-/// What of a devicetree concerns devices that programs name.
+/// The part of a devicetree that programs can name.
 ///
-/// A node is known by its identifier in C, such as `DT_N_S_leds_S_led_0`. Names of nodes and properties are in lower
-/// case there, so capital letters separate the parts.
+/// A node is identified by its identifier in C, such as `DT_N_S_leds_S_led_0`. Names of nodes and properties are in
+/// lower case there, so capital letters separate the parts.
 #[derive(Clone, Debug, Default)]
 pub struct Devicetree {
     /// The nodes of aliases.
@@ -17,17 +17,17 @@ pub struct Devicetree {
     paths: BTreeMap<String, String>,
     /// The nodes whose status is "okay".
     enabled: BTreeSet<String>,
-    /// Per node, its properties of pins (`gpios` and what ends so), `pwms` and `io_channels`, each with the controllers
-    /// of what is in it.
+    /// Per node, its properties of pins (`gpios` and names with this ending), `pwms` and `io_channels`, each with the
+    /// controllers of its entries.
     channels: BTreeMap<String, BTreeMap<String, BTreeMap<usize, String>>>,
-    /// The nodes on a bus, with what kind it is: `i2c` or `spi`.
+    /// The nodes on a bus, with the kind of bus: `i2c` or `spi`.
     buses: BTreeMap<String, String>,
     /// The nodes that are serial lines.
     serial_lines: BTreeSet<String>,
 }
 
 impl Devicetree {
-    /// Reads `devicetree_generated.h`. What it does not know in it, it passes over.
+    /// Reads `devicetree_generated.h`, and skips unknown definitions.
     pub fn read(header: &str) -> Self {
         let mut tree = Self::default();
         for line in header.lines() {
@@ -39,14 +39,14 @@ impl Devicetree {
         tree
     }
 
-    /// Takes a definition; the name begins after `DT_N_`.
+    /// Reads a definition; the name begins after `DT_N_`.
     fn define(&mut self, name: &str, value: &str) {
         if let Some(alias) = name.strip_prefix("ALIAS_") {
             self.aliases.insert(alias.to_owned(), value.to_owned());
         } else if let Some(label) = name.strip_prefix("NODELABEL_") {
             self.labels.insert(label.to_owned(), value.to_owned());
         } else if !name.starts_with("S_") {
-            // Of no node with a path: a compatible, or the root.
+            // Not of a node with a path: a compatible, or the root.
         } else if let Some((node, property)) = name.split_once("_P_") {
             self.define_property(&format!("DT_N_{node}"), property, value);
         } else if let Some((node, bus)) = name.split_once("_BUS_") {
@@ -77,7 +77,7 @@ impl Devicetree {
         self.paths.contains_key(node)
     }
 
-    /// The path of a node, as people write it.
+    /// Returns the path of a node, as people write it.
     pub(crate) fn path<'a>(&'a self, node: &'a str) -> &'a str {
         self.paths.get(node).map_or(node, String::as_str)
     }
@@ -86,17 +86,17 @@ impl Devicetree {
         self.enabled.contains(node)
     }
 
-    /// Properties of a node that are lists of pins or of channels, each with their controllers in order.
+    /// Returns the properties of a node that are lists of pins or of channels, each with their controllers in order.
     pub(crate) fn channels_of(&self, node: &str) -> impl Iterator<Item = (&str, &BTreeMap<usize, String>)> {
         self.channels.get(node).into_iter().flatten().map(|(property, channels)| (property.as_str(), channels))
     }
 
-    /// The kind of bus that a node is on.
+    /// Returns the kind of bus that a node is on.
     pub(crate) fn bus_of(&self, node: &str) -> Option<&str> {
         self.buses.get(node).map(String::as_str)
     }
 
-    /// Whether it is an I²C bus: its name has to be that of the devicetree's specification.
+    /// Returns whether it is an I²C bus: its name has to be that of the devicetree's specification.
     pub(crate) fn is_i2c(&self, node: &str) -> bool {
         let name = self.path(node).rsplit('/').next().unwrap_or_default();
         name.split('@').next() == Some("i2c")

@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-//! What the macro `device!` finds in an image's devicetree: from the header that Zephyr generates of it, whose grammar
-//! is in `doc/build/dts/macros.bnf` there, to a C file with what drivers need, and to arms of the macro.
+//! The devices of an image's devicetree for the macro `device!`. This crate reads the header that Zephyr generates of
+//! the devicetree, whose grammar is in Zephyr's `doc/build/dts/macros.bnf`, and writes a C file for drivers, and the
+//! arms of the macro.
 //!
-//! A device is found by its alias or its node label, in the form that C has of it (`my-led` is `my_led`). One that is
-//! not there, or cannot be used, is an error of the macro that says why, and which ones there are.
+//! A device has the name of its alias or its node label in C's form (`my-led` is `my_led`). One that is missing, or
+//! cannot be used, is an error of the macro that says why, and lists the existing ones.
 #![forbid(unsafe_code)]
 
 mod header;

@@ -1,18 +1,18 @@
 // SPDX-License-Identifier: Apache-2.0
-//! What programs can write for a device.
+//! The names of devices for programs.
 
 use std::collections::BTreeMap;
 
 use crate::Devicetree;
 
-/// A device of the devicetree, or one side of it.
+/// A device of the devicetree, or one function of it.
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub(crate) struct Device {
     pub(crate) node: String,
     pub(crate) kind: Kind,
 }
 
-/// What a device is to programs.
+/// The kind of a device for programs.
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub(crate) enum Kind {
     /// A pin of one of its properties.
@@ -21,20 +21,20 @@ pub(crate) enum Kind {
     Pwm { index: usize },
     /// A channel of its `io-channels`.
     Adc { index: usize },
-    /// It is on an I²C bus.
+    /// A device on an I²C bus.
     I2c,
-    /// It is an I²C bus.
+    /// An I²C bus.
     I2cBus,
-    /// It is on an SPI bus.
+    /// A device on an SPI bus.
     Spi,
-    /// It is a serial line.
+    /// A serial line.
     Uart,
-    /// It may be a sensor; what it is not is known when it is used.
+    /// A device that may be a sensor; a mistake becomes known at run time.
     Sensor,
 }
 
 impl Kind {
-    /// The option that its drivers need.
+    /// Returns the option that its drivers need.
     pub(crate) fn option(&self) -> &'static str {
         match self {
             Self::Gpio { .. } => "GPIO",
@@ -48,7 +48,7 @@ impl Kind {
     }
 }
 
-/// What a name stands for.
+/// The meaning of a name.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) enum Meaning {
     /// A device that can be used.
@@ -59,18 +59,17 @@ pub(crate) enum Meaning {
     Disabled(String),
 }
 
-/// Everything that `device!` takes, spelled as there: `led0`, `display.reset_gpios`, `keys[1]`. Options say which
-/// drivers the image has.
+/// Returns all names for `device!`: `led0`, `display.reset_gpios`, `keys[1]`. Options say which drivers the image has.
 pub(crate) fn of(tree: &Devicetree, is_set: &dyn Fn(&str) -> bool) -> BTreeMap<String, Meaning> {
     let mut names = BTreeMap::new();
-    // Where a label is an alias of something else, the alias counts, for it is meant for applications.
+    // If a label is an alias of something else, the alias counts, because it is meant for applications.
     let is_identifier = |name: &str| !name.starts_with(|first: char| first.is_ascii_digit());
     let labels = tree.labels.iter().filter(|(name, _)| !tree.aliases.contains_key(*name));
     for (name, node) in labels.chain(&tree.aliases).filter(|(name, node)| is_identifier(name) && tree.is_known(node)) {
         for Side { suffix, kind, needs } in sides(tree, node) {
             let disabled = needs.iter().find(|node| !tree.is_enabled(node));
             let meaning = match disabled {
-                // Most nodes are no sensors, and nobody asks for them.
+                // Most nodes are not sensors, and programs do not use them as such.
                 Some(_) if kind == Kind::Sensor => continue,
                 Some(node) => Meaning::Disabled(tree.path(node).to_owned()),
                 None if is_set(kind.option()) => Meaning::Usable(Device { node: node.clone(), kind }),
@@ -83,16 +82,17 @@ pub(crate) fn of(tree: &Devicetree, is_set: &dyn Fn(&str) -> bool) -> BTreeMap<S
     names
 }
 
-/// One of the things that a node is.
+/// One function of a node.
 struct Side {
-    /// What comes after the node's name.
+    /// The suffix of the node's name.
     suffix: String,
     kind: Kind,
     /// The nodes that have to be enabled.
     needs: Vec<String>,
 }
 
-/// What a node is to programs. The first of its pins, PWM channels, ADC channels and bus is what its name alone means.
+/// Returns the functions of a node. The first of its pins, PWM channels, ADC channels and bus is the meaning of its
+/// name alone.
 fn sides(tree: &Devicetree, node: &str) -> Vec<Side> {
     let mut sides = Vec::new();
     let mut has_main = false;
@@ -125,7 +125,7 @@ fn sides(tree: &Devicetree, node: &str) -> Vec<Side> {
     sides
 }
 
-/// The pins or channels of a property.
+/// Returns the pins or channels of a property.
 fn channels(
     node: &str,
     property: &str,

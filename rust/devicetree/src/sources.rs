@@ -8,9 +8,9 @@ use crate::Devicetree;
 use crate::names::{self, Device, Kind, Meaning};
 
 impl Devicetree {
-    /// The C file: what Zephyr's drivers need of each device, as a constant of its own, which the linker leaves out
-    /// where no program uses it. A device whose driver is not in the image has a null pointer there. `is_set` says
-    /// which options the image has, by their names without `CONFIG_`.
+    /// Returns the C file: the specification of each device for Zephyr's drivers, as a constant of its own, which the
+    /// linker drops if the program does not use it. A device whose driver is not in the image has a null pointer there.
+    /// `is_set` returns whether the image has an option, by its name without `CONFIG_`.
     pub fn c_source(&self, is_set: impl Fn(&str) -> bool) -> String {
         let mut source = "/* SPDX-License-Identifier: Apache-2.0 */\n\
                           /* The devices that the devicetree has names for. */\n\n\
@@ -37,7 +37,7 @@ impl Devicetree {
         source
     }
 
-    /// The table of pins by their names, aliases first, as they are what applications call them by.
+    /// Returns the table of pins by their names, aliases first, because applications use them.
     fn named_pins(&self, names: &BTreeMap<String, Meaning>) -> String {
         let is_alias = |name: &str| self.aliases.contains_key(name.split(['.', '[']).next().unwrap_or(name));
         let mut names: Vec<_> = names.iter().collect();
@@ -56,9 +56,8 @@ impl Devicetree {
         )
     }
 
-    /// Rust of the crate that has the macro: a module `found` with a function for each device that gives what
-    /// `Gpio::new`, for example, makes of a name and of constants of C, each a `Spec` of its type, and the macro
-    /// `__device!`.
+    /// Returns the Rust of the crate with the macro: a module `found` with a function for each device that calls, for
+    /// example, `Gpio::new` with a name and with constants of C, each a `Spec` of its type, and the macro `__device!`.
     pub fn rust_source(&self, is_set: impl Fn(&str) -> bool) -> String {
         let names = names::of(self, &is_set);
         let (mut statics, mut functions, mut arms) = (BTreeSet::new(), String::new(), String::new());
@@ -81,7 +80,7 @@ impl Devicetree {
                         "    pub fn {function}() -> {handle} {{\n        {handle}::new({arguments})\n    }}"
                     );
                     let _ = writeln!(arms, "    ({name}) => {{ $crate::devices::found::{function}() }};");
-                    // Nearly every node may be a sensor, for all that the devicetree says.
+                    // Nearly every node may be a sensor, as far as the devicetree shows.
                     if *kind != Kind::Sensor {
                         known.push(name.as_str());
                     }
@@ -104,7 +103,7 @@ impl Devicetree {
             "/// Devices by their names.\n#[doc(hidden)]\npub mod found {{\n    \
              #[allow(clippy::wildcard_imports)]\n    use super::*;\n    \
              unsafe extern \"C\" {{\n{statics}    }}\n{functions}}}\n\n\
-             /// What `device!` finds.\n#[doc(hidden)]\n#[macro_export]\nmacro_rules! __device {{\n{arms}    \
+             /// Expands `device!`.\n#[doc(hidden)]\n#[macro_export]\nmacro_rules! __device {{\n{arms}    \
              ($($name:tt)*) => {{ compile_error!(concat!(\"this board's devicetree has no device `\", \
              stringify!($($name)*), \"` that programs can use; it has {known}. An alias of your own is a line of the \
              application's boards/BOARD.overlay\")) }};\n}}\n"
@@ -113,7 +112,7 @@ impl Devicetree {
 }
 
 impl Kind {
-    /// The type of what `device!` gives.
+    /// Returns the type of the handle for `device!`.
     fn handle(&self) -> &'static str {
         match self {
             Self::Gpio { .. } => "Gpio",
@@ -127,18 +126,18 @@ impl Kind {
     }
 }
 
-/// Something that C has of a device.
+/// C's specification of a device.
 struct Constant {
     symbol: String,
-    /// Its type, as bindings of Zephyr have it.
+    /// Its type in bindings of Zephyr.
     rust_type: &'static str,
     /// Its declaration and definition.
     c: String,
 }
 
 impl Constant {
-    /// One of this type, in C and in Rust, and of this value, which points to this device, or to none where that has
-    /// no driver.
+    /// Returns one of this type, in C and in Rust, and of this value, which refers to this device, or to none if that
+    /// has no driver.
     fn new(symbol: String, (c_type, rust_type): (&str, &'static str), device: &str, value: &str) -> Self {
         let c = format!(
             "extern const struct device DEVICE_DT_NAME_GET({device}) __weak;\n\
@@ -149,7 +148,7 @@ impl Constant {
     }
 }
 
-/// What C has of a device, in the order in which the function `new` of its type takes it.
+/// Returns C's specifications of a device, in the order of the parameters of its type's `new`.
 fn constants_of(node: &str, kind: &Kind) -> Vec<Constant> {
     let short = node.trim_start_matches("DT_N_");
     let own = || {
@@ -218,7 +217,7 @@ fn constants_of(node: &str, kind: &Kind) -> Vec<Constant> {
     }
 }
 
-/// The name of the function for what is spelled so.
+/// Returns the name of the function for a device's name.
 fn identifier(name: &str) -> String {
     format!("device_{}", name.replace(['.', '['], "_").replace(']', ""))
 }
@@ -227,7 +226,7 @@ fn identifier(name: &str) -> String {
 mod tests {
     use super::*;
 
-    /// As Zephyr writes it, of a tree with a device of each kind.
+    /// A header in Zephyr's form, of a tree with a device of each kind.
     const HEADER: &str = "\
 #define DT_N_PATH \"/\"
 #define DT_N_INST_0_gpio_leds DT_N_S_leds

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! The program of an image: its static memory, and how it is run.
+//! The program of an image: its static memory, and how to run it.
 
 use lf_model::time::Tag;
 use lf_model::{Engine, EngineStorage, Program};
@@ -10,16 +10,16 @@ use lf_runtime::{
 
 pub use lf_runtime::{Federation, Needs};
 
-use crate::cell::{Once, Place};
+use crate::cell::{Once, StaticSlot};
 
-/// Runs a program of generated code, named by its module and type, in static memory: on this platform, with a function
-/// that says which federation to join (see [`Memory::run`]), and buffers of at least so many bytes ([`Least`]).
+/// Runs a program of generated code, given by its module and type, in static memory: on this platform, with a function
+/// that returns which federation to join (see [`Memory::run`]), and buffers of at least these sizes ([`MinBuffers`]).
 ///
-/// The module has beside the type `DESCRIPTION` and `Storage`. The outcome is that of [`Memory::run`].
+/// The module also contains `DESCRIPTION` and `Storage`. The outcome is that of [`Memory::run`].
 #[macro_export]
 macro_rules! run {
-    ($module:ident::$program:ident, $platform:expr, $join:expr, $least:expr) => {{
-        const SIZES: $crate::federate::Sizes = $crate::federate::Sizes::of(&$module::DESCRIPTION, $least);
+    ($module:ident::$program:ident, $platform:expr, $join:expr, $minimum:expr) => {{
+        const SIZES: $crate::federate::Sizes = $crate::federate::Sizes::of(&$module::DESCRIPTION, $minimum);
         static MEMORY: $crate::federate::Memory<$module::$program, $module::Storage, $crate::buffers_of!(SIZES)> =
             $crate::federate::Memory::new();
         const PART: &$crate::federate::Federation = $module::DESCRIPTION.part();
@@ -38,7 +38,7 @@ macro_rules! run {
     }};
 }
 
-/// The type of [`Buffers`](federate::Buffers) with these [`Sizes`](federate::Sizes), which are a `const`.
+/// Names the type of [`Buffers`](federate::Buffers) with these [`Sizes`](federate::Sizes), which are a `const`.
 #[macro_export]
 macro_rules! buffers_of {
     ($sizes:ident) => {
@@ -60,32 +60,32 @@ macro_rules! buffers_of {
 pub struct Memory<P, S, B>(Once<FederateParts<P, S, B>>);
 
 struct FederateParts<P, S, B> {
-    program: Place<P>,
-    storage: Place<S>,
+    program: StaticSlot<P>,
+    storage: StaticSlot<S>,
     buffers: B,
     /// Its size is the same on each platform and with each [`Needs`].
-    federate: Place<Option<FederateLoop<'static, 'static, ()>>>,
+    federate: StaticSlot<Option<FederateLoop<'static, 'static, ()>>>,
 }
 
 impl<P: Program, S: EngineStorage, B: BufferStorage> Memory<P, S, B> {
-    /// Memory that nothing is in yet.
+    /// Returns memory before its first use.
     #[expect(clippy::new_without_default, reason = "it is for statics, which cannot use Default")]
     pub const fn new() -> Self {
         Self(Once::new(FederateParts {
-            program: Place::EMPTY,
-            storage: Place::EMPTY,
+            program: StaticSlot::EMPTY,
+            storage: StaticSlot::EMPTY,
             buffers: B::EMPTY,
-            federate: Place::EMPTY,
+            federate: StaticSlot::EMPTY,
         }))
     }
 
     /// Runs the program in this memory, from its start to its end.
     ///
-    /// What the program does not need by `N` is not linked. A federate joins the federation that `join` says, or that
-    /// of its description if that names none.
+    /// Code that the program does not need by `N` is not linked. A federate joins the federation of `join`, or that of
+    /// its description if `join` names none.
     ///
     /// # Errors
-    /// Why it ended early.
+    /// The reason why it ended early.
     pub fn run<N: Needs>(
         &'static self,
         platform: &mut impl Platform,
@@ -104,7 +104,7 @@ impl<P: Program, S: EngineStorage, B: BufferStorage> Memory<P, S, B> {
         let join = Join { federation_id: if federation_id.is_empty() { own_id } else { federation_id }, rti, others };
         description.check_key(join.federation_id);
         let room = &mut parts.federate;
-        // The federate is large, and is made where it stays, as is the engine.
+        // The federate is large and is constructed in place, and so is the engine.
         let ended = parts.buffers.lend(|buffers, known| {
             let (engine, place) = (Engine::new(tables, storage, settings), room.room().write(None));
             let federate: Result<&mut FederateLoop<'_, '_, _, N>, _> =
@@ -126,7 +126,7 @@ pub trait BufferStorage: Send + 'static {
     fn lend<T>(&'static mut self, run: impl for<'s> FnOnce(lf_runtime::Buffers<'s>, &'s mut [Tag]) -> T) -> T;
 }
 
-/// The memory of a federate's connections, with its [`Sizes`]: [`buffers_of!`](crate::buffers_of) gives the type.
+/// The memory of a federate's connections, with its [`Sizes`]: [`buffers_of!`](crate::buffers_of) names the type.
 pub struct Buffers<
     const INPUT: usize,
     const OUTPUT: usize,
@@ -138,7 +138,7 @@ pub struct Buffers<
 > {
     input: [u8; INPUT],
     output: [u8; OUTPUT],
-    known: [Place<Tag>; AWAITED],
+    known: [StaticSlot<Tag>; AWAITED],
     peer_inputs: [[u8; IN_BYTES]; INS],
     peer_outputs: [[u8; OUT_BYTES]; OUTS],
 }
@@ -156,55 +156,55 @@ impl<
     const EMPTY: Self = Self {
         input: [0; INPUT],
         output: [0; OUTPUT],
-        known: [Place::EMPTY; AWAITED],
+        known: [StaticSlot::EMPTY; AWAITED],
         peer_inputs: [[0; IN_BYTES]; INS],
         peer_outputs: [[0; OUT_BYTES]; OUTS],
     };
 
     fn lend<T>(&'static mut self, run: impl for<'s> FnOnce(lf_runtime::Buffers<'s>, &'s mut [Tag]) -> T) -> T {
         let Self { input, output, known, peer_inputs, peer_outputs } = self;
-        let known = Place::fill_all(known, core::iter::repeat(Tag::NEVER));
+        let known = StaticSlot::fill_all(known, core::iter::repeat(Tag::NEVER));
         let mut inbound = peer_inputs.each_mut().map(|bytes| Inbound::new(bytes));
         let mut outbound = peer_outputs.each_mut().map(|bytes| Outbound::new(bytes));
         run(lf_runtime::Buffers::new(input, output).with_peers(&mut outbound, &mut inbound), known)
     }
 }
 
-/// The least bytes of buffers that a system asks for. They are larger where the program needs it.
+/// The minimum buffer sizes that a system asks for. The buffers are larger if the program needs it.
 #[derive(Clone, Copy, Debug)]
-pub struct Least {
-    /// Of the buffer for what comes from the RTI.
+pub struct MinBuffers {
+    /// Bytes of the buffer for messages from the RTI.
     pub input_bytes: usize,
-    /// Of the buffer for what goes to the RTI.
+    /// Bytes of the buffer for messages to the RTI.
     pub output_bytes: usize,
 }
 
-/// How much memory a program's connections take. One that is not federated has none.
+/// The sizes of a program's connections. One that is not federated has none.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Sizes {
-    /// Bytes of the buffer for what comes from the RTI.
+    /// Bytes of the buffer for messages from the RTI.
     pub input_bytes: usize,
-    /// Bytes of the buffer for what goes to the RTI.
+    /// Bytes of the buffer for messages to the RTI.
     pub output_bytes: usize,
-    /// How many inputs are awaited.
+    /// The number of awaited inputs.
     pub awaited: usize,
-    /// How many federates send to this one past the RTI.
+    /// The number of federates that send to this one directly.
     pub peers_in: usize,
-    /// Bytes of the buffer for what comes from each of them.
+    /// Bytes of the buffer for messages from each of them.
     pub peer_input_bytes: usize,
-    /// To how many federates this one sends past the RTI.
+    /// The number of federates to which this one sends directly.
     pub peers_out: usize,
-    /// Bytes of the buffer for what goes to each of them.
+    /// Bytes of the buffer for messages to each of them.
     pub peer_output_bytes: usize,
 }
 
 impl Sizes {
-    /// What a program needs, and at least what its system asks for.
+    /// Returns the sizes that a program needs, and at least those that its system asks for.
     ///
     /// # Panics
-    /// When the program has connections past the RTI, and this crate has not the feature `peers`. In a constant the
-    /// compiler says so.
-    pub const fn of(description: &Description, least: Least) -> Self {
+    /// When the program has direct connections, and this crate lacks the feature `peers`. In a constant, this is an
+    /// error of the compiler.
+    pub const fn of(description: &Description, minimum: MinBuffers) -> Self {
         let Some(federation) = &description.federation else {
             return Self {
                 input_bytes: 0,
@@ -220,8 +220,8 @@ impl Sizes {
         let needs_peers = !is_centralized || !federation.peers_in.is_empty() || !federation.peers_out.is_empty();
         assert!(PEERS || !needs_peers, "the program needs the feature `peers` of its system's crate");
         Self {
-            input_bytes: larger(federation.input_bytes, least.input_bytes),
-            output_bytes: larger(federation.output_bytes, least.output_bytes),
+            input_bytes: larger(federation.input_bytes, minimum.input_bytes),
+            output_bytes: larger(federation.output_bytes, minimum.output_bytes),
             awaited: federation.awaited.len(),
             peers_in: federation.peers_in.len(),
             peer_input_bytes: federation.peer_input_bytes,

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-//! What an image for any system without a heap needs: a federate and an RTI in static memory, of sizes that are known
-//! when it is compiled, and what C is told of how they end.
+//! The base of an image for any system without a heap: a federate and an RTI in static memory, of sizes that are known
+//! at compile time, and their status for C.
 //!
-//! Nothing here is of one system. Its crate has the [`Platform`](lf_runtime::platform::Platform), says with
-//! [`run!`] what the program of an image is, and gives what its settings are: which federation to join, where the RTI
-//! is, how large buffers are at least.
+//! This crate is independent of the system. The system's crate implements [`Platform`](lf_runtime::platform::Platform),
+//! declares the program of an image with [`run!`], and supplies its settings: the federation to join, the RTI's
+//! address, and the minimum sizes of buffers.
 #![no_std]
 #![deny(unsafe_code)]
 

@@ -1,18 +1,18 @@
 // SPDX-License-Identifier: Apache-2.0
-//! What C is told of how a federate or an RTI has ended.
+//! The status of a federate or an RTI for C.
 
 use core::ffi::c_int;
 use core::fmt;
 
-use lf_runtime::{Code, TEXTS, Tell};
+use lf_runtime::{Code, LogEvent, TEXTS};
 
-/// The status of an outcome: 0, or 1 after an error, which `report` is given first.
+/// Returns the status of an outcome: 0, or 1 after an error, with which it calls `report` first.
 pub fn status<E>(outcome: Result<(), E>, report: impl FnOnce(&E)) -> c_int {
     c_int::from(outcome.inspect_err(report).is_err())
 }
 
-/// Gives `say` the words for an error: its sentence, or without texts the code in its place.
-pub fn in_words<E: Tell>(error: &E, say: impl FnOnce(fmt::Arguments<'_>)) {
+/// Calls `say` with the words for an error: its sentence, or without texts its code.
+pub fn in_words<E: LogEvent>(error: &E, say: impl FnOnce(fmt::Arguments<'_>)) {
     if TEXTS { say(format_args!("{error}")) } else { say(format_args!("{}", Code::of(error))) }
 }
 

@@ -1,47 +1,47 @@
 // SPDX-License-Identifier: Apache-2.0
-//! The RTI of an image: its static memory, and how it is run.
+//! The RTI of an image: its static memory, and how to run it.
 //!
 //! It runs in two steps, because a federate in the same image must find it listening: [`ImageRti::listen`], then
-//! [`ImageRti::run`], which may be called from another thread.
+//! [`ImageRti::run`], perhaps from another thread.
 
 use lf_coordination::clock_sync::RTI_UDP_PORT;
 pub use lf_coordination::rti::ClockSync;
 use lf_coordination::rti::{
-    AfterLoss, Config, Connection, Node, Notice, Outcome, PathWords, RtiStorage, START_REPORT, Slot,
+    AfterLoss, Config, Connection, Node, Outcome, PathWords, RtiEvent, RtiStorage, START_REPORT, Slot,
 };
 use lf_model::time::{Interval, Tag};
 use lf_runtime::platform::{NetError, Platform, SocketId};
 pub use lf_runtime::{AUTHENTICATOR, Authenticator};
-use lf_runtime::{Inlet, Outgoing, RtiError, RtiLoop, RtiSetup, log_notice};
+use lf_runtime::{Inlet, Outgoing, RtiError, RtiLoop, RtiSetup, log_rti_event};
 use log::LevelFilter;
 
-use crate::cell::{Handover, Once, Place};
+use crate::cell::{Handover, Once, StaticSlot};
 use crate::federate::larger;
 
-/// What an RTI knows of its federation.
+/// An RTI's description of its federation.
 #[derive(Clone, Copy, Debug)]
 pub struct Description {
-    /// The federation id, unless the image's settings say another.
+    /// The federation id, unless the image's settings have another.
     pub federation_id: &'static str,
-    /// How federates have to prove that they know the federation id, if they have to.
+    /// The functions by which federates prove that they know the federation id, if they have to.
     pub authentication: Option<Authenticator>,
     /// Clock synchronization.
     pub clock_sync: ClockSync,
-    /// Whether federates are told which of their next events nobody waits for.
+    /// Whether to send DNETs.
     pub dnet: bool,
-    /// After how long it is logged what a running federate waits for, if at all.
+    /// The time after which a running federate's wait is logged, if at all.
     pub log_waits: Option<Interval>,
-    /// How much is logged.
+    /// The level of the log.
     pub logging: LevelFilter,
-    /// Bytes of the longest payload that is passed on.
+    /// Bytes of the longest forwarded payload.
     pub payload_bytes_max: usize,
 }
 
 impl Description {
-    /// Bytes of the buffer of each connection in each direction: what the longest message of a federation of so many
-    /// federates takes, and at least what the system asks for.
-    pub const fn buffer_bytes(&self, federates: usize, least: usize) -> usize {
-        larger(self.config(&[]).message_bytes_max(federates), least)
+    /// Returns the size of the buffer of each connection in each direction: that of the longest message of a federation
+    /// of this many federates, and at least what the system asks for.
+    pub const fn buffer_bytes(&self, federates: usize, minimum: usize) -> usize {
+        larger(self.config(&[]).message_bytes_max(federates), minimum)
     }
 
     const fn config<'a>(&self, federation_id: &'a [u8]) -> Config<'a> {
@@ -56,7 +56,7 @@ impl Description {
     }
 }
 
-/// The longest of some lengths; 0 of none.
+/// Returns the longest of some lengths; 0 of none.
 pub const fn longest(lengths: &[usize]) -> usize {
     let (mut longest, mut index) = (0, 0);
     while index < lengths.len() {
@@ -68,11 +68,11 @@ pub const fn longest(lengths: &[usize]) -> usize {
 
 /// The RTI of an image on a platform `P`, without the sizes in its type.
 pub trait ImageRti<P>: Sync {
-    /// Lets federates connect on this TCP port, where 0 stands for any, and gives the port. The federation id is that
-    /// of the description if this one is empty.
+    /// Accepts federates on this TCP port, where 0 stands for any, and returns the port. The federation id is that of
+    /// the description if this one is empty.
     ///
     /// # Errors
-    /// Why they cannot.
+    /// The reason why it cannot.
     fn listen(
         &'static self,
         description: &Description,
@@ -84,14 +84,14 @@ pub trait ImageRti<P>: Sync {
     /// Runs the federation to its end.
     ///
     /// # Errors
-    /// Why it ended early.
+    /// The reason why it ended early.
     fn run(&'static self, description: &Description) -> Result<(), RtiError>;
 }
 
 /// The static memory of an RTI on a platform `P`, with storage `S`. It is all zero at first, so it takes no flash.
 pub struct Memory<P, S> {
     listening: Handover<Listening<P>>,
-    storage: Once<(S, Place<RtiLoop<'static, 'static, (), ()>>)>,
+    storage: Once<(S, StaticSlot<RtiLoop<'static, 'static, (), ()>>)>,
 }
 
 /// The RTI before it runs.
@@ -103,25 +103,26 @@ struct Listening<P> {
 }
 
 impl<P: Platform + Send + 'static, S: Storage> Memory<P, S> {
-    /// Memory of an RTI that does not listen yet.
+    /// Returns the memory of an RTI that does not listen yet.
     #[expect(clippy::new_without_default, reason = "it is for statics, which cannot use Default")]
     pub const fn new() -> Self {
-        Self { listening: Handover::new(), storage: Once::new((S::EMPTY, Place::EMPTY)) }
+        Self { listening: Handover::new(), storage: Once::new((S::EMPTY, StaticSlot::EMPTY)) }
     }
 
-    /// Makes the event loop in its place. What that takes of the stack is given back before the loop runs.
+    /// Constructs the event loop in place. Its stack frame is released before the loop runs.
     #[inline(never)]
-    fn begin<'a, N: FnMut(Notice<'_>)>(
+    fn begin<'a, N: FnMut(RtiEvent<'_>)>(
         &'static self,
         description: &Description,
-        notices: &'a mut N,
+        log: &'a mut N,
     ) -> Result<&'a mut RtiLoop<'a, 'static, P, N>, RtiError> {
         let Listening { platform, listener, datagrams, federation_id } =
             self.listening.take().ok_or(RtiError::Order)?;
         let (storage, place) = self.storage.take().ok_or(RtiError::Order)?;
         let setup = storage.setup(description.config(federation_id), *datagrams);
-        // It stays where it is written to, and is all plain data and borrowed memory, so that there is nothing to drop.
-        let rti = RtiLoop::new(platform, setup, *listener, notices).map_err(RtiError::Setup)?;
+        // It stays where it is written, and consists of plain data and borrowed memory, so that there is nothing to
+        // drop.
+        let rti = RtiLoop::new(platform, setup, *listener, log).map_err(RtiError::Setup)?;
         Ok(place.room().write(rti))
     }
 }
@@ -150,15 +151,15 @@ impl<P: Platform + Send + 'static, S: Storage> ImageRti<P> for Memory<P, S> {
     }
 
     fn run(&'static self, description: &Description) -> Result<(), RtiError> {
-        let mut notices = log_notice;
-        match self.begin(description, &mut notices)?.run() {
+        let mut log = log_rti_event;
+        match self.begin(description, &mut log)?.run() {
             Outcome::Complete => Ok(()),
             outcome => Err(RtiError::Ended(outcome)),
         }
     }
 }
 
-/// Opens a UDP port for clock synchronization. Federates answer to where the datagrams come from, so another port than
+/// Opens a UDP port for clock synchronization. Federates answer to the source of the datagrams, so another port than
 /// the usual one will do.
 fn open_datagrams(platform: &mut impl Platform) -> Result<SocketId, NetError> {
     match platform.bind(RTI_UDP_PORT) {
@@ -172,12 +173,12 @@ pub trait Storage: Send + 'static {
     /// Fresh storage, all zero.
     const EMPTY: Self;
 
-    /// All that an RTI needs, in this storage.
+    /// Returns the parts of an RTI in this storage.
     fn setup(&'static mut self, config: Config<'static>, datagrams: Option<SocketId>) -> RtiSetup<'static>;
 }
 
-/// The memory of an RTI for so many federates, connections that can be open at once, upstream federates of one, and
-/// different tags in transit to one (see [`RtiStorage`]); and of buffers of so many bytes.
+/// The memory of an RTI for these numbers of federates, connections that can be open at once, upstream federates of
+/// one, and different tags in transit to one (see [`RtiStorage`]); and of buffers of this size.
 pub struct Parts<
     const FEDERATES: usize,
     const CONNECTIONS: usize,
@@ -187,14 +188,14 @@ pub struct Parts<
 > {
     inputs: [[u8; BYTES]; CONNECTIONS],
     outputs: [[u8; BYTES]; CONNECTIONS],
-    inlets: [Place<Inlet<&'static mut [u8]>>; CONNECTIONS],
-    outgoings: [Place<Outgoing<&'static mut [u8]>>; CONNECTIONS],
-    connections: [Place<Connection>; CONNECTIONS],
-    slots: [Place<Slot>; FEDERATES],
-    nodes: [Place<Node>; FEDERATES],
+    inlets: [StaticSlot<Inlet<&'static mut [u8]>>; CONNECTIONS],
+    outgoings: [StaticSlot<Outgoing<&'static mut [u8]>>; CONNECTIONS],
+    connections: [StaticSlot<Connection>; CONNECTIONS],
+    slots: [StaticSlot<Slot>; FEDERATES],
+    nodes: [StaticSlot<Node>; FEDERATES],
     paths: [[[PathWords; FEDERATES]; FEDERATES]; 2],
     upstream: [[PathWords; UPSTREAM]; FEDERATES],
-    in_transit: [[Place<Tag>; IN_TRANSIT]; FEDERATES],
+    in_transit: [[StaticSlot<Tag>; IN_TRANSIT]; FEDERATES],
 }
 
 impl<
@@ -210,14 +211,14 @@ impl<
         Self {
             inputs: [[0; BYTES]; CONNECTIONS],
             outputs: [[0; BYTES]; CONNECTIONS],
-            inlets: [Place::EMPTY; CONNECTIONS],
-            outgoings: [Place::EMPTY; CONNECTIONS],
-            connections: [Place::EMPTY; CONNECTIONS],
-            slots: [Place::EMPTY; FEDERATES],
-            nodes: [Place::EMPTY; FEDERATES],
+            inlets: [StaticSlot::EMPTY; CONNECTIONS],
+            outgoings: [StaticSlot::EMPTY; CONNECTIONS],
+            connections: [StaticSlot::EMPTY; CONNECTIONS],
+            slots: [StaticSlot::EMPTY; FEDERATES],
+            nodes: [StaticSlot::EMPTY; FEDERATES],
             paths: [[[[0; 2]; FEDERATES]; FEDERATES]; 2],
             upstream: [[[0; 2]; UPSTREAM]; FEDERATES],
-            in_transit: [const { [Place::EMPTY; IN_TRANSIT] }; FEDERATES],
+            in_transit: [const { [StaticSlot::EMPTY; IN_TRANSIT] }; FEDERATES],
         }
     };
 
@@ -232,18 +233,18 @@ impl<
                 upstream: self.upstream.as_flattened_mut(),
                 in_transit: fill(self.in_transit.as_flattened_mut(), Tag::NEVER),
             },
-            inlets: Place::fill_all(&mut self.inlets, slices(&mut self.inputs).map(Inlet::new)),
-            outgoings: Place::fill_all(&mut self.outgoings, slices(&mut self.outputs).map(Outgoing::new)),
+            inlets: StaticSlot::fill_all(&mut self.inlets, slices(&mut self.inputs).map(Inlet::new)),
+            outgoings: StaticSlot::fill_all(&mut self.outgoings, slices(&mut self.outputs).map(Outgoing::new)),
             datagrams,
         }
     }
 }
 
-fn fill<T: Clone>(places: &'static mut [Place<T>], value: T) -> &'static mut [T] {
-    Place::fill_all(places, core::iter::repeat(value))
+fn fill<T: Clone>(slots: &'static mut [StaticSlot<T>], value: T) -> &'static mut [T] {
+    StaticSlot::fill_all(slots, core::iter::repeat(value))
 }
 
-/// Buffers without their length in the type.
+/// Iterates over buffers without their length in the type.
 fn slices<const BYTES: usize>(buffers: &mut [[u8; BYTES]]) -> impl Iterator<Item = &mut [u8]> {
     buffers.iter_mut().map(|bytes| &mut bytes[..])
 }

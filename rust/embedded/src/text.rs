@@ -4,7 +4,7 @@
 use core::ffi::CStr;
 use core::fmt::{self, Write};
 
-/// Text for C in so many bytes: cut when it is too long, which three dots at its end then show.
+/// Text for C of at most this many bytes: a longer text is cut, and ends with three dots.
 #[derive(Debug)]
 pub struct Text<const BYTES: usize> {
     bytes: [u8; BYTES],
@@ -14,10 +14,10 @@ pub struct Text<const BYTES: usize> {
 
 impl<const BYTES: usize> Text<BYTES> {
     const DOTS: &'static [u8; 3] = b"...";
-    /// How many bytes there are for text, beside the dots and the terminating zero.
+    /// The number of bytes for text, beside the dots and the terminating zero.
     const ROOM: usize = BYTES - Self::DOTS.len() - 1;
 
-    /// No text yet.
+    /// Returns an empty text.
     #[expect(clippy::new_without_default, reason = "it is made for a line, and never the default of anything")]
     pub const fn new() -> Self {
         Self { bytes: [0; BYTES], length: 0, cut: false }
@@ -25,11 +25,11 @@ impl<const BYTES: usize> Text<BYTES> {
 
     /// Adds text at the end.
     pub fn append(&mut self, text: fmt::Arguments<'_>) {
-        // It fails only when the text is cut, which the dots say.
+        // It fails only when the text is cut, which the dots show.
         let _ = self.write_fmt(text);
     }
 
-    /// The text with a zero at its end.
+    /// Returns the text with a zero at its end.
     pub fn terminated(&mut self) -> &CStr {
         if self.cut {
             self.bytes[self.length..][..Self::DOTS.len()].copy_from_slice(Self::DOTS);
@@ -51,7 +51,8 @@ impl<const BYTES: usize> Write for Text<BYTES> {
     }
 }
 
-/// The length of the longest beginning of a text that has at most `room` bytes and ends with a whole character.
+/// Returns the length of the longest beginning of a text that has at most `room` bytes and ends with a complete
+/// character.
 pub fn whole_characters(text: &[u8], room: usize) -> usize {
     // The bytes of a character after its first begin with the bits 10.
     let begins_character = |length: &usize| text.get(*length).is_none_or(|byte| byte & 0xC0 != 0x80);
@@ -67,7 +68,7 @@ mod tests {
     use super::Text;
 
     proptest! {
-        /// What is appended is there whole, or as many whole characters of it as fit, and dots.
+        /// Appended text is there completely, or as many complete characters of it as fit, and dots.
         #[test]
         fn long_text_is_cut_behind_a_whole_character(parts in proptest::collection::vec("[a-zäß€𝄞]{0,12}", 0..4)) {
             const ROOM: usize = 16;

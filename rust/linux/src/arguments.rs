@@ -15,16 +15,16 @@ use crate::parameters::Parameters;
 use crate::trace_file::TRACE_MIB;
 use crate::words::{UsageError, interval};
 
-/// What the user wants.
+/// The user's request.
 #[derive(Debug, PartialEq, Eq)]
 pub(crate) enum Invocation {
     /// Run the program.
     Run(Arguments),
-    /// Explain the options.
+    /// Print the options.
     Help,
 }
 
-/// What the user has set; all of it has defaults in the program.
+/// The options of the user; the program has defaults for all of them.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub(crate) struct Arguments {
     /// `-o`: the last tag's time after the start.
@@ -41,18 +41,18 @@ pub(crate) struct Arguments {
     pub(crate) rti_port: Option<u16>,
     /// `--observations FILE`
     pub(crate) observations: Option<PathBuf>,
-    /// `--trace FILE`: what happens.
+    /// `--trace FILE`: the recording of events.
     pub(crate) trace: Option<PathBuf>,
-    /// `--trace-limit MIB`: how large that file may be.
+    /// `--trace-limit MIB`: the maximum size of that file.
     pub(crate) trace_limit: Option<u32>,
-    /// `--devices FILE`: what inputs do.
+    /// `--devices FILE`: the script for inputs.
     pub(crate) devices: Option<PathBuf>,
-    /// `--vcd FILE`: what pins did.
+    /// `--vcd FILE`: the recording of pins.
     pub(crate) vcd: Option<PathBuf>,
 }
 
 impl Arguments {
-    /// Reads a command line, the program's name first; values of parameters go to the program itself.
+    /// Parses a command line, the program's name first; values of parameters go to the program itself.
     ///
     /// # Errors
     /// What is wrong with it, as a phrase.
@@ -64,7 +64,7 @@ impl Arguments {
         let mut parser = lexopt::Parser::from_iter(line);
         let mut arguments = Self::default();
         while let Some(argument) = parser.next()? {
-            // The program's own names come first.
+            // The program's own names have precedence.
             let parameter = match argument {
                 Long(name) => parameters.position(name),
                 _ => None,
@@ -96,10 +96,10 @@ impl Arguments {
         Ok(Invocation::Run(arguments))
     }
 
-    /// What the script of the command line says that inputs do.
+    /// Returns the script of the command line for inputs.
     ///
     /// # Errors
-    /// When it cannot be read, or makes no sense.
+    /// When it cannot be read or parsed.
     pub(crate) fn script(&self) -> Result<Script, UsageError> {
         let Some(path) = &self.devices else { return Ok(Script::default()) };
         let wrong = |what: &dyn std::fmt::Display| UsageError(format!("{}: {what}", path.display()));
@@ -107,7 +107,7 @@ impl Arguments {
         Script::read(&text).map_err(|error| wrong(&error))
     }
 
-    /// The program's settings, as the user has changed them.
+    /// Returns the program's settings with the user's changes.
     pub(crate) fn settings(&self, program: Settings) -> Settings {
         Settings {
             timeout: self.timeout.or(program.timeout),
@@ -117,8 +117,8 @@ impl Arguments {
         }
     }
 
-    /// Takes `HOST`, `HOST:PORT` or `USER@HOST:PORT`; the user is for remote starts and means nothing here. An IPv6
-    /// address stands between brackets if a port follows.
+    /// Parses `HOST`, `HOST:PORT` or `USER@HOST:PORT`; the user is for remote starts and has no effect here. An IPv6
+    /// address is between brackets if a port follows.
     fn set_rti(&mut self, text: &str) -> Result<(), UsageError> {
         let place = text.rsplit_once('@').map_or(text, |(_, place)| place);
         let (host, port) = match place.strip_prefix('[') {
@@ -129,7 +129,7 @@ impl Arguments {
                 });
                 parts.ok_or_else(|| UsageError(format!("\"{place}\" is no address such as [::1] or [::1]:15045")))?
             }
-            // More than one colon is an IPv6 address, which has no place for a port here.
+            // More than one colon is an IPv6 address, which cannot have a port here.
             None => match place.split_once(':').filter(|(_, rest)| !rest.contains(':')) {
                 Some((host, port)) => (host, Some(port)),
                 None => (place, None),
@@ -145,14 +145,14 @@ impl Arguments {
     }
 }
 
-/// A size in MiB.
+/// Parses a size in MiB.
 fn mebibytes(parser: &mut lexopt::Parser) -> Result<u32, UsageError> {
     let text = parser.value()?.string()?;
     let size = text.parse().ok().filter(|size| *size > 0);
     size.ok_or_else(|| UsageError(format!("\"{text}\" is no size: it has to be a number of MiB, such as {TRACE_MIB}")))
 }
 
-/// `true` or `false` where the user says so, else `true`.
+/// Parses `true` or `false`; the default is `true`.
 fn boolean(parser: &mut lexopt::Parser) -> Result<bool, UsageError> {
     let next = parser.try_raw_args().and_then(|arguments| arguments.as_slice().first().cloned());
     let value = match next.as_deref().and_then(std::ffi::OsStr::to_str) {
@@ -166,7 +166,7 @@ fn boolean(parser: &mut lexopt::Parser) -> Result<bool, UsageError> {
     }
 }
 
-/// What `--help` prints.
+/// Returns the text of `--help`.
 pub(crate) fn usage(description: &Description) -> String {
     let mut text = format!(
         "Runs {} of the Lingua Franca program {}.\n\nOptions:\n\
@@ -208,7 +208,7 @@ mod tests {
         }
     }
 
-    /// The spellings that stock programs take.
+    /// All spellings of stock programs are accepted.
     #[test]
     fn options_of_stock_programs_are_understood() {
         assert_eq!(run(""), Arguments::default());
@@ -240,7 +240,7 @@ mod tests {
         assert!(matches!(parse("-o 1 sec --help"), Ok(Invocation::Help)));
     }
 
-    /// What makes no sense is refused in words that name it.
+    /// An error names the wrong argument.
     #[test]
     fn nonsense_is_refused_by_name() {
         for (line, word) in [

@@ -3,6 +3,5 @@
 
 pub use lf_c::*;
 
-/// How many bytes of an array or a text go to another federate at most, where the connection does not say it by
-/// `@max_length`.
+/// The maximum number of bytes of an array or a text to another federate, unless the connection has a `@max_length`.
 pub const PAYLOAD_BYTES: usize = 1 << 16;

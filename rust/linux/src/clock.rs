@@ -14,7 +14,7 @@ pub(crate) struct Clock {
 }
 
 impl Clock {
-    /// How often the two clocks are read side by side; the pair read closest together counts.
+    /// The number of readings of the two clocks side by side; the closest pair counts.
     const READINGS: usize = 8;
 
     /// Reads the wall clock.
@@ -29,12 +29,12 @@ impl Clock {
         Self { offset }
     }
 
-    /// The time now.
+    /// Returns the time now.
     pub(crate) fn now(self) -> Instant {
         self.at(nanoseconds(ClockId::Monotonic))
     }
 
-    /// The time at which the system's monotonic clock showed so many nanoseconds.
+    /// Returns the time at which the system's monotonic clock showed this number of nanoseconds.
     pub(crate) fn at(self, monotonic: i64) -> Instant {
         Instant::from_nanos(monotonic.saturating_add(self.offset))
     }

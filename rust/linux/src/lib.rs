@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-//! The Linux platform, and what generated programs for this computer link.
+//! The Linux platform, and the library of generated programs for this computer.
 //!
 //! Generated code names this crate `lf`, and its bodies see [`prelude`]. The crate also runs the RTI for the `lfz`
 //! program.
 #![forbid(unsafe_code)]
 
+mod adaptive_spin;
 mod arguments;
-mod attention;
 mod clock;
 pub mod devices;
 mod logger;
@@ -43,7 +43,7 @@ pub use wake::interruption_status;
 #[cfg(feature = "workers")]
 pub use workers::Threads;
 
-/// What reaction bodies and preambles see without asking for it.
+/// The names that reaction bodies and preambles see without an import.
 pub mod prelude {
     pub use crate::SpawnPhysicalThread;
     #[cfg(feature = "devices")]

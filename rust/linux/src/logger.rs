@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Where the `log` macros write on a computer: to standard error.
+//! The target of the `log` macros on a computer: standard error.
 
 use std::io::Write as _;
 
@@ -8,7 +8,7 @@ use log::LevelFilter;
 /// The environment variable that overrides the program's own level, in `env_logger`'s syntax.
 const VARIABLE: &str = "LF_LOG";
 
-/// Sends what is logged to standard error. Harmless when a logger has been installed before.
+/// Sends log records to standard error. Does nothing when a logger has been installed before.
 pub fn install(level: LevelFilter) {
     let mut builder = env_logger::Builder::new();
     builder.filter_level(level).parse_env(VARIABLE);

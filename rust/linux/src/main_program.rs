@@ -21,21 +21,21 @@ use crate::parameters::Parameters;
 use crate::platform::Linux;
 use crate::trace_file::{TRACE_MIB, TraceFile};
 
-/// The exit status for a command line that makes no sense.
+/// The exit status for a wrong command line.
 const USAGE: u8 = 2;
 
-/// The least receive buffer. Memory is no concern here, and the more messages can be looked behind, the longer a burst
-/// can be that comes before the grant for its first message.
+/// The minimum size of the receive buffer. Memory is plentiful here, and a larger buffer holds a longer burst of
+/// messages before the grant of the first.
 const INPUT_BYTES: usize = 1 << 18;
-/// The least buffer of a connection with another federate.
+/// The minimum size of a buffer of a connection with another federate.
 const PEER_BYTES: usize = 1 << 14;
 
 /// Programs of more bytes than this get a stack of their own, on which they are made and live.
 const SMALL: usize = 1 << 19;
-/// The stack that bodies have in any case, as that of a process usually is.
+/// The minimum stack of bodies, the usual one of a process.
 const STACK: usize = 8 << 20;
-/// How often a program can be on the stack at the same time while it is made and moved, or its largest value while a
-/// body sets it; without optimization each step makes a copy.
+/// Copies of the program that may be on the stack during construction, or of its largest value while a body sets it;
+/// without optimization each step makes a copy.
 const COPIES: usize = 16;
 
 /// Runs a generated program with this process's command line.
@@ -47,7 +47,7 @@ pub fn main<P: Program + 'static, S: EngineStorage + 'static>(
     main_with(Parameters::NONE, description, program, storage)
 }
 
-/// The same for a program whose main reactor has parameters that the command line can set.
+/// Runs a program whose main reactor has parameters that the command line can set.
 pub fn main_with<P: Program + 'static, S: EngineStorage + 'static>(
     parameters: Parameters,
     description: &'static Description,
@@ -70,7 +70,7 @@ pub fn main_with<P: Program + 'static, S: EngineStorage + 'static>(
     }
 }
 
-/// The program's own frame: it holds all state and all queues.
+/// Starts the program. Its frame holds all state and all queues.
 #[inline(never)]
 fn start<P: Program, S: EngineStorage>(
     parameters: &Parameters,
@@ -122,7 +122,7 @@ fn run(
         arguments.trace_into(&mut host)?;
         return run_unfederated(&mut host, program, engine).map_err(MainError::Run);
     };
-    // A host name may take its time, and ^C ends that as long as the signals have not been taken over.
+    // A host name may take its time, and ^C ends that while the signals have not been taken over.
     let addresses = rti_addresses(arguments, federation)?;
     let (&rti, others) = addresses.split_first().expect("a host without an address is unknown");
     let mut host = Linux::new().map_err(MainError::System)?;
@@ -149,7 +149,7 @@ fn run(
 }
 
 impl Arguments {
-    /// Has what happens recorded, if the user wants that.
+    /// Starts the recording of events, if the user wants one.
     fn trace_into(&self, host: &mut Linux) -> Result<(), MainError> {
         let Some(path) = &self.trace else { return Ok(()) };
         let limit = self.trace_limit.unwrap_or(TRACE_MIB);
@@ -160,7 +160,7 @@ impl Arguments {
     }
 }
 
-/// The addresses of the RTI's host, as the command line names it, else as the program does: at least one. Those of IPv4
+/// Returns the addresses of the RTI's host, from the command line or else from the program: at least one. Those of IPv4
 /// come first, because the stock programs of a federation have no others, and federates find each other in one family.
 fn rti_addresses(arguments: &Arguments, federation: &Federation) -> Result<Vec<Endpoint>, MainError> {
     let host = arguments.rti_host.as_deref().unwrap_or(federation.rti_host);
@@ -171,7 +171,7 @@ fn rti_addresses(arguments: &Arguments, federation: &Federation) -> Result<Vec<E
     if addresses.is_empty() { Err(unknown("it has no address".to_owned())) } else { Ok(addresses) }
 }
 
-/// The addresses of a host in the order in which they are tried, each once.
+/// Returns the addresses of a host in the order in which they are tried, each once.
 fn in_order(found: impl Iterator<Item = SocketAddr>) -> Vec<Endpoint> {
     let mut addresses = Vec::new();
     for address in found.map(Endpoint::from) {
@@ -183,11 +183,11 @@ fn in_order(found: impl Iterator<Item = SocketAddr>) -> Vec<Endpoint> {
     addresses
 }
 
-/// Whether this computer has this address, and with it the clock of who listens there.
+/// Returns whether this computer has this address, and with it the clock of the RTI there.
 fn is_own_address(address: Endpoint) -> bool {
     let address = SocketAddr::from(address);
     let any: IpAddr = if address.is_ipv4() { Ipv4Addr::UNSPECIFIED.into() } else { Ipv6Addr::UNSPECIFIED.into() };
-    // To connect a UDP socket sends nothing: it looks up the route, and one to oneself begins at the same address.
+    // Connecting a UDP socket sends nothing: it looks up the route, and a route to oneself begins at the same address.
     let begins_there = || -> io::Result<bool> {
         let socket = UdpSocket::bind((any, 0))?;
         socket.connect(address)?;
@@ -196,12 +196,12 @@ fn is_own_address(address: Endpoint) -> bool {
     address.ip().is_loopback() || begins_there().unwrap_or(false)
 }
 
-/// Why a program ends early.
+/// An error that ends a program early.
 #[derive(Debug)]
 enum MainError {
-    /// The system refuses what every program needs.
+    /// A call of the system that every program needs has failed.
     System(io::Error),
-    /// What is observed cannot be written.
+    /// The observations cannot be written.
     Observations(io::Error),
     /// The trace cannot be written.
     Trace { path: PathBuf, error: io::Error },
@@ -244,7 +244,7 @@ mod tests {
         for own in ["127.0.0.1", "127.1.2.3", "::1"] {
             assert!(is_own_address(address(own)), "{own}");
         }
-        // Addresses that nobody has, in blocks for documentation and for multicast.
+        // Addresses without a host, in blocks for documentation and for multicast.
         for other in ["198.51.100.77", "233.252.0.1", "2001:db8::77"] {
             assert!(!is_own_address(address(other)), "{other}");
         }

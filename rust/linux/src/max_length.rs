@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Texts and lists without a bound in their type, as `@max_length(n)` before a port has them sent.
+//! Texts and lists without a bound in their type, which a `@max_length(n)` before a port allows to be sent.
 
 use lf_model::layout::Field;
 use lf_model::{PayloadError, Serializer, list_from, list_to, text_from, text_to};

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-//! What a federate observes of its tags and messages, as lines of a file that `lfz run --measure` reads.
+//! A federate's observations of its tags and messages, as lines of a file that `lfz run --measure` reads.
 //!
-//! | line | what happens |
+//! | line | event |
 //! |---|---|
 //! | `begins TIME MICROSTEP DUE AT` | a tag that could begin at DUE begins |
 //! | `sends FEDERATE PORT TIME MICROSTEP AT` | a message for this tag goes out to a federate's input |
@@ -26,7 +26,7 @@ pub(crate) struct Observations {
 }
 
 impl Observations {
-    /// Begins a file.
+    /// Creates a file.
     ///
     /// # Errors
     /// When it cannot be created.
@@ -34,7 +34,7 @@ impl Observations {
         Ok(Self { file: Some(BufWriter::new(File::create(path)?)) })
     }
 
-    /// Writes down what happens now.
+    /// Writes an observation.
     pub(crate) fn note(&mut self, observation: Observation) {
         let now = HostOutside::of_program().physical_time();
         let Some(file) = &mut self.file else { return };

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! What the threads of a program share with its event loop.
+//! The state that the threads of a program share with its event loop.
 
 use std::sync::atomic::{AtomicI64, Ordering};
 use std::sync::{Mutex, OnceLock, PoisonError};
@@ -17,7 +17,7 @@ static PROGRAM: OnceLock<HostOutside> = OnceLock::new();
 #[derive(Debug)]
 pub(crate) struct HostOutside {
     clock: Clock,
-    /// What the event loop has read last from the clock, in nanoseconds: it may have promised all up to it.
+    /// The last reading of the clock by the event loop, in nanoseconds: it may have announced everything up to it.
     read: AtomicI64,
     physical: Mutex<Physical>,
     mailbox: Mailbox,
@@ -27,13 +27,13 @@ pub(crate) struct HostOutside {
 #[derive(Debug)]
 struct Physical {
     correction: ClockCorrection,
-    /// The latest that anybody was told. A thread may be told the time between the event loop's reading of the clock
-    /// and the change of rate that this led to; nobody is told an earlier time then.
+    /// The latest time that any thread has received. A thread may receive the time between the event loop's reading of
+    /// the clock and the change of rate that this led to; no thread receives an earlier time then.
     latest: Instant,
 }
 
 impl HostOutside {
-    /// The one of this process; the first call reads the wall clock.
+    /// Returns the one of this process; the first call reads the wall clock.
     pub(crate) fn of_program() -> &'static Self {
         PROGRAM.get_or_init(Self::new)
     }
@@ -47,15 +47,15 @@ impl HostOutside {
         }
     }
 
-    /// The uncorrected clock of this process, read by its event loop.
+    /// Reads the uncorrected clock of this process, for its event loop.
     pub(crate) fn read(&self) -> Instant {
         let now = self.clock.now();
-        // What takes events out later is behind a lock, and so is who asks for this: see `Inbox::post`.
+        // Events are taken out later behind a lock, and so is the caller of this: see `Inbox::post`.
         self.read.store(now.as_nanos(), Ordering::Relaxed);
         now
     }
 
-    /// The uncorrected clock of this process.
+    /// Returns the uncorrected clock of this process.
     pub(crate) fn clock(&self) -> Clock {
         self.clock
     }
@@ -70,8 +70,8 @@ impl HostOutside {
     }
 }
 
-/// The same at a time in the past, when the system's monotonic clock showed so many nanoseconds; or, if that is later,
-/// at the last time that the event loop has read.
+/// The same at a time in the past, when the system's monotonic clock showed this number of nanoseconds; or, if that is
+/// later, at the last reading of the event loop.
 #[cfg(feature = "devices")]
 #[derive(Debug)]
 pub(crate) struct HostOutsideAt(pub(crate) &'static HostOutside, pub(crate) i64);

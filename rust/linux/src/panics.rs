@@ -1,29 +1,29 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Panics in code of the program: said about the LF file, where that code stands.
+//! Panics in code of the program, reported with the position in the LF file.
 
 use std::backtrace::{Backtrace, BacktraceStatus};
 use std::panic::{Location, PanicHookInfo, set_hook, take_hook};
 
-/// Lines of a generated file that stand in the program as they are.
+/// Lines of a generated file that the program has unchanged.
 #[derive(Clone, Copy, Debug)]
 pub struct Lines {
-    /// The generated file, as rustc was given it, or how that ends.
+    /// The generated file, as rustc received it, or the end of its path.
     pub file: &'static str,
     /// The first line, from 1.
     pub line: u32,
-    /// From which column on, from 1.
+    /// The first column, from 1.
     pub column: u32,
-    /// How many lines there are.
+    /// The number of lines.
     pub count: u32,
-    /// The file of the program.
+    /// The LF file.
     pub lf: &'static str,
-    /// Its line that the first one is.
+    /// The LF line of the first one.
     pub lf_line: u32,
-    /// Its column that [`Lines::column`] is.
+    /// The LF column of [`Lines::column`].
     pub lf_column: u32,
 }
 
-/// Has panics at these lines name the program's ones instead.
+/// Makes panics at these lines name the program's lines instead.
 pub fn name_lf_lines(all: &'static [Lines]) {
     let usual = take_hook();
     set_hook(Box::new(move |info| match info.location().and_then(|location| find(all, location)) {
@@ -32,7 +32,7 @@ pub fn name_lf_lines(all: &'static [Lines]) {
     }));
 }
 
-/// The place in the program.
+/// Returns the position in the program.
 fn find(all: &[Lines], location: &Location<'_>) -> Option<(&'static str, u32, u32)> {
     let (line, column) = (location.line(), location.column());
     let has = |lines: &&Lines| {
@@ -44,7 +44,7 @@ fn find(all: &[Lines], location: &Location<'_>) -> Option<(&'static str, u32, u3
     Some((lines.lf, lines.lf_line + (line - lines.line), lines.lf_column + (column - lines.column)))
 }
 
-/// The words of the standard library, with another place.
+/// Prints the standard library's message with another position.
 fn say(info: &PanicHookInfo<'_>, file: &str, line: u32, column: u32) {
     let payload = info.payload();
     let text = payload.downcast_ref::<&str>().copied().or(payload.downcast_ref::<String>().map(String::as_str));

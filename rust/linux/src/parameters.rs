@@ -13,13 +13,13 @@ pub struct Parameter {
     pub name: &'static str,
     /// Its type, as the program spells it.
     pub ty: &'static str,
-    /// What its values are on the command line.
+    /// The kind of its values on the command line.
     pub kind: ParameterKind,
-    /// Its default, as the program has it.
+    /// Its default in the program.
     pub default: &'static str,
 }
 
-/// What values of a parameter are on the command line.
+/// The kind of a parameter's values on the command line.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum ParameterKind {
     /// A number and a unit.
@@ -32,20 +32,21 @@ pub enum ParameterKind {
     Real,
     /// Any text.
     Text,
-    /// Nothing that can be written there.
+    /// A value that the command line cannot have.
     Other,
-    /// None: how many reactors or ports there are follows from it.
+    /// No value: the number of reactors or ports follows from it.
     FixedWidth,
-    /// None: a time that the compiler has to know follows from it.
+    /// No value: a time that the compiler has to know follows from it.
     FixedTime,
 }
 
 /// The parameters of a program.
 #[derive(Clone, Copy, Debug)]
 pub struct Parameters {
-    /// One by one.
+    /// The list of parameters.
     pub rows: &'static [Parameter],
-    /// Gives one of them, by its position, a value: a whole number, a number or a text. Says whether its type has it.
+    /// Sets one of them, by its position: to a whole number, a number or a text. Returns whether its type has this
+    /// value.
     pub give: fn(u16, i64, f64, &'static CStr) -> bool,
 }
 
@@ -53,12 +54,12 @@ impl Parameters {
     /// No parameters.
     pub(crate) const NONE: Self = Self { rows: &[], give: |_, _, _, _| false };
 
-    /// The position of the parameter with a name.
+    /// Returns the position of the parameter with this name.
     pub(crate) fn position(&self, name: &str) -> Option<usize> {
         self.rows.iter().position(|row| row.name == name)
     }
 
-    /// Takes the value that stands next on the command line for a parameter, and gives it to the program.
+    /// Sets a parameter to the next value on the command line.
     ///
     /// # Errors
     /// What is wrong with it, as a phrase.
@@ -113,7 +114,7 @@ impl Parameters {
         }
     }
 
-    /// What `--help` says of them.
+    /// Returns the part of `--help` about them.
     pub(crate) fn usage(&self) -> String {
         let mut text = String::new();
         for Parameter { name, ty, kind, default } in self.rows {
@@ -153,7 +154,7 @@ mod tests {
             row("o", "pair_t", ParameterKind::Other),
             row("w", "int", ParameterKind::FixedWidth),
         ],
-        // As of a type that has no numbers below 0.
+        // Like a type without negative numbers.
         give: |index, whole, real, text| {
             GIVEN.lock().expect("no test panics with it").push((index, whole, real, text));
             whole >= 0

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Linux under an event loop.
+//! Linux as the platform of an event loop.
 
 use std::num::NonZeroU64;
 use std::sync::Arc;
@@ -14,7 +14,7 @@ use lf_runtime::platform::{
 };
 use lf_runtime::trace::{Event, Header};
 
-use crate::attention::{Attention, Looked, look_until};
+use crate::adaptive_spin::{AdaptiveSpin, SpinOutcome, spin_until};
 use crate::clock::Clock;
 use crate::devices;
 use crate::observations::Observations;
@@ -31,7 +31,7 @@ pub struct Linux {
     wake_up: Arc<WakeUp>,
     observations: Option<Observations>,
     trace: Option<TraceFile>,
-    attention: Attention,
+    spin: AdaptiveSpin,
 }
 
 impl Linux {
@@ -40,7 +40,7 @@ impl Linux {
     /// # Errors
     /// When the system has no descriptor left, or refuses a signal handler.
     pub fn new() -> std::io::Result<Self> {
-        // Linux may end a wait 50 µs late to save power; a real-time program would rather not. It is a wish, no need.
+        // Linux may end a wait 50 µs late to save power, which a real-time program cannot use. A failure does no harm.
         let _ = rustix::thread::set_current_timer_slack(NonZeroU64::new(1));
         let wake_up = WakeUp::of_program()?;
         let sockets = Sockets::new(wake_up.descriptor())?;
@@ -50,19 +50,19 @@ impl Linux {
             wake_up,
             observations: None,
             trace: None,
-            attention: Attention::default(),
+            spin: AdaptiveSpin::default(),
         })
     }
 }
 
 impl Linux {
-    /// How long it is until a time.
+    /// Returns the time left until `time`.
     fn until(&self, time: Instant) -> Duration {
         let left = time.as_nanos().saturating_sub(self.clock.now().as_nanos());
         Duration::from_nanos(u64::try_from(left).unwrap_or(0))
     }
 
-    /// Waits for this long. `true` when something has come.
+    /// Waits for this long. Returns `true` when something has come.
     fn wait_for(&mut self, time_out: Option<Duration>, ready: &mut dyn FnMut(SocketId, Interest)) -> bool {
         let Waited { came, woken } = self.sockets.wait(time_out, ready);
         if woken {
@@ -71,10 +71,10 @@ impl Linux {
         came
     }
 
-    fn look_until(&mut self, end: std::time::Instant, ready: &mut dyn FnMut(SocketId, Interest)) -> bool {
-        let Looked { came, lost } = look_until(end, || self.wait_for(Some(Duration::ZERO), ready));
-        if let Some(lost) = lost {
-            self.attention.learn_loss(std::time::Instant::now(), lost);
+    fn spin_until(&mut self, end: std::time::Instant, ready: &mut dyn FnMut(SocketId, Interest)) -> bool {
+        let SpinOutcome { ready: came, preempted } = spin_until(end, || self.wait_for(Some(Duration::ZERO), ready));
+        if let Some(lost) = preempted {
+            self.spin.record_preemption(std::time::Instant::now(), lost);
         }
         came
     }
@@ -187,7 +187,7 @@ impl Platform for Linux {
     }
 
     fn expect(&mut self, time: Deadline) {
-        self.attention.expect(match time {
+        self.spin.expect(match time {
             Deadline::At(time) => Some(std::time::Instant::now() + self.until(time)),
             Deadline::Now | Deadline::Never => None,
         });
@@ -201,25 +201,25 @@ impl Platform for Linux {
                 return;
             }
             Deadline::Never => None,
-            // A time that is too far away to be told is as good as for ever.
+            // A time that is too far away for the system's type is as good as no limit.
             Deadline::At(time) => begin.checked_add(self.until(time)),
         };
-        let plan = self.attention.plan(begin, end);
-        let mut came = plan.first.is_some_and(|end| self.look_until(end, ready));
+        let plan = self.spin.plan(begin, end);
+        let mut came = plan.first.is_some_and(|end| self.spin_until(end, ready));
         if let Some((wake, end)) = plan.second.filter(|_| !came) {
             came = self.sleep_until(Some(wake), ready);
             let now = std::time::Instant::now();
             if !came && now < wake {
-                // The sockets wanted to be looked after. What is expected is still to come.
+                // A wake-up for the check of silent connections; the expected event is still to come.
                 return;
             }
             if !came {
-                self.attention.learn_lateness(wake.max(begin), now);
+                self.spin.record_lateness(wake.max(begin), now);
             }
-            came = came || self.look_until(end, ready);
+            came = came || self.spin_until(end, ready);
         }
         came = came || self.sleep_until(end, ready);
-        self.attention.learn(&plan, std::time::Instant::now(), came);
+        self.spin.record(&plan, std::time::Instant::now(), came);
     }
 
     fn interrupted(&mut self) -> bool {

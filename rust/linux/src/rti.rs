@@ -10,7 +10,7 @@ use lf_coordination::rti::{AfterLoss, Config, START_REPORT, SetupError};
 pub use lf_coordination::rti::{CLOCK_SYNC_TRIALS, ClockSync, Outcome};
 use lf_model::time::Interval;
 use lf_runtime::platform::{NetError, Platform, SocketId};
-use lf_runtime::{AUTHENTICATOR, Inlet, Outgoing, RtiSetup, log_notice, run_rti};
+use lf_runtime::{AUTHENTICATOR, Inlet, Outgoing, RtiSetup, log_rti_event, run_rti};
 
 use crate::platform::Linux;
 use crate::trace::Traced;
@@ -18,30 +18,30 @@ pub use crate::trace::{Trace, TraceFormat};
 pub use crate::trace_file::TRACE_MIB;
 use crate::trace_file::TraceFile;
 
-/// Connections beyond one per federate, for those that are told why they are refused.
+/// Connections beyond one per federate, so that a rejected peer can learn the reason.
 const SPARE_CONNECTIONS: usize = 16;
-/// Length of a buffer that has not had to hold more: twice what is read at once, so that what is left of a message
-/// takes no room from what comes next.
+/// The length of a buffer that has not had to hold more: twice the length of a read, so that the rest of a message
+/// takes no room from the next one.
 const BUFFER_BYTES_IDLE: usize = 1 << 17;
-/// Most bytes that wait for a receiver before its senders have to, unless a single message is longer.
+/// The number of bytes that may wait for a receiver before its senders have to, unless a single message is longer.
 const BUFFER_BYTES_USUAL: usize = 1 << 21;
-/// The longest message is this part of the computer's memory, unless told otherwise: it lies in the buffers of its
-/// sender and its receiver, which grow by doubling, and there is more than one of each.
+/// The default limit of a message is this part of the computer's memory: it lies in the buffers of its sender and its
+/// receiver, which grow by doubling, and there is more than one of each.
 const MEMORY_PART: usize = 8;
-/// How many different tags of messages to one federate are remembered exactly while they are on their way: at most and
-/// at least. In between, all federates together have so many that they take 2 MB.
+/// The bounds for the number of different tags of messages in transit to one federate that are stored exactly. In
+/// between, the tags of all federates together take 2 MB.
 const IN_TRANSIT_MAX: usize = 1024;
 const IN_TRANSIT_MIN: usize = 128;
 const IN_TRANSIT_ALL: usize = 1 << 17;
 
-/// What the user tells the RTI.
+/// The user's options for the RTI.
 #[derive(Clone, Debug)]
 pub struct Options {
-    /// How many federates the federation has, at least 1.
+    /// The number of federates of the federation, at least 1.
     pub federates: u16,
     /// The federation's id.
     pub federation_id: String,
-    /// Whether federates have to prove that they know the federation's id.
+    /// Whether federates have to prove that they know the federation id.
     pub authentication: bool,
     /// The TCP port; 0 lets the system choose.
     pub port: u16,
@@ -49,27 +49,27 @@ pub struct Options {
     pub clock_sync: ClockSync,
     /// Rounds the start time up to a multiple of this.
     pub start_time_multiple: Option<Interval>,
-    /// Whether DNETs are sent.
+    /// Whether to send DNETs.
     pub dnet: bool,
     /// Whether the others go on when a federate is lost; otherwise the federation is stopped.
     pub go_on_after_loss: bool,
-    /// While the federation runs, it is logged of each participant that waits for longer than this what it waits for.
+    /// While the federation runs, the RTI logs each participant that waits for longer than this, and what it waits for.
     pub log_waits: Option<Interval>,
-    /// How long the start waits for a federate that was there and has left; `None`: for ever.
+    /// The time that the start waits for a federate that was there and has left; `None`: without end.
     pub start_barrier_time_out: Option<Interval>,
     /// Files for traces of the messages.
     pub traces: Vec<Trace>,
-    /// A file for what happens, as federates record it, too.
+    /// A file for events, in the format of federates' recordings.
     pub record: Option<PathBuf>,
-    /// How large that file may be, in MiB.
+    /// The maximum size of that file, in MiB.
     pub record_limit: u32,
     /// The longest message payload that is forwarded, in bytes.
     pub payload_bytes_max: usize,
 }
 
 impl Options {
-    /// The longest message payload that is forwarded unless told otherwise, in bytes: an eighth of this computer's
-    /// memory, and no more than a message can have.
+    /// Returns the default maximum payload in bytes: an eighth of this computer's memory, and at most the protocol's
+    /// limit.
     pub fn payload_bytes_max_default() -> usize {
         let system = rustix::system::sysinfo();
         let units = usize::try_from(system.totalram).unwrap_or(usize::MAX);
@@ -77,7 +77,8 @@ impl Options {
         (bytes / MEMORY_PART).min(usize::try_from(u32::MAX).unwrap_or(usize::MAX))
     }
 
-    /// An RTI without clock synchronization for this federation, on a port that the system chooses.
+    /// Returns the options of an RTI without clock synchronization for this federation, on a port that the system
+    /// chooses.
     pub fn new(federates: u16, federation_id: &str) -> Self {
         let payload_bytes_max = Self::payload_bytes_max_default();
         let Config { start_barrier_time_out, .. } = Config::new(federation_id.as_bytes(), payload_bytes_max);
@@ -100,16 +101,16 @@ impl Options {
     }
 }
 
-/// Why there is no RTI, or none any more.
+/// An error that ends the RTI.
 #[derive(Debug)]
 pub enum RtiError {
-    /// The system refuses what every program needs.
+    /// A call of the system that every program needs has failed.
     System(std::io::Error),
     /// The port cannot be listened on.
     Listen {
         /// The port.
         port: u16,
-        /// Why not.
+        /// The system's error.
         error: NetError,
     },
     /// No UDP port can be opened for clock synchronization.
@@ -118,10 +119,10 @@ pub enum RtiError {
     Trace {
         /// The file.
         file: PathBuf,
-        /// Why not.
+        /// The system's error.
         error: std::io::Error,
     },
-    /// Its configuration and memory do not go together.
+    /// Its configuration and memory do not fit together.
     Setup(SetupError),
 }
 
@@ -141,10 +142,10 @@ impl fmt::Display for RtiError {
 
 impl std::error::Error for RtiError {}
 
-/// Runs the RTI of one federation until it is over. `listening` is told the port once federates can connect.
+/// Runs the RTI of one federation until it is over. Calls `listening` with the port once federates can connect.
 ///
 /// # Errors
-/// Why there is no RTI.
+/// The reason why there is no RTI.
 pub fn serve(options: &Options, listening: impl FnOnce(u16)) -> Result<Outcome, RtiError> {
     let mut host = Linux::new().map_err(RtiError::System)?;
     if let Some(file) = &options.record {
@@ -184,11 +185,11 @@ fn serve_on(mut host: impl Platform, options: &Options, listening: impl FnOnce(u
     let mut memory = Memory::new(Sizes { federates: count, connections, upstream: count, in_transit });
     let (inlets, outgoings) = (&mut inlets[..], &mut outgoings[..]);
     let setup = RtiSetup { config, storage: memory.storage(), inlets, outgoings, datagrams };
-    run_rti(&mut host, setup, listener, &mut log_notice).map_err(RtiError::Setup)
+    run_rti(&mut host, setup, listener, &mut log_rti_event).map_err(RtiError::Setup)
 }
 
-/// Opens a UDP port for clock synchronization, if it goes on while the federation runs. Federates answer to where the
-/// datagrams come from, so another port than the usual one will do.
+/// Opens a UDP port for clock synchronization, if it goes on while the federation runs. Federates answer to the source
+/// of the datagrams, so another port than the usual one will do.
 fn open_datagrams(host: &mut impl Platform, clock_sync: ClockSync) -> Result<Option<SocketId>, RtiError> {
     let ClockSync::On { .. } = clock_sync else { return Ok(None) };
     let usual = host.bind(RTI_UDP_PORT);

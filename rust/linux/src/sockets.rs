@@ -15,12 +15,12 @@ use rustix::net::{AddressFamily, Protocol, RecvFlags, SendFlags, Shutdown, Socke
 
 use self::silence::Silence;
 
-/// The epoll key of the wake-up descriptor, which is no socket of the table.
+/// The epoll key of the wake-up descriptor, which is not a socket of the table.
 const WAKE_KEY: u64 = u64::MAX;
-/// After how long a silent peer is asked whether it is still there, how often, and how many times in vain: a board that
-/// has halted, or whose cable is out, ends its connections after 40 seconds. Data on its way: see [`silence`].
+/// TCP keep-alive: the silence after which a peer is probed, the interval, and the number of failed probes. A board
+/// that has halted, or whose cable is out, ends its connections after 40 seconds. Data in transit: see [`silence`].
 const KEEPALIVE: (Duration, Duration, u32) = (Duration::from_secs(10), Duration::from_secs(5), 6);
-/// How many events one wait takes from the kernel; the rest comes with the next wait.
+/// The number of events that one wait takes from the kernel; the rest comes with the next wait.
 const EVENTS: usize = 256;
 
 /// All sockets of one program.
@@ -40,17 +40,17 @@ struct SocketPlace {
 #[derive(Debug)]
 struct Socket {
     descriptor: OwnedFd,
-    /// The family whose addresses its calls take.
+    /// The address family of its calls.
     family: AddressFamily,
     interest: Interest,
 }
 
-/// Why a wait has ended.
+/// The reason why a wait has ended.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Waited {
-    /// A socket or the wake-up is ready, or a signal has come.
+    /// Whether a socket or the wake-up is ready, or a signal has come.
     pub(crate) came: bool,
-    /// The wake-up is.
+    /// Whether the wake-up is ready.
     pub(crate) woken: bool,
 }
 
@@ -61,7 +61,7 @@ impl fmt::Debug for Sockets {
 }
 
 impl Sockets {
-    /// An empty table whose waits are also ended by `wake` becoming readable.
+    /// Returns an empty table whose waits also end when `wake` becomes readable.
     ///
     /// # Errors
     /// When the system has no descriptor left.
@@ -101,7 +101,7 @@ impl Sockets {
     pub(crate) fn connected(&self, id: SocketId) -> Result<(), NetError> {
         let descriptor = self.descriptor(id)?;
         sockopt::socket_error(descriptor).map_err(error)?.map_err(error)?;
-        // Where nobody listens on a port of this computer, TCP can connect a socket with itself.
+        // If no process listens on a port of this computer, TCP can connect a socket with itself.
         let own = rustix::net::getsockname(descriptor).map_err(error)?;
         let peer = rustix::net::getpeername(descriptor).map_err(error)?;
         if Some(own) == peer { Err(NetError::Refused) } else { Ok(()) }
@@ -190,7 +190,7 @@ impl Sockets {
     /// See [`lf_runtime::platform::Platform::shut_down_writing`].
     pub(crate) fn shut_down_writing(&self, id: SocketId) {
         if let Ok(descriptor) = self.descriptor(id) {
-            // It fails only when the connection is gone already, which is what was asked for.
+            // It fails only when the connection is gone already, as requested.
             let _ = rustix::net::shutdown(descriptor, Shutdown::Write);
         }
     }
@@ -215,7 +215,7 @@ impl Sockets {
             return;
         }
         // None of the three can fail: the descriptor is open, and in the set exactly when there is an interest. Without
-        // one it is taken out, for epoll would report a broken connection again and again.
+        // one it is removed, because epoll would report a broken connection again and again.
         let _ = match (socket.interest, interest) {
             (Interest::NONE, _) => epoll::add(&self.epoll, &socket.descriptor, key(id), flags(interest)),
             (_, Interest::NONE) => epoll::delete(&self.epoll, &socket.descriptor),
@@ -226,12 +226,12 @@ impl Sockets {
 
     /// Waits until `time_out` has passed, a socket is ready or the wake-up is.
     pub(crate) fn wait(&mut self, time_out: Option<Duration>, ready: &mut dyn FnMut(SocketId, Interest)) -> Waited {
-        let time_out = if self.end_the_silent() {
-            Some(time_out.unwrap_or(silence::LOOK_INTERVAL).min(silence::LOOK_INTERVAL))
+        let time_out = if self.close_silent() {
+            Some(time_out.unwrap_or(silence::CHECK_INTERVAL).min(silence::CHECK_INTERVAL))
         } else {
             time_out
         };
-        // A time that no timespec holds is as good as for ever.
+        // A time that no timespec holds is as good as no limit.
         let time_out = time_out.and_then(|time_out| Timespec::try_from(time_out).ok());
         self.events.clear();
         let spare = rustix::buffer::spare_capacity(&mut self.events);
@@ -257,19 +257,19 @@ impl Sockets {
         Waited { came: !self.events.is_empty(), woken }
     }
 
-    /// Ends connections whose peers are gone, of which the event loop then hears as of any other end. Gives whether
-    /// there are connections, so that it has to be looked again.
-    fn end_the_silent(&mut self) -> bool {
+    /// Ends connections whose peers are gone, which the event loop sees like any other end. Returns whether there are
+    /// connections to check again.
+    fn close_silent(&mut self) -> bool {
         let mut sockets = self.places.iter().filter_map(|place| place.socket.as_ref()).peekable();
         if sockets.peek().is_none() {
             return false;
         }
         let now = Instant::now();
-        let gone = self.silence.turn(now);
+        let gone = self.silence.poll(now);
         if !gone.is_empty() {
             for socket in sockets {
                 if inode(&socket.descriptor).is_some_and(|inode| gone.contains(&inode)) {
-                    // It fails only when the connection is at its end already.
+                    // It fails only when the connection has ended already.
                     let _ = rustix::net::shutdown(&socket.descriptor, Shutdown::Both);
                 }
             }
@@ -312,13 +312,13 @@ fn set_up_connection(descriptor: &OwnedFd) -> Result<(), NetError> {
     sockopt::set_socket_keepalive(descriptor, true).map_err(error)
 }
 
-/// The number by which Linux names a socket in its table of connections.
+/// Returns Linux's number of a socket in its table of connections.
 fn inode(descriptor: &OwnedFd) -> Option<u64> {
     rustix::fs::fstat(descriptor).ok().map(|stat| stat.st_ino)
 }
 
-/// A socket that is to take what comes over any family that this computer has: one of IPv6 that takes IPv4, too, or of
-/// IPv4 where there is no other.
+/// Opens a socket for any family that this computer has: one of IPv6 that takes IPv4, too, or of IPv4 if there is no
+/// other.
 fn open_for_all(kind: SocketType, protocol: Protocol) -> Result<(OwnedFd, AddressFamily), NetError> {
     let takes_both = open(AddressFamily::INET6, kind, protocol).and_then(|descriptor| {
         sockopt::set_ipv6_v6only(&descriptor, false).map_err(error)?;
@@ -327,7 +327,7 @@ fn open_for_all(kind: SocketType, protocol: Protocol) -> Result<(OwnedFd, Addres
     takes_both.or_else(|_| Ok((open(AddressFamily::INET, kind, protocol)?, AddressFamily::INET)))
 }
 
-/// All addresses of this computer.
+/// Returns the address that stands for all addresses of this computer.
 fn any_address(family: AddressFamily, port: u16) -> SocketAddr {
     if family == AddressFamily::INET6 {
         SocketAddr::from((Ipv6Addr::UNSPECIFIED, port))

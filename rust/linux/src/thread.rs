@@ -5,10 +5,10 @@ use std::thread::{self, JoinHandle};
 
 use lf_model::{PhysicalLink, ReactionContext};
 
-/// What reactions see of this module; it is in the prelude.
+/// The interface of this module for reactions; it is in the prelude.
 pub trait SpawnPhysicalThread {
-    /// Runs `body` on a thread of its own, which can schedule physical actions through the link that it is given. What
-    /// `body` returns is had by joining the thread.
+    /// Runs `body` on a thread of its own, which can schedule physical actions through its argument. Join the thread to
+    /// get the result of `body`.
     ///
     /// A thread that still runs when the program has ended does not hold it up.
     ///

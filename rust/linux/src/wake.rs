@@ -6,7 +6,7 @@ use std::os::unix::net::UnixStream;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::{Arc, OnceLock};
 
-/// What a shell adds to the number of a signal.
+/// The offset that a shell adds to the number of a signal.
 const SIGNALED: u8 = 128;
 /// ^C.
 const SIGINT: u8 = 2;
@@ -14,9 +14,9 @@ const SIGINT: u8 = 2;
 /// One wake-up per program: statics of the generated code reach it from any thread.
 static WAKE_UP: OnceLock<Arc<WakeUp>> = OnceLock::new();
 
-/// A pair of sockets that ends the event loop's wait, and what the signal handlers have seen.
+/// A pair of sockets that ends the event loop's wait, and the last signal.
 ///
-/// The signal handlers write to it too, so a signal that comes just before a wait ends that wait.
+/// The signal handlers write to it too, so a signal just before a wait ends that wait.
 #[derive(Debug)]
 pub(crate) struct WakeUp {
     reader: UnixStream,
@@ -26,7 +26,7 @@ pub(crate) struct WakeUp {
 }
 
 impl WakeUp {
-    /// The program's wake-up; the first call makes it and takes over SIGINT and SIGTERM.
+    /// Returns the program's wake-up; the first call makes it and takes over SIGINT and SIGTERM.
     ///
     /// # Errors
     /// When the system has no descriptor left, or refuses a signal handler.
@@ -46,7 +46,7 @@ impl WakeUp {
         Ok(Arc::clone(WAKE_UP.get_or_init(|| Arc::new(Self { reader, writer, signal: last }))))
     }
 
-    /// Ends the wait of the event loop, now or at its next start; a no-op before the program has an event loop.
+    /// Ends the wait of the event loop, now or at its next start; does nothing before the program has an event loop.
     pub(crate) fn wake_program() {
         if let Some(wake_up) = WAKE_UP.get() {
             // It fails only when the socket is full, and then the loop is being woken anyway.
@@ -54,24 +54,24 @@ impl WakeUp {
         }
     }
 
-    /// What becomes readable.
+    /// Returns the descriptor that becomes readable.
     pub(crate) fn descriptor(&self) -> &UnixStream {
         &self.reader
     }
 
-    /// Takes the wake-ups back, so that the next wait waits.
+    /// Clears the wake-ups, so that the next wait waits.
     pub(crate) fn clear(&self) {
         while matches!((&self.reader).read(&mut [0_u8; 64]), Ok(count) if count > 0) {}
     }
 
-    /// Whether SIGINT or SIGTERM has come.
+    /// Returns whether SIGINT or SIGTERM has come.
     pub(crate) fn interrupted(&self) -> bool {
         self.signal.load(Ordering::Relaxed) != 0
     }
 }
 
-/// The exit status of a program that a signal asked to end, as a shell reports it: 130 after SIGINT, 143 after SIGTERM.
-/// Where none has come, that of ^C.
+/// Returns the exit status of a program that a signal asked to end, as a shell reports it: 130 after SIGINT, 143 after
+/// SIGTERM. Without a signal, that of ^C.
 pub fn interruption_status() -> u8 {
     let signal = WAKE_UP.get().map_or(0, |wake_up| wake_up.signal.load(Ordering::Relaxed));
     let signal = u8::try_from(signal).ok().filter(|signal| *signal != 0).unwrap_or(SIGINT);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! What several options of a command line have in common: times, and what is wrong.
+//! The parts that several options of a command line share: times and errors.
 
 use std::fmt;
 
@@ -7,7 +7,7 @@ use lexopt::prelude::ValueExt as _;
 use lf_model::time::Interval;
 use lf_model::units::{nanoseconds, number_and_unit, unit_ns};
 
-/// What is wrong with a command line.
+/// An error in a command line, as a phrase.
 #[derive(Debug)]
 pub(crate) struct UsageError(pub(crate) String);
 
@@ -25,7 +25,7 @@ impl From<lexopt::Error> for UsageError {
     }
 }
 
-/// A number and a unit, in one argument or in two.
+/// Parses a number and a unit, in one argument or in two.
 pub(crate) fn interval(parser: &mut lexopt::Parser) -> Result<Interval, UsageError> {
     let first = parser.value()?.string()?;
     let (number, unit) = number_and_unit(&first);
@@ -37,7 +37,7 @@ pub(crate) fn interval(parser: &mut lexopt::Parser) -> Result<Interval, UsageErr
     nanoseconds(number, &unit).map(Interval::from_nanos).map_err(|error| UsageError(error.to_string()))
 }
 
-/// Whether the next argument is a unit of time.
+/// Returns whether the next argument is a unit of time.
 fn next_is_unit(parser: &mut lexopt::Parser) -> bool {
     let next = parser.try_raw_args().and_then(|arguments| arguments.as_slice().first().cloned());
     next.as_deref().and_then(std::ffi::OsStr::to_str).is_some_and(|word| unit_ns(word).is_some())

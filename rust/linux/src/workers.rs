@@ -3,11 +3,11 @@
 
 use std::sync::{Mutex, OnceLock, PoisonError};
 
-use lf_model::{Crew, Job, Worker};
+use lf_model::{Job, Worker, WorkerPool};
 use rayon::{ThreadPool, ThreadPoolBuilder};
 
-/// The threads of this process, beside the event loop's; none if the operating system had none. They are started when
-/// they are first needed.
+/// The threads of this process, beside the event loop's; none if the operating system had none. They start when they
+/// are first needed.
 static POOL: OnceLock<Option<ThreadPool>> = OnceLock::new();
 
 /// `COUNT` threads, the event loop's among them.
@@ -28,11 +28,11 @@ impl<const COUNT: usize> Threads<COUNT> {
     }
 }
 
-impl<const COUNT: usize> Crew for Threads<COUNT> {
+impl<const COUNT: usize> WorkerPool for Threads<COUNT> {
     fn run(&self, workers: &mut [Worker<'_>], jobs: &mut [Job<'_>]) {
         let Some((own, others)) = workers.split_first_mut() else { return };
         let jobs = Mutex::new(jobs.iter_mut());
-        // Whoever is free takes the next one.
+        // A thread that is free takes the next one.
         let work = |worker: &mut Worker<'_>| {
             loop {
                 let next = jobs.lock().unwrap_or_else(PoisonError::into_inner).next();

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! What ends a wait that nothing else would end: another thread, a signal. In one test, for signals are the process's.
+//! A thread and a signal each end a wait that nothing else would end. In one test, because signals are the process's.
 
 use lf_coordination::Deadline;
 use lf_linux::Linux;

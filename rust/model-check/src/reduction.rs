@@ -40,12 +40,12 @@ pub(crate) fn actions(world: &World, state: &State, steps: &mut Vec<Action>) {
         return;
     }
     let can_run = |id: &usize| state.federates[*id].can_run(*id, world).is_some();
-    let is_told = |id: &usize| !state.down[*id].is_empty();
-    if let Some(id) = all.clone().find(|id| is_told(id) && !can_run(id)) {
+    let is_logged = |id: &usize| !state.down[*id].is_empty();
+    if let Some(id) = all.clone().find(|id| is_logged(id) && !can_run(id)) {
         heard(id, steps);
         return;
     }
-    if let Some(id) = all.clone().find(|id| is_told(id) && state.up[*id].is_empty()) {
+    if let Some(id) = all.clone().find(|id| is_logged(id) && state.up[*id].is_empty()) {
         heard(id, steps);
         runs(world, state, id, steps);
         return;

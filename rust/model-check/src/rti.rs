@@ -6,7 +6,7 @@ use std::sync::Arc;
 
 use ahash::RandomState;
 use lf_coordination::heap::{Memory, Sizes};
-use lf_coordination::rti::{ClockSync, Config, ConnectionId, Notice, Outlet, Rti, Suspended, Verdict};
+use lf_coordination::rti::{ClockSync, Config, ConnectionId, Outlet, Rti, RtiEvent, Suspended, Verdict};
 use lf_coordination::{from_wire, to_wire};
 use lf_model::time::Instant;
 use lf_testkit::messages::{encoded, introduction};
@@ -193,12 +193,12 @@ impl Outlet for Collected {
         self.broken = Some(Broken::Expelled { federate: of.try_into().unwrap_or(u8::MAX) });
     }
 
-    fn notice(&mut self, notice: Notice<'_>) {
-        match notice {
-            Notice::InTransitFull(federate) => {
+    fn log(&mut self, event: RtiEvent<'_>) {
+        match event {
+            RtiEvent::InTransitFull(federate) => {
                 self.broken = Some(Broken::InTransitFull { federate: federate.0.try_into().unwrap_or(u8::MAX) });
             }
-            Notice::Late { to, .. } => {
+            RtiEvent::Late { to, .. } => {
                 self.broken = Some(Broken::CalledLate { federate: to.0.try_into().unwrap_or(u8::MAX) });
             }
             _ => {}

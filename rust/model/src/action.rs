@@ -4,7 +4,9 @@ use core::fmt;
 
 use heapless::vec::VecStorage;
 
-use crate::cell::{Bounds, Moment, Readable, Schedulable, TriggerCell, cell_by_view, mode_by_view, schedule_by_view};
+use crate::cell::{
+    Bounds, Readable, Schedulable, ScheduleContext, TriggerCell, cell_by_view, mode_by_view, schedule_by_view,
+};
 use crate::modes::ModeCell;
 use crate::queue::{Event, Full, Owned, Queue, View};
 use crate::tables::{ActionTiming, Policy, TriggerId};
@@ -17,7 +19,7 @@ pub struct Timer {
 }
 
 impl Timer {
-    /// A timer; offset and period stand in the tables.
+    /// Returns a timer; offset and period are in the tables.
     pub const fn new() -> Self {
         Self { present: false }
     }
@@ -44,7 +46,7 @@ impl TriggerCell for Timer {
 }
 
 /// A logical action with room for `N` pending events. Generated code makes one per trigger of this kind, with the
-/// capacity from the plan, and gives it to reactions as `&LogicalAction<T>`, or as effect `&mut LogicalAction<T>`.
+/// capacity from the plan, and passes it to reactions as `&LogicalAction<T>`, or as effect `&mut LogicalAction<T>`.
 pub type LogicalActionQueue<T, const N: usize> = LogicalAction<T, Owned<Option<T>, N>>;
 
 /// A logical action, as bodies see it.
@@ -52,7 +54,7 @@ pub struct LogicalAction<T, S: VecStorage<Event<Option<T>>> + ?Sized = View<Opti
     id: TriggerId,
     present: bool,
     value: Option<T>,
-    /// The tag of the event that was scheduled last, and of the one before it. What comes after the stop never happens
+    /// The tag of the event that was scheduled last, and of the one before it. An event after the stop never happens
     /// but counts here: the spacing must not depend on when the stop becomes known.
     last: Option<Tag>,
     before: Option<Tag>,
@@ -62,14 +64,14 @@ pub struct LogicalAction<T, S: VecStorage<Event<Option<T>>> + ?Sized = View<Opti
 }
 
 impl<T, const N: usize> LogicalActionQueue<T, N> {
-    /// An action with nothing pending.
+    /// Returns an action without pending events.
     pub const fn new(id: TriggerId) -> Self {
         Self { id, present: false, value: None, last: None, before: None, happened: None, queue: Queue::new() }
     }
 }
 
 impl<T> LogicalAction<T> {
-    /// Schedules an event at `intended`, or where spacing and other events put it.
+    /// Schedules an event at `intended`, or at the tag that spacing and other events require.
     pub(crate) fn insert(
         &mut self,
         intended: Tag,
@@ -79,9 +81,9 @@ impl<T> LogicalAction<T> {
     ) -> Result<(), Full> {
         let intended = intended.max(bounds.current.next_microstep());
         let tag = match self.place(intended, timing) {
-            Place::At(tag) => tag,
-            Place::Nowhere => return Ok(()),
-            Place::Into(tag) => {
+            Placement::At(tag) => tag,
+            Placement::Nowhere => return Ok(()),
+            Placement::Into(tag) => {
                 if let Some(pending) = self.queue.value_at(tag) {
                     *pending = value;
                 }
@@ -95,19 +97,19 @@ impl<T> LogicalAction<T> {
         Ok(())
     }
 
-    /// The rules of minimum spacing. An event that [`Policy::Update`] replaces is taken out here.
-    fn place(&mut self, intended: Tag, timing: &ActionTiming) -> Place {
+    /// Applies the rules of minimum spacing. Removes an event that [`Policy::Update`] replaces.
+    fn place(&mut self, intended: Tag, timing: &ActionTiming) -> Placement {
         let Some(spacing) = timing.min_spacing else {
             return match timing.policy {
-                Policy::Replace if self.queue.contains(intended) => Place::Into(intended),
-                Policy::Drop if self.queue.contains(intended) => Place::Nowhere,
-                _ => Place::At(intended),
+                Policy::Replace if self.queue.contains(intended) => Placement::Into(intended),
+                Policy::Drop if self.queue.contains(intended) => Placement::Nowhere,
+                _ => Placement::At(intended),
             };
         };
         let Some(last) = self.last else {
-            return Place::At(intended);
+            return Placement::At(intended);
         };
-        // With a spacing of zero, two events at one instant are still one too many, but microsteps part them.
+        // With a spacing of zero, two events at one instant are still one too many, but microsteps separate them.
         let earliest_after =
             |tag: Tag| if spacing.as_nanos() == 0 { tag.next_microstep() } else { Tag::at(tag.time + spacing) };
         let early = |tag: Tag| {
@@ -115,28 +117,28 @@ impl<T> LogicalAction<T> {
             earliest > intended.time || (spacing.as_nanos() == 0 && earliest == intended.time)
         };
         if !early(last) {
-            return Place::At(intended);
+            return Placement::At(intended);
         }
         match timing.policy {
-            Policy::Drop => Place::Nowhere,
-            Policy::Replace if self.queue.contains(last) => Place::Into(last),
-            Policy::Defer | Policy::Replace => Place::At(intended.max(earliest_after(last))),
+            Policy::Drop => Placement::Nowhere,
+            Policy::Replace if self.queue.contains(last) => Placement::Into(last),
+            Policy::Defer | Policy::Replace => Placement::At(intended.max(earliest_after(last))),
             Policy::Update => {
                 if self.happened < Some(last) {
                     self.queue.remove(last);
                     self.last = self.before;
                 }
                 match self.last {
-                    Some(before) if early(before) => Place::At(intended.max(earliest_after(before))),
-                    _ => Place::At(intended),
+                    Some(before) if early(before) => Placement::At(intended.max(earliest_after(before))),
+                    _ => Placement::At(intended),
                 }
             }
         }
     }
 }
 
-/// Where an event goes.
-enum Place {
+/// The tag of an event, if it happens.
+enum Placement {
     At(Tag),
     Into(Tag),
     Nowhere,
@@ -166,9 +168,9 @@ impl<T> Schedulable for LogicalAction<T> {
     fn id(&self) -> TriggerId {
         self.id
     }
-    fn schedule(&mut self, value: Option<T>, moment: &Moment<'_>) -> Result<(), Full> {
-        let delay = moment.timing.min_delay.saturating_add(moment.offset);
-        self.insert(moment.bounds.current.after(delay), value, moment.timing, &moment.bounds)
+    fn schedule(&mut self, value: Option<T>, context: &ScheduleContext<'_>) -> Result<(), Full> {
+        let delay = context.timing.min_delay.saturating_add(context.offset);
+        self.insert(context.bounds.current.after(delay), value, context.timing, &context.bounds)
     }
     fn pending(&self) -> Option<Tag> {
         self.queue.first_tag()
@@ -199,7 +201,7 @@ impl<T> TriggerCell for LogicalAction<T> {
 
 impl<T> ModeCell for LogicalAction<T> {
     fn shift(&mut self, from: Tag, to: Tag) -> Option<Tag> {
-        // The spacing of events is one of the mode's own time.
+        // The spacing of events counts in the mode's own time.
         for tag in [&mut self.last, &mut self.before, &mut self.happened].into_iter().flatten() {
             *tag = tag.moved(from, to);
         }
@@ -216,7 +218,7 @@ schedule_by_view!(LogicalActionQueue, LogicalAction, T);
 cell_by_view!(LogicalActionQueue, LogicalAction, T);
 mode_by_view!(LogicalActionQueue, LogicalAction, T);
 
-/// The tag at which a physical event at `time` is meant to happen: never before the start.
+/// Returns the intended tag of a physical event at `time`: never before the start.
 pub(crate) fn physical_tag(time: Instant, timing: &ActionTiming, start: Instant) -> Tag {
     Tag::at((time + timing.min_delay).max(start))
 }

@@ -5,7 +5,7 @@
 pub(crate) struct Bits<'a>(pub(crate) &'a mut [u32]);
 
 impl Bits<'_> {
-    /// Adds a number; `false` when it was in already.
+    /// Adds a number; returns `false` when it was in already.
     pub(crate) fn insert(&mut self, index: u16) -> bool {
         let (word, bit) = (usize::from(index / 32), 1 << (index % 32));
         let new = self.0[word] & bit == 0;
@@ -21,7 +21,7 @@ impl Bits<'_> {
         self.0[usize::from(index / 32)] &= !(1 << (index % 32));
     }
 
-    /// The smallest number in the set, not below `from`.
+    /// Returns the smallest number in the set, not below `from`.
     pub(crate) fn first_from(&self, from: u16) -> Option<u16> {
         let mut mask = u32::MAX << (from % 32);
         for (index, word) in self.0.iter().enumerate().skip(usize::from(from / 32)) {
@@ -62,7 +62,7 @@ mod tests {
     use super::*;
 
     proptest! {
-        /// It behaves as a sorted set of the numbers that its words have bits for.
+        /// It behaves like a sorted set of the numbers that its words have bits for.
         #[test]
         fn it_is_a_sorted_set(changes in prop::collection::vec((0..96u16, any::<bool>()), 0..50), from in 0..96u16) {
             let mut words = [0; 3];

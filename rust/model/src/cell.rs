@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! What the engine and bodies need of ports, timers, actions and inputs, whatever their values are.
+//! The interfaces of ports, timers, actions and inputs for the engine and bodies, independent of their value types.
 use crate::error::DeliverError;
 use crate::outside::Outside;
 use crate::payload::PayloadError;
@@ -7,36 +7,36 @@ use crate::queue::Full;
 use crate::tables::{ActionTiming, TriggerId};
 use crate::time::{Instant, Interval, Tag};
 
-/// What a body can read: ports, actions, timers.
+/// A port, action or timer that a body can read.
 pub trait Readable {
     /// The type of its values.
     type Value;
 
-    /// Whether it has an event at the current tag.
+    /// Returns whether it has an event at the current tag.
     fn is_present(&self) -> bool;
 
-    /// The event's value, if there is an event and it has one.
+    /// Returns the event's value, if there is an event and it has one.
     fn value(&self) -> Option<&Self::Value>;
 }
 
-/// What a body can schedule: logical and physical actions.
+/// A logical or physical action that a body can schedule.
 pub trait Schedulable {
     /// The type of its values.
     type Value;
 
-    /// Which trigger it is.
+    /// Returns its id among the triggers.
     fn id(&self) -> TriggerId;
 
     /// Adds an event to its queue.
     ///
     /// # Errors
     /// When the queue is full.
-    fn schedule(&mut self, value: Option<Self::Value>, moment: &Moment<'_>) -> Result<(), Full>;
+    fn schedule(&mut self, value: Option<Self::Value>, context: &ScheduleContext<'_>) -> Result<(), Full>;
 
-    /// The tag of its earliest pending event.
+    /// Returns the tag of its earliest pending event.
     fn pending(&self) -> Option<Tag>;
 
-    /// How many events its queue holds.
+    /// Returns the capacity of its queue.
     fn capacity(&self) -> usize;
 }
 
@@ -49,8 +49,8 @@ macro_rules! schedule_by_view {
             fn id(&self) -> TriggerId {
                 Schedulable::id(self as &$view<T>)
             }
-            fn schedule(&mut self, value: Option<T>, moment: &Moment<'_>) -> Result<(), Full> {
-                Schedulable::schedule(self as &mut $view<T>, value, moment)
+            fn schedule(&mut self, value: Option<T>, context: &ScheduleContext<'_>) -> Result<(), Full> {
+                Schedulable::schedule(self as &mut $view<T>, value, context)
             }
             fn pending(&self) -> Option<Tag> {
                 Schedulable::pending(self as &$view<T>)
@@ -63,43 +63,43 @@ macro_rules! schedule_by_view {
 }
 pub(crate) use schedule_by_view;
 
-/// When something is scheduled.
+/// The circumstances in which an event is scheduled.
 #[allow(missing_debug_implementations)]
-pub struct Moment<'a> {
+pub struct ScheduleContext<'a> {
     pub(crate) timing: &'a ActionTiming,
     pub(crate) offset: Interval,
     pub(crate) bounds: Bounds,
     pub(crate) outside: &'a dyn Outside,
 }
 
-/// What the engine needs of a port.
+/// The engine's interface of a port.
 pub trait PortCell {
-    /// Whether it has a value at this tag.
+    /// Returns whether it has a value at this tag.
     fn is_present(&self) -> bool;
 
     /// Drops the value, at the end of the tag.
     fn clear(&mut self);
 }
 
-/// What the engine needs of a trigger's queue.
+/// The engine's interface of a trigger's queue.
 pub trait TriggerCell {
-    /// Makes the value of the event at `tag` visible to reactions; gives the tag of the next pending event.
+    /// Makes the value of the event at `tag` visible to reactions; returns the tag of the next pending event.
     fn activate(&mut self, tag: Tag) -> Option<Tag>;
 
-    /// Takes the value back, at the end of the tag.
+    /// Removes the value, at the end of the tag.
     fn clear(&mut self);
 
-    /// The tag of the earliest pending event.
+    /// Returns the tag of the earliest pending event.
     fn pending(&self) -> Option<Tag> {
         None
     }
 
-    /// Whether another event fits.
+    /// Returns whether another event fits.
     fn has_room(&self) -> bool {
         true
     }
 
-    /// The tag that its value at this tag was intended for, if it is tardy.
+    /// Returns the tag that its value at this tag was intended for, if it is tardy.
     fn intended(&self) -> Option<Tag> {
         None
     }
@@ -165,7 +165,7 @@ pub struct Bounds {
     pub stop: Tag,
 }
 
-/// Where a message stands in a queue.
+/// The tag that a message got in a queue.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Placed {
     /// The tag at which it happens.
@@ -174,7 +174,7 @@ pub struct Placed {
     pub tardy: bool,
 }
 
-/// Why a queue did not take a message; the engine adds which one it was.
+/// The reason why a queue did not take a message; the engine adds the queue's name.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Undelivered {
     /// It is full.

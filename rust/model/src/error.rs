@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! What can go wrong, each with a sentence that says what to do.
+//! The errors of the model, each with a sentence that says what to do.
 use core::fmt;
 
 use lf_texts::say;
@@ -7,28 +7,28 @@ use lf_texts::say;
 use crate::payload::PayloadError;
 use crate::time::Tag;
 
-/// The program cannot go on.
+/// An error that ends the program.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum ModelError {
     /// An action was scheduled while its queue was full.
     ActionFull {
         /// The action's path in the program.
         action: &'static str,
-        /// How many pending events it can hold.
+        /// The capacity of its queue.
         capacity: usize,
     },
     /// A delayed connection had to carry a value while its queue was full.
     DelayFull {
         /// The path of the port at the end of the connection.
         connection: &'static str,
-        /// How many values it can hold on their way.
+        /// The capacity of its queue.
         capacity: usize,
     },
     /// A value for another federate could not be written as bytes.
     Encode {
         /// The connection to the other federate.
         output: &'static str,
-        /// Why.
+        /// The reason.
         error: PayloadError,
     },
     /// The event loop began a tag that is not later than the last one, or later than a pending event.
@@ -43,9 +43,9 @@ pub enum ModelError {
         /// The tag that was to begin.
         tag: Tag,
     },
-    /// A body asked for a thread when all that the image has were running.
+    /// A body asked for a thread when all threads of the image were running.
     NoThreadLeft {
-        /// How many the image has.
+        /// The number of threads that the image has.
         threads: usize,
     },
 }
@@ -83,22 +83,22 @@ impl fmt::Display for ModelError {
 
 impl core::error::Error for ModelError {}
 
-/// A message from another federate was not taken.
+/// The reason why a message from another federate was not taken.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum DeliverError {
-    /// No room now: keep the message, and do not read its connection until there is, which
-    /// [`Engine::has_room`](crate::Engine::has_room) tells.
+    /// No room now: keep the message, and do not read its connection until
+    /// [`Engine::has_room`](crate::Engine::has_room) returns `true`.
     Full {
         /// The connection.
         input: &'static str,
-        /// How many messages it can hold.
+        /// The capacity of its queue.
         capacity: usize,
     },
-    /// The payload is not what the port's type needs.
+    /// The payload is not a value of the port's type.
     Payload {
         /// The connection.
         input: &'static str,
-        /// Why.
+        /// The reason.
         error: PayloadError,
     },
     /// The tag has passed.
@@ -146,10 +146,10 @@ impl fmt::Display for DeliverError {
 
 impl core::error::Error for DeliverError {}
 
-/// A physical action was not scheduled: as many of its events wait to be taken by the event loop as there is room for.
+/// A physical action was not scheduled, because its inbox is full.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct ScheduleError {
-    /// How many events can wait.
+    /// The capacity of the inbox.
     pub capacity: usize,
 }
 

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 //! The global event queue: for each trigger the tag of its earliest pending event, under a tournament tree.
 //!
-//! A trigger keeps its own pending values in order of tag, so one tag per trigger is all there is to order, and this
-//! queue cannot be full. Finding the earliest takes no time, changing one trigger's tag O(log triggers).
+//! A trigger keeps its own pending values in order of tag, so there is only one tag per trigger to order, and this
+//! queue cannot be full. Finding the earliest takes constant time, changing one trigger's tag O(log triggers).
 use crate::ids::TriggerId;
 use crate::time::Tag;
 
@@ -22,7 +22,7 @@ impl Events<'_> {
         }
     }
 
-    /// The earliest pending event.
+    /// Returns the earliest pending event.
     pub(crate) fn earliest(&self) -> Option<(Tag, TriggerId)> {
         if self.next.is_empty() {
             return None;
@@ -32,7 +32,7 @@ impl Events<'_> {
         (tag != Tag::FOREVER).then_some((tag, TriggerId(trigger)))
     }
 
-    /// Without memory, nothing is kept.
+    /// Sets the earliest tag of a trigger. Without memory, nothing is kept.
     pub(crate) fn set(&mut self, trigger: TriggerId, tag: Option<Tag>) {
         let leaf = usize::from(trigger.0);
         let Some(next) = self.next.get_mut(leaf) else { return };

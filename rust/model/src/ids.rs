@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-//! The numbers by which the tables call the parts of a program.
+//! The numbers by which the tables identify the parts of a program.
 
-/// A reaction: its index in [`Tables::reactions`](crate::Tables::reactions), which is also its place in the order of
+/// A reaction: its index in [`Tables::reactions`](crate::Tables::reactions), which is also its rank in the order of
 /// execution.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct ReactionId(pub u16);

@@ -2,14 +2,14 @@
 //! The reactor model of one federate: tags and time, event queue, reactions by level, ports, actions, timers,
 //! deadlines.
 //!
-//! The compiler generates a [`Program`] with constant [`Tables`]; an event loop drives it through an [`Engine`] and
-//! gives that an [`Env`] for what it cannot do itself: read a clock, send, wake. Nothing here knows a federation, a
-//! socket or a thread; nothing allocates. `tests/as_generated.rs` shows a program as the compiler writes it, and an
-//! event loop that drives it.
+//! The compiler generates a [`Program`] with constant [`Tables`]; an event loop drives it through an [`Engine`], which
+//! uses an [`Env`] to read a clock, send and wake. This crate knows neither federations nor sockets nor threads, and
+//! does not allocate. `tests/as_generated.rs` shows a program as the compiler writes it, and an event loop that drives
+//! it.
 //!
-//! # What the generator chooses
+//! # Capacities that the generator chooses
 //!
-//! | capacity | where it stands | what it must hold |
+//! | capacity | type | required size |
 //! |---|---|---|
 //! | events of a logical action | [`LogicalActionQueue<T, N>`] | those scheduled and not yet happened; `@capacity(n)` |
 //! | events of a physical action | [`PhysicalActionQueue<T, N>`], [`PhysicalInbox<T, N>`] | the same, in either |
@@ -54,7 +54,7 @@ mod watchdog;
 mod workers;
 
 pub use action::{LogicalAction, LogicalActionQueue, Timer};
-pub use cell::{Bounds, Moment, Placed, PortCell, Readable, Schedulable, TriggerCell, Undelivered};
+pub use cell::{Bounds, Placed, PortCell, Readable, Schedulable, ScheduleContext, TriggerCell, Undelivered};
 pub use context::ReactionContext;
 pub use engine::{Delivery, Engine, Progress};
 pub use env::{Env, Outgoing, ReactionStep, SendError};
@@ -84,20 +84,20 @@ pub use tables::{
     ActionTiming, NetworkInput, NetworkOutput, Policy, PortInfo, ReactionInfo, ReactionKind, Tables, TriggerInfo,
     TriggerKind, words,
 };
-pub use tardy::{Meant, TardyInput, TardyInputInner};
+pub use tardy::{Intended, TardyInput, TardyInputInner};
 pub use time::{EventTag, Instant, Interval, Microstep, Offset, Tag};
 pub use watchdog::Watchdog;
 #[cfg(feature = "workers")]
-pub use workers::{Crew, Job, Level, Worker};
+pub use workers::{Job, Level, Worker, WorkerPool};
 #[cfg(feature = "workers")]
 #[doc(hidden)]
 pub use workers::{moves_between_threads, seen_by_threads};
 
-/// What reaction bodies, preambles and state see without a path.
+/// The names that reaction bodies, preambles and state see without a path.
 pub mod prelude {
     pub use core::time::Duration;
 
-    // Its `Vec` and `String` are the values of varying length that can be sent.
+    // Its `Vec` and `String` are the values of variable length that can be sent.
     pub use ::heapless;
 
     pub use crate::Offset::{After, Asap};

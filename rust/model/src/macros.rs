@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //! The macros of reaction bodies, for times and tags with LF's units.
 
-/// A [`Duration`](core::time::Duration) in LF's notation: `delay!(10 ms)`, `delay!((n * 2) usec)`, `delay!(0)`.
+/// Makes a [`Duration`](core::time::Duration) in LF's notation: `delay!(10 ms)`, `delay!((n * 2) usec)`, `delay!(0)`.
 ///
 /// The amount is an integer literal, a variable, or an expression in parentheses, of any integer type. A negative one
 /// is zero. Another unit than LF's does not compile:
@@ -29,7 +29,7 @@ macro_rules! delay {
     };
 }
 
-/// An [`Offset`](crate::Offset) for `schedule` in LF's notation: `after!(10 ms)`.
+/// Makes an [`Offset`](crate::Offset) for `schedule` in LF's notation: `after!(10 ms)`.
 #[macro_export]
 macro_rules! after {
     ($($time:tt)+) => {
@@ -37,7 +37,7 @@ macro_rules! after {
     };
 }
 
-/// An [`EventTag`](crate::EventTag): `tag!(T0)`, `tag!(T0, 3)`, `tag!(T0 + 10 ms)`, `tag!(T0 + (2 * n) ms, 3)`.
+/// Makes an [`EventTag`](crate::EventTag): `tag!(T0)`, `tag!(T0, 3)`, `tag!(T0 + 10 ms)`, `tag!(T0 + (2 * n) ms, 3)`.
 #[macro_export]
 macro_rules! tag {
     (T0) => {
@@ -65,12 +65,12 @@ macro_rules! assert_tag_is {
     };
 }
 
-/// What the macros expand to; not for use by hand.
+/// The targets of the macros; not for use by hand.
 #[doc(hidden)]
 pub mod __private {
     use core::time::Duration;
 
-    /// The length of a unit in nanoseconds.
+    /// Returns the length of a unit in nanoseconds.
     ///
     /// # Panics
     /// With `otherwise` if there is no such unit; the macros call it in constants, so this is an error of the compiler.
@@ -81,7 +81,7 @@ pub mod __private {
         }
     }
 
-    /// `amount` units of `unit_ns` nanoseconds.
+    /// Returns `amount` units of `unit_ns` nanoseconds.
     pub const fn duration(amount: i64, unit_ns: i64) -> Duration {
         crate::Interval::from_nanos(amount.saturating_mul(unit_ns)).to_duration()
     }

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Modes: what the tables say of them, how a body changes them, and what a change does.
+//! Modes: their tables, how a body changes them, and the effect of a change.
 //!
-//! The events of a mode that is not active stay where they are, and only the event queue does not know them. When the
-//! mode is active again, they move by as much as its time stood still.
+//! The events of a mode that is not active stay in their queues, and only the event queue does not know them. When the
+//! mode is active again, they move by the time for which it was not.
 //!
-//! A program without modes has none of this: the engine reaches it through [`Modes`] alone, which only the tables of a
-//! program with modes have.
+//! A program without modes carries none of this: the engine reaches it only through [`Modes`], which only the tables of
+//! a program with modes have.
 use core::fmt;
 
 use crate::bits::Bits;
@@ -13,16 +13,16 @@ use crate::events::Events;
 use crate::ids::{ModeId, ReactionId, TriggerId};
 use crate::time::{Instant, Interval, Tag};
 
-/// The modes of a program, and what is in them.
+/// The modes of a program, and their parts.
 #[derive(Clone, Copy)]
 pub struct Modes {
     /// The modes, those of a container before those of what it contains.
     pub modes: &'static [ModeInfo],
-    /// By reaction: the innermost mode that it is in.
+    /// The innermost mode of each reaction.
     pub reactions: &'static [Option<ModeId>],
     /// The triggers in modes.
     pub triggers: &'static [ModeTrigger],
-    /// What a change of modes triggers.
+    /// The reactions that a change of modes triggers.
     pub events: ModeEvents,
     pub(crate) hooks: &'static Hooks,
 }
@@ -32,7 +32,7 @@ pub struct Modes {
 pub struct ModeInfo {
     /// For people: `unit_a.sensor.Calibrating`.
     pub name: &'static str,
-    /// Which modal instance it belongs to: modes with the same number exclude each other.
+    /// The modal instance: modes with the same number exclude each other.
     pub instance: u16,
     /// The innermost mode that the instance is in.
     pub parent: Option<ModeId>,
@@ -51,10 +51,10 @@ pub struct ModeTrigger {
     pub offset: Option<Interval>,
 }
 
-/// What a change of modes triggers, in modes and elsewhere.
+/// The reactions that a change of modes triggers, in modes and elsewhere.
 #[derive(Clone, Copy, Debug)]
 pub struct ModeEvents {
-    /// The trigger that has an event where a mode is entered, of the kind `Reset`.
+    /// The trigger of kind `Reset`, which has an event when a mode is entered.
     pub entry: TriggerId,
     /// The reactions to `startup`.
     pub startup: &'static [ReactionId],
@@ -65,7 +65,7 @@ pub struct ModeEvents {
 }
 
 impl Modes {
-    /// These modes; the engine of a program whose tables have them carries the code for them.
+    /// Returns these modes; the engine of a program whose tables have them carries the code for them.
     pub const fn new(
         modes: &'static [ModeInfo],
         reactions: &'static [Option<ModeId>],
@@ -132,53 +132,53 @@ impl Transition {
     }
 }
 
-/// What a program has in its modes.
+/// The program's parts in its modes.
 pub trait ModeCells {
-    /// The queue of a trigger in a mode. Timers have none.
+    /// Returns the queue of a trigger in a mode. Timers have none.
     fn in_mode(&mut self, _trigger: TriggerId) -> Option<&mut dyn ModeCell> {
         None
     }
 
-    /// Gives the `reset` state variables in a mode their initial values.
+    /// Resets the `reset` state variables in a mode to their initial values.
     fn reset_mode(&mut self, _mode: ModeId) {}
 }
 
-/// What the engine needs of the queue of a trigger in a mode.
+/// The engine's interface of the queue of a trigger in a mode.
 pub trait ModeCell {
-    /// Moves all events: they are as far from `to` as they were from `from`. Gives the tag of the next one.
+    /// Moves all events: their distance from `to` becomes that from `from`. Returns the tag of the next one.
     fn shift(&mut self, from: Tag, to: Tag) -> Option<Tag>;
 
     /// Drops all events.
     fn discard(&mut self);
 
-    /// Drops what has come from other threads and is not in the queue yet.
+    /// Drops events of other threads that are not in the queue yet.
     fn forget(&mut self) {}
 }
 
-/// What the engine remembers of a mode.
+/// The engine's state of a mode.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct ModeState {
     flags: u8,
-    /// The tag at which it became inactive, as long as it is.
+    /// The tag at which it became inactive, while it is inactive.
     left: Tag,
 }
 
 impl ModeState {
-    /// Its instance is in this mode, whether or not the instance itself is active.
+    /// The instance is in this mode, whether or not the instance itself is active.
     const CURRENT: u8 = 1;
     /// It is current, and so are all that contain it.
     const ACTIVE: u8 = 1 << 1;
     /// It has been active, so that its shutdown reactions run.
     const STARTED: u8 = 1 << 2;
-    /// Its startup reactions are to run.
+    /// Its startup reactions have to run.
     const STARTS: u8 = 1 << 3;
-    /// Its reset reactions are to run.
+    /// Its reset reactions have to run.
     const RESETS: u8 = 1 << 4;
-    /// It is to be entered by reset.
+    /// It is requested by reset.
     const TO_RESET: u8 = 1 << 5;
-    /// It is to be entered by history.
+    /// It is requested by history.
     const TO_HISTORY: u8 = 1 << 6;
-    /// It is to be entered.
+    /// It is requested.
     const REQUESTED: u8 = Self::TO_RESET | Self::TO_HISTORY;
 
     pub(crate) const NONE: Self = Self { flags: 0, left: Tag::NEVER };
@@ -188,7 +188,7 @@ impl ModeState {
     }
 }
 
-/// Asks for a mode from the next microstep on; the last one that is asked for at a tag counts.
+/// Requests a mode from the next microstep on; the last request at a tag counts.
 fn request(modes: &[ModeInfo], states: &mut [ModeState], transition: Transition) {
     let wanted = usize::from(transition.mode.0);
     let Some(instance) = modes.get(wanted).map(|mode| mode.instance) else { return };
@@ -198,31 +198,32 @@ fn request(modes: &[ModeInfo], states: &mut [ModeState], transition: Transition)
     states[wanted].flags |= if transition.history { ModeState::TO_HISTORY } else { ModeState::TO_RESET };
 }
 
-/// What the engine does for modes. The tables lead here, so that a program without modes does not carry it.
+/// The engine's functions for modes. Only the tables refer to them, so that a program without modes does not carry
+/// them.
 pub(crate) struct Hooks {
-    /// A moment at which modes change.
-    pub(crate) at: fn(&mut Change<'_>, ModeMoment<'_>),
-    /// A reaction has asked for a mode.
+    /// Handles an event of the modes.
+    pub(crate) at: fn(&mut Change<'_>, ModeEvent<'_>),
+    /// Handles a reaction's request.
     pub(crate) request: fn(&Modes, &mut [ModeState], Transition),
-    /// Whether a reaction is in no mode, or in an active one; the last tag is told apart.
+    /// Returns whether a reaction is in no mode, or in an active one; the last tag has its own rule.
     pub(crate) runs: fn(&Modes, &[ModeState], ReactionId, bool) -> bool,
-    /// Whether a trigger is in no mode, or in an active one.
+    /// Returns whether a trigger is in no mode, or in an active one.
     pub(crate) is_active: fn(&Modes, &[ModeState], TriggerId) -> bool,
 }
 
-/// When something becomes of modes.
-pub(crate) enum ModeMoment<'a> {
+/// An event of the modes.
+pub(crate) enum ModeEvent<'a> {
     /// The start: the initial modes are active, and the timers of all others wait.
     Start(Instant),
-    /// A tag is complete: what its reactions have asked for is carried out.
+    /// A tag is complete: the requests of its reactions take effect.
     Complete(&'a mut dyn ModeCells),
-    /// The next microstep: startup and reset reactions of what has been entered are triggered.
+    /// The next microstep: startup and reset reactions of entered modes are triggered.
     Entry,
 }
 
 impl Hooks {
     const ALL: Self = Self {
-        at: |change, moment| change.at(moment),
+        at: |change, event| change.at(event),
         request: |modes, states, transition| request(modes.modes, states, transition),
         runs,
         is_active,
@@ -248,7 +249,7 @@ pub(crate) struct Change<'a> {
     pub(crate) modes: &'static Modes,
     pub(crate) current: Tag,
     pub(crate) states: &'a mut [ModeState],
-    /// By trigger in a mode: the next event when its mode was left. Timers have no other memory for it.
+    /// The next event of each trigger in a mode when its mode was left. Timers have no other memory for it.
     pub(crate) held: &'a mut [Tag],
     pub(crate) events: Events<'a>,
     pub(crate) ready: Bits<'a>,
@@ -263,11 +264,11 @@ impl Change<'_> {
         parent.is_none_or(|parent| self.has(parent, ModeState::ACTIVE))
     }
 
-    fn at(&mut self, moment: ModeMoment<'_>) {
-        match moment {
-            ModeMoment::Start(start) => self.start(start),
-            ModeMoment::Complete(cells) => self.change(cells),
-            ModeMoment::Entry => self.enter(),
+    fn at(&mut self, event: ModeEvent<'_>) {
+        match event {
+            ModeEvent::Start(start) => self.start(start),
+            ModeEvent::Complete(cells) => self.change(cells),
+            ModeEvent::Entry => self.enter(),
         }
     }
 
@@ -290,7 +291,7 @@ impl Change<'_> {
         if !self.states.iter().any(|state| state.has(ModeState::REQUESTED)) {
             return;
         }
-        // Containers come first, so what they reset is known here.
+        // Containers come first, so their resets are known here.
         for (id, mode) in ids().zip(modes) {
             if mode.initial && mode.parent.is_some_and(|parent| self.has(parent, ModeState::TO_RESET)) {
                 request(modes, self.states, Transition::reset(id));
@@ -307,7 +308,7 @@ impl Change<'_> {
         }
     }
 
-    /// Carries out what has been asked for, as far as it concerns one mode; those that contain it come before.
+    /// Applies the requests, as far as they concern one mode; the modes that contain it come before.
     fn change_one(&mut self, id: ModeId, mode: &ModeInfo, cells: &mut dyn ModeCells) {
         let mut siblings = self.modes.modes.iter().zip(&*self.states).filter(|(it, _)| it.instance == mode.instance);
         let changes = siblings.any(|(_, state)| state.has(ModeState::REQUESTED));
@@ -337,7 +338,7 @@ impl Change<'_> {
         self.states[usize::from(id.0)] = ModeState { flags, left };
     }
 
-    /// Takes the events of a mode out of the event queue.
+    /// Removes the events of a mode from the event queue.
     fn leave(&mut self, mode: ModeId) {
         for (index, ModeTrigger { trigger, .. }) in self.triggers_of(mode) {
             self.held[index] = self.events.next[usize::from(trigger.0)];
@@ -345,7 +346,7 @@ impl Change<'_> {
         }
     }
 
-    /// Drops the events of a mode, and lets its timers begin again at this tag.
+    /// Drops the events of a mode, and restarts its timers at this tag.
     fn restart(&mut self, mode: ModeId, cells: &mut dyn ModeCells) {
         for (index, ModeTrigger { trigger, offset, .. }) in self.triggers_of(mode) {
             if let Some(offset) = offset {
@@ -379,7 +380,7 @@ impl Change<'_> {
         }
     }
 
-    /// The startup and reset reactions in modes, each with its mode and with what says that it is to run.
+    /// Returns the startup and reset reactions in modes, each with its mode and with the flag that makes it run.
     fn entries(&self) -> impl Iterator<Item = (ReactionId, ModeId, u8)> + use<> {
         let modes = self.modes;
         let startup = modes.events.startup.iter().map(|reaction| (reaction, ModeState::STARTS));

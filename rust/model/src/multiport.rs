@@ -13,37 +13,37 @@ pub struct Multiport<'a, T> {
 }
 
 impl<'a, T> Multiport<'a, T> {
-    /// These ports.
+    /// Returns a multiport of these ports.
     pub const fn new(ports: &'a [&'a Port<T>]) -> Self {
         Self { ports }
     }
 
-    /// How many there are.
+    /// Returns the number of channels.
     pub const fn len(&self) -> usize {
         self.ports.len()
     }
 
-    /// Whether there is none.
+    /// Returns whether there are no channels.
     pub const fn is_empty(&self) -> bool {
         self.ports.is_empty()
     }
 
-    /// One of them.
+    /// Returns one of the ports.
     pub fn get(&self, channel: usize) -> Option<&'a Port<T>> {
         self.ports.get(channel).copied()
     }
 
-    /// All of them.
+    /// Iterates over all ports.
     pub fn iter(&self) -> Iter<'a, T> {
         Iter(self.ports.iter())
     }
 
-    /// Those that are present.
+    /// Iterates over the ports that are present.
     pub fn iterate_set(&self) -> impl Iterator<Item = &'a Port<T>> {
         self.iter().filter(|port| port.is_present())
     }
 
-    /// The values of those that are present.
+    /// Iterates over the values of present ports.
     pub fn iterate_values(&self) -> impl Iterator<Item = T>
     where
         T: Copy,
@@ -51,17 +51,17 @@ impl<'a, T> Multiport<'a, T> {
         self.iterate_values_ref().copied()
     }
 
-    /// The values of those that are present, for values that are not to be copied.
+    /// Iterates over references to the values of present ports.
     pub fn iterate_values_ref(&self) -> impl Iterator<Item = &'a T> {
         self.iter().filter_map(Readable::value)
     }
 
-    /// Those that are present, each with its channel.
+    /// Iterates over the ports that are present, each with its channel.
     pub fn enumerate_set(&self) -> impl Iterator<Item = (usize, &'a Port<T>)> {
         self.iter().enumerate().filter(|(_, port)| port.is_present())
     }
 
-    /// The values of those that are present, each with its channel.
+    /// Iterates over the values of present ports, each with its channel.
     pub fn enumerate_values(&self) -> impl Iterator<Item = (usize, T)>
     where
         T: Copy,
@@ -69,7 +69,7 @@ impl<'a, T> Multiport<'a, T> {
         self.enumerate_values_ref().map(|(channel, value)| (channel, *value))
     }
 
-    /// The values of those that are present, each with its channel, for values that are not to be copied.
+    /// Iterates over references to the values of present ports, each with its channel.
     pub fn enumerate_values_ref(&self) -> impl Iterator<Item = (usize, &'a T)> {
         self.iter().enumerate().filter_map(|(channel, port)| Some((channel, port.value()?)))
     }
@@ -78,7 +78,7 @@ impl<'a, T> Multiport<'a, T> {
 impl<T> Index<usize> for Multiport<'_, T> {
     type Output = Port<T>;
 
-    /// The port of a channel.
+    /// Returns the port of a channel.
     ///
     /// # Panics
     /// If there is no such channel.
@@ -126,32 +126,32 @@ pub struct MultiportMut<'a, 'p, T> {
 }
 
 impl<'a, 'p, T> MultiportMut<'a, 'p, T> {
-    /// These ports.
+    /// Returns a multiport of these ports.
     pub const fn new(ports: &'a mut [&'p mut Port<T>]) -> Self {
         Self { ports }
     }
 
-    /// How many there are.
+    /// Returns the number of channels.
     pub const fn len(&self) -> usize {
         self.ports.len()
     }
 
-    /// Whether there is none.
+    /// Returns whether there are no channels.
     pub const fn is_empty(&self) -> bool {
         self.ports.is_empty()
     }
 
-    /// One of them, to be set.
+    /// Returns one of the ports, to be set.
     pub fn get_mut(&mut self, channel: usize) -> Option<&mut Port<T>> {
         self.ports.get_mut(channel).map(|port| &mut **port)
     }
 
-    /// All of them, to be read.
+    /// Iterates over all ports, to be read.
     pub fn iter(&self) -> impl ExactSizeIterator<Item = &Port<T>> {
         self.ports.iter().map(|port| &**port)
     }
 
-    /// All of them, to be set.
+    /// Iterates over all ports, to be set.
     pub fn iter_mut(&mut self) -> IterMut<'_, 'p, T> {
         IterMut(self.ports.iter_mut())
     }
@@ -160,7 +160,7 @@ impl<'a, 'p, T> MultiportMut<'a, 'p, T> {
 impl<T> Index<usize> for MultiportMut<'_, '_, T> {
     type Output = Port<T>;
 
-    /// The port of a channel.
+    /// Returns the port of a channel.
     ///
     /// # Panics
     /// If there is no such channel.
@@ -170,7 +170,7 @@ impl<T> Index<usize> for MultiportMut<'_, '_, T> {
 }
 
 impl<T> IndexMut<usize> for MultiportMut<'_, '_, T> {
-    /// The port of a channel.
+    /// Returns the port of a channel.
     ///
     /// # Panics
     /// If there is no such channel.

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! What other threads may use of a participant.
+//! The parts of a participant that other threads may use.
 use core::cell::Cell;
 use core::sync::atomic::{AtomicUsize, Ordering};
 
@@ -7,19 +7,20 @@ use critical_section::Mutex;
 
 use crate::time::Instant;
 
-/// What other threads may use of a participant: its clock and the wake-up of its event loop. One static per program.
+/// The parts of a participant that other threads may use: its clock and the wake-up of its event loop. One static per
+/// program.
 pub trait Outside: Sync {
-    /// Physical time on the federation's clock. It never runs backwards.
+    /// Returns physical time on the federation's clock. It never runs backwards.
     fn physical_time(&self) -> Instant;
 
     /// Makes the event loop look for new events, now or when it next waits. Callable from interrupts on Zephyr.
     fn wake(&self);
 
-    /// Where threads leave what concerns the whole program.
+    /// Returns the mailbox for requests about the whole program.
     fn mailbox(&self) -> &Mailbox;
 }
 
-/// What threads leave for the event loop besides events, and how many could still leave something.
+/// The requests of threads to the event loop besides events, and the number of threads that could still make one.
 #[derive(Debug)]
 pub struct Mailbox {
     pub(crate) links: AtomicUsize,
@@ -27,18 +28,18 @@ pub struct Mailbox {
 }
 
 impl Mailbox {
-    /// An empty one.
+    /// Returns an empty mailbox.
     pub const fn new() -> Self {
         Self { links: AtomicUsize::new(0), stop: Mutex::new(Cell::new(None)) }
     }
 
-    /// How many [`PhysicalLink`](crate::PhysicalLink)s live: as long as one does, an unfederated program without
-    /// events does not end.
+    /// Returns the number of living [`PhysicalLink`](crate::PhysicalLink)s: while there is one, an unfederated program
+    /// without events does not end.
     pub fn links(&self) -> usize {
         self.links.load(Ordering::Acquire)
     }
 
-    /// The time at which a thread asked the program to stop, if one did since the last call.
+    /// Returns the time at which a thread asked the program to stop, if one did since the last call.
     pub(crate) fn take_stop(&self) -> Option<Instant> {
         critical_section::with(|cs| self.stop.borrow(cs).take())
     }

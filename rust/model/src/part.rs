@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-//! What runs of a reaction that is ready.
+//! The part of a ready reaction that runs.
 use crate::outside::Outside;
 use crate::tables::ReactionInfo;
 use crate::time::{Instant, Interval};
 
-/// What runs of a reaction.
+/// The part of a reaction that runs.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Part {
     /// The body.
@@ -16,7 +16,7 @@ pub enum Part {
 }
 
 impl Part {
-    /// What runs at this time: who handles what is tardy has no deadline.
+    /// Returns the part that runs at this time: a handler of tardy inputs has no deadline.
     pub(crate) fn of(info: &ReactionInfo, tardy: bool, time: Instant, outside: &dyn Outside) -> Self {
         if tardy && info.tardy {
             return Self::Tardy;

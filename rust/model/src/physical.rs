@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Physical actions: events from other threads and interrupts.
 //!
-//! A thread puts an event with its time-stamp into the action's [`PhysicalInbox`], a static of the generated crate,
-//! and wakes the event loop, which moves it to the action's own queue. The inbox is guarded by a critical section of a
-//! few instructions, so it can be used from interrupts, keeps the order, and never spins. Nothing here makes threads:
-//! `spawn_physical_thread` is an extension trait of the host's and Zephyr's crates over
+//! A thread puts an event with its time-stamp into the action's [`PhysicalInbox`], a static of the generated crate, and
+//! wakes the event loop, which moves it to the action's own queue. A critical section of a few instructions guards the
+//! inbox, so interrupts can use it, it keeps the order, and it never spins. This module makes no threads:
+//! `spawn_physical_thread` is an extension trait of the Linux and Zephyr crates over
 //! [`ReactionContext::physical_link`](crate::ReactionContext::physical_link), which can be generic over the thread's
-//! closure and so need neither a heap nor type erasure; it is in their `prelude`, where bodies find it.
+//! closure and so needs neither a heap nor type erasure; it is in their `prelude`, where bodies find it.
 use core::cell::RefCell;
 use core::fmt;
 use core::ops::Deref;
@@ -18,7 +18,9 @@ use heapless::Deque;
 use heapless::vec::VecStorage;
 
 use crate::action::{LogicalAction, LogicalActionQueue, physical_tag};
-use crate::cell::{Bounds, Moment, Readable, Schedulable, TriggerCell, cell_by_view, mode_by_view, schedule_by_view};
+use crate::cell::{
+    Bounds, Readable, Schedulable, ScheduleContext, TriggerCell, cell_by_view, mode_by_view, schedule_by_view,
+};
 use crate::error::ScheduleError;
 use crate::modes::ModeCell;
 use crate::outside::Outside;
@@ -26,19 +28,19 @@ use crate::queue::{Event, Full, Owned, View};
 use crate::tables::{ActionTiming, TriggerId};
 use crate::time::{Instant, Interval, Offset, Tag};
 
-/// An event on its way from a thread to the event loop.
+/// An event in transit from a thread to the event loop.
 #[derive(Debug)]
 pub struct Posted<T> {
     time: Instant,
     value: Option<T>,
 }
 
-/// What is common to the inboxes of all capacities. Only [`PhysicalInbox`] implements it.
+/// The interface of inboxes of all capacities. Only [`PhysicalInbox`] implements it.
 pub trait Inbox<T>: Sync {
-    /// Puts an event in that happens later than now by `offset`.
+    /// Puts in an event that happens later than now by `offset`.
     ///
-    /// It is stamped while nobody can take events out. So when all are taken out after the clock has been read, none
-    /// comes with an earlier time.
+    /// The event gets its time-stamp while the event loop cannot take events out. So when all events have been taken
+    /// out after the clock has been read, none comes with an earlier time.
     ///
     /// # Errors
     /// When there is no room.
@@ -54,7 +56,7 @@ pub trait Inbox<T>: Sync {
 pub struct PhysicalInbox<T, const N: usize>(Mutex<RefCell<Deque<Posted<T>, N>>>);
 
 impl<T, const N: usize> PhysicalInbox<T, N> {
-    /// An empty inbox.
+    /// Returns an empty inbox.
     pub const fn new() -> Self {
         Self(Mutex::new(RefCell::new(Deque::new())))
     }
@@ -74,7 +76,8 @@ impl<T, const N: usize> fmt::Debug for PhysicalInbox<T, N> {
 
 impl<T: Send, const N: usize> Inbox<T> for PhysicalInbox<T, N> {
     fn post(&self, outside: &dyn Outside, offset: Interval, value: Option<T>) -> Result<(), ScheduleError> {
-        // The value that did not fit is dropped outside the critical section, because it may be the user's code.
+        // The value that did not fit is dropped outside the critical section, because its `drop` may be the user's
+        // code.
         let rejected = critical_section::with(|cs| {
             let time = outside.physical_time() + offset;
             self.0.borrow_ref_mut(cs).push_back(Posted { time, value }).err()
@@ -87,7 +90,7 @@ impl<T: Send, const N: usize> Inbox<T> for PhysicalInbox<T, N> {
     }
 }
 
-/// A physical action that other threads can be given: `let act = act.clone();`.
+/// A reference to a physical action for other threads: `let act = act.clone();`.
 pub struct PhysicalActionRef<T: 'static> {
     inbox: &'static dyn Inbox<T>,
 }
@@ -105,7 +108,7 @@ impl<T> fmt::Debug for PhysicalActionRef<T> {
 }
 
 impl<T> PhysicalActionRef<T> {
-    /// The action with this inbox, for bodies that know it by its number.
+    /// Returns the action with this inbox, for bodies that know it by its number.
     #[doc(hidden)]
     pub const fn new(inbox: &'static dyn Inbox<T>) -> Self {
         Self { inbox }
@@ -119,7 +122,7 @@ impl<T> PhysicalActionRef<T> {
 }
 
 /// A physical action with room for `N` pending events. Generated code makes one per trigger of this kind, with the
-/// capacity from the plan, and gives it to reactions as `&PhysicalAction<T>`, or as effect `&mut PhysicalAction<T>`.
+/// capacity from the plan, and passes it to reactions as `&PhysicalAction<T>`, or as effect `&mut PhysicalAction<T>`.
 pub type PhysicalActionQueue<T, const N: usize> = PhysicalAction<T, Owned<Option<T>, N>>;
 
 /// A physical action, as bodies see it. It derefs to the [`PhysicalActionRef`] that other threads use.
@@ -129,7 +132,7 @@ pub struct PhysicalAction<T: 'static, S: VecStorage<Event<Option<T>>> + ?Sized =
 }
 
 impl<T, const N: usize> PhysicalActionQueue<T, N> {
-    /// An action with nothing pending, and the inbox through which threads reach it.
+    /// Returns an action without pending events, and with the inbox that threads use.
     pub const fn new(id: TriggerId, inbox: &'static dyn Inbox<T>) -> Self {
         Self { handle: PhysicalActionRef { inbox }, action: LogicalActionQueue::new(id) }
     }
@@ -163,10 +166,10 @@ impl<T> Schedulable for PhysicalAction<T> {
     fn id(&self) -> TriggerId {
         self.action.id()
     }
-    fn schedule(&mut self, value: Option<T>, moment: &Moment<'_>) -> Result<(), Full> {
-        let time = moment.outside.physical_time() + moment.offset;
-        let tag = physical_tag(time, moment.timing, moment.bounds.start);
-        self.action.insert(tag, value, moment.timing, &moment.bounds)
+    fn schedule(&mut self, value: Option<T>, context: &ScheduleContext<'_>) -> Result<(), Full> {
+        let time = context.outside.physical_time() + context.offset;
+        let tag = physical_tag(time, context.timing, context.bounds.start);
+        self.action.insert(tag, value, context.timing, &context.bounds)
     }
     fn pending(&self) -> Option<Tag> {
         Schedulable::pending(&self.action)
@@ -193,7 +196,7 @@ impl<T> TriggerCell for PhysicalAction<T> {
         while self.action.has_room() {
             let Some(Posted { time, value }) = self.handle.inbox.take() else { return };
             let tag = physical_tag(time, timing, bounds.start);
-            // There is room: it was just asked for, and nobody else fills this queue.
+            // There is room: the check above said so, and only this function fills the queue.
             let _ = self.action.insert(tag, value, timing, bounds);
         }
     }
@@ -215,16 +218,16 @@ schedule_by_view!(PhysicalActionQueue, PhysicalAction, T: 'static);
 cell_by_view!(PhysicalActionQueue, PhysicalAction, T: 'static);
 mode_by_view!(PhysicalActionQueue, PhysicalAction, T: 'static);
 
-/// What a physical thread has of the program that started it: it can schedule physical actions and ask to stop.
+/// The link of a physical thread to the program that started it: it can schedule physical actions and ask to stop.
 ///
-/// As long as one lives, an unfederated program without events waits for what it may still do.
+/// While a link lives, an unfederated program without events waits for it.
 pub struct PhysicalLink {
     outside: &'static dyn Outside,
     start: Instant,
 }
 
 impl PhysicalLink {
-    /// The link of a thread that the platform does not know to have been started.
+    /// Returns the link of a thread that the platform has not started.
     #[doc(hidden)]
     pub fn new(outside: &'static dyn Outside, start: Instant) -> Self {
         outside.mailbox().links.fetch_add(1, Ordering::AcqRel);
@@ -234,15 +237,15 @@ impl PhysicalLink {
     /// Schedules an event of a physical action, now or later by `offset`, and later by the action's minimum delay.
     ///
     /// # Errors
-    /// When as many events wait as there is room for; the event is then not scheduled.
+    /// When the inbox is full; the event is then not scheduled.
     pub fn schedule_physical<T>(&self, action: &PhysicalActionRef<T>, offset: Offset) -> Result<(), ScheduleError> {
         action.post(self.outside, None, offset)
     }
 
-    /// Like [`schedule_physical`](Self::schedule_physical), with a value.
+    /// Schedules an event with a value, like [`schedule_physical`](Self::schedule_physical).
     ///
     /// # Errors
-    /// When as many events wait as there is room for; the event is then not scheduled, and the value is dropped.
+    /// When the inbox is full; the event is then not scheduled, and the value is dropped.
     pub fn schedule_physical_with_v<T>(
         &self,
         action: &PhysicalActionRef<T>,
@@ -252,7 +255,7 @@ impl PhysicalLink {
         action.post(self.outside, value, offset)
     }
 
-    /// What schedules this action for as long as this link lives, and can be copied in an interrupt.
+    /// Returns a handle that schedules this action while this link lives, and that an interrupt can copy.
     pub fn poster<T>(&self, action: &PhysicalActionRef<T>) -> Poster<T> {
         Poster { action: action.clone(), outside: self.outside }
     }
@@ -263,17 +266,17 @@ impl PhysicalLink {
         self.outside.wake();
     }
 
-    /// The time at which the program started.
+    /// Returns the time at which the program started.
     pub fn get_start_time(&self) -> Instant {
         self.start
     }
 
-    /// The time now.
+    /// Returns the time now.
     pub fn get_physical_time(&self) -> Instant {
         self.outside.physical_time()
     }
 
-    /// The time since the program started.
+    /// Returns the time since the program started.
     pub fn get_elapsed_physical_time(&self) -> Duration {
         self.get_physical_time() - self.start
     }
@@ -293,8 +296,8 @@ impl Drop for PhysicalLink {
     }
 }
 
-/// Schedules one physical action. The program does not wait for it, as it does for a [`PhysicalLink`]: who keeps one
-/// keeps the link that made it.
+/// Schedules one physical action. The program does not wait for it, as it does for a [`PhysicalLink`]: the owner of a
+/// poster also keeps the link that made it.
 pub struct Poster<T: 'static> {
     action: PhysicalActionRef<T>,
     outside: &'static dyn Outside,
@@ -304,16 +307,16 @@ impl<T> Poster<T> {
     /// Schedules an event now, and later by the action's minimum delay. Callable from interrupts.
     ///
     /// # Errors
-    /// When as many events wait as there is room for; the event is then not scheduled, and the value is dropped.
+    /// When the inbox is full; the event is then not scheduled, and the value is dropped.
     pub fn post(&self, value: Option<T>) -> Result<(), ScheduleError> {
         self.action.post(self.outside, value, Offset::Asap)
     }
 
-    /// Schedules an event at the time that this clock shows: that of an interrupt a while ago. It shows no time before
-    /// one up to which the event loop may already have promised that nothing comes; see [`Inbox::post`].
+    /// Schedules an event at the time that this clock shows: that of an earlier interrupt. The clock must not show a
+    /// time before one up to which the event loop may already have announced that nothing comes; see [`Inbox::post`].
     ///
     /// # Errors
-    /// As those of [`post`](Self::post).
+    /// Those of [`post`](Self::post).
     pub fn post_by(&self, clock: &dyn Outside, value: Option<T>) -> Result<(), ScheduleError> {
         self.action.post(clock, value, Offset::Asap)
     }

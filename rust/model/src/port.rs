@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Ports: where the values of a tag lie.
+//! Ports, which store the values of a tag.
 use core::fmt;
 
 use heapless::vec::VecStorage;
@@ -18,12 +18,12 @@ pub struct Port<T> {
 }
 
 impl<T> Port<T> {
-    /// An empty port; generated code makes one per entry of [`Tables::ports`](crate::Tables::ports).
+    /// Returns an empty port; generated code makes one per entry of [`Tables::ports`](crate::Tables::ports).
     pub const fn new(id: PortId) -> Self {
         Self { id, value: None }
     }
 
-    /// Takes the value out, for ports whose values lie elsewhere.
+    /// Takes the value out, for ports whose values are stored elsewhere.
     #[doc(hidden)]
     pub fn take(&mut self) -> Option<T> {
         self.value.take()
@@ -42,10 +42,10 @@ impl<T> Port<T> {
         self.encode_by::<Native>(bytes)
     }
 
-    /// The same with a serializer.
+    /// Writes the value by a serializer.
     ///
     /// # Errors
-    /// As for [`encode`](Self::encode).
+    /// Those of [`encode`](Self::encode).
     pub fn encode_by<S: Serializer<T>>(&self, bytes: &mut [u8]) -> Result<usize, PayloadError> {
         match &self.value {
             Some(value) => S::encode(value, bytes),
@@ -81,8 +81,8 @@ impl<T> PortCell for Port<T> {
 
 /// A port with the queue that fills it: the end of a connection with `after`, or of one from another federate.
 ///
-/// Generated code makes a `QueuedPort<T, N>` per trigger of these kinds, in place of the `Port<T>` of the port that the
-/// trigger fills, and gives reactions [`port`](Self::port). `N` is the connection's capacity from the plan.
+/// Generated code makes a `QueuedPort<T, N>` per trigger of these kinds, instead of the `Port<T>` of the port that the
+/// trigger fills, and passes [`port`](Self::port) to reactions. `N` is the connection's capacity from the plan.
 pub type QueuedPort<T, const N: usize> = QueuedPortInner<T, Owned<T, N>>;
 
 /// A [`QueuedPort`] of any capacity.
@@ -93,7 +93,7 @@ pub struct QueuedPortInner<T, S: VecStorage<Event<T>> + ?Sized = View<T>> {
 }
 
 impl<T, const N: usize> QueuedPort<T, N> {
-    /// An empty port with an empty queue; `port` is the id of the port that it fills.
+    /// Returns an empty port with an empty queue; `port` is the id of the port that it fills.
     pub const fn new(port: PortId) -> Self {
         Self { port: Port::new(port), queue: Queue::new() }
     }
@@ -123,15 +123,15 @@ impl<T, const N: usize> QueuedPort<T, N> {
         self.deliver_by::<Native>(tag, bytes)
     }
 
-    /// The same with a serializer.
+    /// Takes a message by a serializer.
     ///
     /// # Errors
-    /// As for [`deliver`](Self::deliver).
+    /// Those of [`deliver`](Self::deliver).
     pub fn deliver_by<S: Serializer<T>>(&mut self, tag: Tag, bytes: &[u8]) -> Result<(), Undelivered> {
         self.put(tag, || S::decode(bytes))
     }
 
-    /// The same with what gives the value, which is called if there is room for it.
+    /// Takes the value of a function, which is called if there is room for it.
     #[doc(hidden)]
     pub fn put(&mut self, tag: Tag, value: impl FnOnce() -> Result<T, PayloadError>) -> Result<(), Undelivered> {
         self.view().put(tag, value)
@@ -171,7 +171,7 @@ impl<T> TriggerCell for QueuedPortInner<T> {
         self.queue.first_tag()
     }
 
-    /// Nothing: the engine clears the port as a port.
+    /// Does nothing: the engine clears the port as a port.
     fn clear(&mut self) {}
 
     fn pending(&self) -> Option<Tag> {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! The side of the engine on which the generated program is.
+//! The engine's interface to the generated program.
 use crate::cell::{Placed, PortCell, TriggerCell, Undelivered};
 use crate::context::ReactionContext;
 use crate::modes::ModeCells;
@@ -10,22 +10,22 @@ use crate::time::Tag;
 
 /// A federate's program, as the compiler generates it: one struct that owns all state, ports and queues.
 ///
-/// Each method is one `match` over the ids that it concerns; ids it does not know are answered as the methods here do,
-/// which are those of a program without such parts. `tests/as_generated.rs` of this crate shows a whole one.
+/// Each method is one `match` over the ids that it concerns; unknown ids have the default behaviour here, which is that
+/// of a program without such parts. `tests/as_generated.rs` of this crate shows a complete one.
 pub trait Program {
-    /// The program's constant part.
+    /// Returns the program's constant part.
     fn tables(&self) -> &'static Tables;
 
     /// Runs the body of a reaction. Never called for reactions that send.
     fn react(&mut self, _reaction: ReactionId, _ctx: &mut ReactionContext<'_>) {}
 
-    /// Runs the deadline's handler in place of the body. Never called for reactions without a deadline.
+    /// Runs the deadline's handler instead of the body. Never called for reactions without a deadline.
     fn miss_deadline(&mut self, _reaction: ReactionId, _ctx: &mut ReactionContext<'_>) {}
 
-    /// Runs the handler of a tardy input in place of the body. Never called for reactions without one.
+    /// Runs the handler of a tardy input instead of the body. Never called for reactions without one.
     fn handle_tardy(&mut self, _reaction: ReactionId, _ctx: &mut ReactionContext<'_>) {}
 
-    /// Lends the reactions of a level that can run side by side, each with a closure over what it uses:
+    /// Lends the reactions of a level that can run side by side, each with a closure over the fields that it uses:
     ///
     /// ```text
     /// level.run::<4, { TABLES.note_words() }>(&lf::Threads::<4>, &mut [
@@ -35,17 +35,17 @@ pub trait Program {
     #[cfg(feature = "workers")]
     fn share(&mut self, _number: u16, _level: &mut crate::workers::Level<'_>) {}
 
-    /// The port, to clear it at the end of a tag.
+    /// Returns the port, to clear it at the end of a tag.
     fn port(&mut self, _port: PortId) -> Option<&mut dyn PortCell> {
         None
     }
 
-    /// The trigger, to move its event's value to where reactions see it. Startup and shutdown have no cell.
+    /// Returns the trigger, to move its event's value to where reactions see it. Startup and shutdown have no cell.
     fn trigger(&mut self, _trigger: TriggerId) -> Option<&mut dyn TriggerCell> {
         None
     }
 
-    /// What is in modes; nothing in a program without any.
+    /// Returns the parts in modes; nothing in a program without any.
     fn modes(&mut self) -> Option<&mut dyn ModeCells> {
         None
     }
@@ -59,7 +59,7 @@ pub trait Program {
         Ok(())
     }
 
-    /// Writes the value of an output's source port as bytes: `self.SOURCE_PORT.encode(bytes)`. Gives their number.
+    /// Writes the value of an output's source port as bytes: `self.SOURCE_PORT.encode(bytes)`. Returns their number.
     ///
     /// # Errors
     /// When there is no value, or it does not fit.
@@ -75,9 +75,9 @@ pub trait Program {
         Err(Undelivered::NoSuchPort)
     }
 
-    /// Puts a message into the queue of an input with [`NetworkInput::tardy`](crate::NetworkInput::tardy), to happen at
-    /// `tag`; if it was intended for an earlier one, it is tardy: `self.TARDY_INPUT.deliver_tardy(tag, intended,
-    /// bytes)`.
+    /// Puts a message into the queue of an input with [`NetworkInput::tardy`](crate::NetworkInput::tardy), to take
+    /// effect at `tag`; if it was intended for an earlier one, it is tardy: `self.TARDY_INPUT.deliver_tardy(tag,
+    /// intended, bytes)`.
     ///
     /// # Errors
     /// When the queue is full, or the bytes are not a value.

@@ -57,7 +57,7 @@ impl<T> Queue<T> {
         self.0.iter_mut().rev().find(|event| event.tag == tag).map(|event| &mut event.value)
     }
 
-    /// Adds an event at `tag`, or at the first microstep after it that has none; gives the tag it got.
+    /// Adds an event at `tag`, or at the first microstep after it that has none; returns the event's tag.
     pub(crate) fn insert(&mut self, mut tag: Tag, value: T) -> Result<Tag, Full> {
         while self.contains(tag) {
             tag = tag.next_microstep();
@@ -74,12 +74,12 @@ impl<T> Queue<T> {
         Ok(tag)
     }
 
-    /// Takes out the event at `tag`.
+    /// Removes the event at `tag`.
     pub(crate) fn remove(&mut self, tag: Tag) {
         self.0.retain(|event| event.tag != tag);
     }
 
-    /// Moves all events: they are as far from `to` as they were from `from`.
+    /// Moves all events: their distance from `to` becomes that from `from`.
     pub(crate) fn shift(&mut self, from: Tag, to: Tag) {
         self.0.iter_mut().for_each(|event| event.tag = event.tag.moved(from, to));
     }

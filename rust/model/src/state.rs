@@ -6,10 +6,10 @@ use crate::error::ModelError;
 use crate::tables::{PortId, ReactionId, Tables, TriggerId};
 use crate::time::{Instant, Interval, Tag};
 
-/// How a program runs: what the target properties say.
+/// The settings of a program, from its target properties.
 #[derive(Clone, Copy, Debug)]
 pub struct Settings {
-    /// Whether other federates have a say in when it stops.
+    /// Whether other federates take part in the decision when it stops.
     pub federated: bool,
     /// The last tag is this long after the start.
     pub timeout: Option<Interval>,
@@ -49,9 +49,9 @@ pub(crate) struct State {
     pub(crate) stop_request: Option<Tag>,
     pub(crate) error: Option<ModelError>,
     pub(crate) network_input: bool,
-    /// The least level of which no reaction has run at the open tag, nor any of a higher level.
+    /// The lowest level from which on no reaction has run at the open tag.
     pub(crate) untouched: u16,
-    /// How long tags wait for messages, where a body has said so.
+    /// The time that tags wait for messages, if a body has set it.
     pub(crate) max_wait: Option<Interval>,
 }
 
@@ -60,12 +60,12 @@ impl State {
         Bounds { start: self.start, current: self.current, stop: self.stop }
     }
 
-    /// Whether the open tag is the last one.
+    /// Returns whether the open tag is the last one.
     pub(crate) fn is_last(&self) -> bool {
         self.current == self.stop
     }
 
-    /// Remembers the first error, which ends the program after the reaction.
+    /// Stores the first error, which ends the program after the reaction.
     pub(crate) fn fail(&mut self, error: ModelError) {
         self.error.get_or_insert(error);
     }
@@ -79,7 +79,7 @@ impl State {
     }
 }
 
-/// A message that was in time: its tag, and the tag at which it happens, after others with the same tag.
+/// A message that was in time: its tag, and the tag at which it takes effect, after others with the same tag.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Last {
     pub(crate) sent: Tag,
@@ -90,12 +90,12 @@ impl Last {
     pub(crate) const NONE: Self = Self { sent: Tag::NEVER, happens: Tag::NEVER };
 }
 
-/// What is tardy at the open tag. Without memory, for programs whose inputs never are, it stays empty.
+/// The tardy values of the open tag. For programs whose inputs are never tardy it has no memory and stays empty.
 #[derive(Debug)]
 pub(crate) struct Tardy<'s> {
     /// The reactions that see a tardy input, or a port that was set because of one.
     pub(crate) reactions: Bits<'s>,
-    /// By input: what its value was intended for; NEVER where it is not tardy.
+    /// The intended tag of each input's value; NEVER if it is not tardy.
     pub(crate) intended: &'s mut [Tag],
 }
 
@@ -110,14 +110,14 @@ impl Tardy<'_> {
     }
 }
 
-/// Adds reactions to those that are tardy.
+/// Marks reactions as tardy.
 pub(crate) fn mark_tardy(tardy: &mut Bits<'_>, reactions: &[ReactionId]) {
     for reaction in reactions {
         tardy.insert(reaction.0);
     }
 }
 
-/// What the value of the input that fills this port was intended for, if it is tardy.
+/// Returns the intended tag of the value of the input that fills this port, if it is tardy.
 pub(crate) fn intended_for(tables: &Tables, intended: &[Tag], port: PortId) -> Option<Tag> {
     let fills = |trigger: TriggerId| tables.triggers[usize::from(trigger.0)].kind.fills() == Some(port);
     let mut inputs = tables.inputs.iter().zip(intended);

@@ -6,11 +6,11 @@ use crate::time::Tag;
 
 /// The memory that an engine borrows, without the sizes in its type.
 pub trait EngineStorage: Default + 'static {
-    /// All of it.
+    /// Returns all of its parts.
     fn parts(&mut self) -> StorageParts<'_>;
 }
 
-/// What an engine borrows of its memory.
+/// The parts of the memory that an engine borrows.
 #[derive(Debug)]
 pub struct StorageParts<'s> {
     pub(crate) next: &'s mut [Tag],
@@ -25,7 +25,7 @@ pub struct StorageParts<'s> {
     pub(crate) held: &'s mut [Tag],
 }
 
-/// The memory of an engine. [`storage_for!`](crate::storage_for) gives the type for a program's tables.
+/// The memory of an engine. [`storage_for!`](crate::storage_for) makes the type for a program's tables.
 #[derive(Debug)]
 pub struct Storage<
     const TRIGGERS: usize,
@@ -60,7 +60,7 @@ impl<
     const HELD: usize,
 > Storage<TRIGGERS, TRIGGER_WORDS, REACTION_WORDS, PORT_WORDS, TARDY_WORDS, TARDY_INPUTS, MODES, HELD>
 {
-    /// Empty storage.
+    /// Returns empty storage.
     ///
     /// # Panics
     /// When the sizes contradict each other, which `storage_for!` rules out.
@@ -125,7 +125,7 @@ impl<
     }
 }
 
-/// The [`Storage`] type for a program: `pub type Storage = storage_for!(TABLES);`, where `TABLES` is a `const`.
+/// Names the [`Storage`] type for a program: `pub type Storage = storage_for!(TABLES);`, where `TABLES` is a `const`.
 #[macro_export]
 macro_rules! storage_for {
     ($tables:expr) => {

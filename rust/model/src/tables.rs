@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-//! What the compiler knows of a program: reactions, triggers, ports and network connections as constant tables.
+//! The structure of a program: reactions, triggers, ports and network connections as constant tables.
 //!
-//! The generator writes one `const TABLES: Tables` per federate, and `const _: () = TABLES.check();` beside it, so
-//! that a table that contradicts itself does not compile. The engine then trusts the tables.
+//! The generator writes one `const TABLES: Tables` per federate, and `const _: () = TABLES.check();` beside it, so that
+//! inconsistent tables do not compile. The engine then trusts the tables.
 pub(crate) use crate::ids::{InputId, OutputId, PortId, ReactionId, TriggerId};
 use crate::modes::{ModeState, Modes, Transition};
 use crate::time::Interval;
@@ -16,24 +16,24 @@ pub struct Tables {
     pub triggers: &'static [TriggerInfo],
     /// The ports that store a value. An input that is connected without delay is the port that feeds it.
     pub ports: &'static [PortInfo],
-    /// What leaves for other federates.
+    /// The outputs to other federates.
     pub outputs: &'static [NetworkOutput],
-    /// What arrives from other federates, in the order of port numbers on the wire.
+    /// The inputs from other federates, in the order of port numbers on the wire.
     pub inputs: &'static [NetworkInput],
-    /// Port numbers that none of the inputs has, ascending, because other compilers send there what goes from this
-    /// federate to itself.
+    /// Port numbers that none of the inputs has, ascending: other compilers send the messages from this federate to
+    /// itself there.
     pub own_ports: &'static [u16],
     /// The reactions that send outputs with [`NetworkOutput::tells_absence`]: they run at every tag.
     pub absence: &'static [ReactionId],
-    /// The modes, and what is in them, where there are any.
+    /// The modes, and their parts, if there are any.
     pub modes: Option<&'static Modes>,
-    /// How many threads run reactions: more than one run those of a level side by side.
+    /// The number of threads that run reactions: more than one run those of a level side by side.
     #[cfg(feature = "workers")]
     pub workers: u16,
 }
 
 impl Tables {
-    /// Those of a program without anything, for what generated ones leave out.
+    /// The tables of a program without any parts, for what generated ones leave out.
     pub const DEFAULT: Self = Self {
         reactions: &[],
         triggers: &[],
@@ -48,18 +48,19 @@ impl Tables {
     };
 }
 
-/// A reaction in its place in the order of execution.
+/// A reaction, at its rank in the order of execution.
 #[derive(Clone, Copy, Debug)]
 pub struct ReactionInfo {
     /// For people: `unit_a.sensor.reaction_1`.
     pub name: &'static str,
     /// Reactions of one level do not depend on each other; a lower level runs before a higher one.
     pub level: u16,
-    /// How late, after the tag's time, the body may begin; later, the deadline's handler runs in its place.
+    /// The longest time after the tag's time within which the body may begin; later, the deadline's handler runs
+    /// instead.
     pub deadline: Option<Interval>,
-    /// Whether it has a handler that runs in place of the body when an input is tardy.
+    /// Whether it has a handler that runs instead of the body when an input is tardy.
     pub tardy: bool,
-    /// What it runs.
+    /// The kind of its code.
     pub kind: ReactionKind,
 }
 
@@ -68,12 +69,12 @@ impl ReactionInfo {
     pub const DEFAULT: Self = Self { name: "", level: 0, deadline: None, tardy: false, kind: ReactionKind::Body };
 }
 
-/// What a reaction runs.
+/// The kind of a reaction's code.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum ReactionKind {
     /// A body of the program, through [`Program::react`](crate::Program::react).
     Body,
-    /// Sending a port's value to another federate; it stands among the reactions that the port triggers.
+    /// Sends a port's value to another federate; it is one of the reactions that the port triggers.
     Send(OutputId),
 }
 
@@ -82,7 +83,7 @@ pub enum ReactionKind {
 pub struct TriggerInfo {
     /// For people: `unit_a.sensor.sample`, `startup`.
     pub name: &'static str,
-    /// What it is.
+    /// Its kind.
     pub kind: TriggerKind,
     /// The reactions that an event triggers. None for a trigger that fills a port: there, the port has them.
     pub reactions: &'static [ReactionId],
@@ -132,7 +133,7 @@ pub enum TriggerKind {
 }
 
 impl TriggerKind {
-    /// The port that such a trigger fills.
+    /// Returns the port that such a trigger fills.
     pub const fn fills(&self) -> Option<PortId> {
         match *self {
             Self::Delay { fills, .. } | Self::PhysicalDelay { fills, .. } | Self::NetworkInput { fills } => Some(fills),
@@ -146,9 +147,9 @@ impl TriggerKind {
 pub struct ActionTiming {
     /// Added to the offset of every event.
     pub min_delay: Interval,
-    /// The least time from one event to the next; `None` for none.
+    /// The minimum time from one event to the next; `None` for none.
     pub min_spacing: Option<Interval>,
-    /// What happens to an event that comes closer than that.
+    /// The rule for an event that comes closer than that.
     pub policy: Policy,
 }
 
@@ -157,17 +158,17 @@ impl ActionTiming {
     pub const NONE: Self = Self { min_delay: Interval::ZERO, min_spacing: None, policy: Policy::Defer };
 }
 
-/// What happens to an event that is scheduled closer than the minimum spacing to the one before it.
+/// The rule for an event that is scheduled closer than the minimum spacing to the one before it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Policy {
     /// It happens later, when the spacing is kept.
     Defer,
     /// It does not happen. Without a spacing, that goes for an event at the same tag only.
     Drop,
-    /// Its value takes the place of the pending event's; if that one has happened, it is deferred. Without a spacing,
-    /// that goes for an event at the same tag only.
+    /// Its value replaces that of the pending event; if that one has happened, it is deferred. Without a spacing, that
+    /// goes for an event at the same tag only.
     Replace,
-    /// The pending event does not happen, and this one does; it is deferred where it would come too close to another.
+    /// It replaces the pending event; it is deferred if it would come too close to another.
     Update,
 }
 
@@ -189,7 +190,7 @@ pub struct NetworkOutput {
     pub name: &'static str,
     /// The port whose values are sent.
     pub source: PortId,
-    /// The federate that receives.
+    /// The receiving federate.
     pub federate: u16,
     /// The port number on the wire.
     pub port: u16,
@@ -197,10 +198,10 @@ pub struct NetworkOutput {
     pub delay: Option<Interval>,
     /// The longest payload in bytes: `<T as Payload>::MAX_LEN`.
     pub max_len: usize,
-    /// Whether the receiver is told at each tag when there is no value, because this federate is in a cycle without
+    /// Whether the receiver is sent the absence of a value at each tag, because this federate is in a cycle without
     /// delay and the receiver may wait for that.
     pub tells_absence: bool,
-    /// Whether the connection is physical: the receiver chooses the tag, and adds what `after` says.
+    /// Whether the connection is physical: the receiver chooses the tag, and adds the delay of `after`.
     pub physical: bool,
 }
 
@@ -223,37 +224,37 @@ impl NetworkOutput {
 pub struct NetworkInput {
     /// For people: `unit_a.out -> unit_b.in`.
     pub name: &'static str,
-    /// The trigger that holds what has arrived, of kind [`TriggerKind::NetworkInput`].
+    /// The trigger that holds received messages, of kind [`TriggerKind::NetworkInput`].
     pub trigger: TriggerId,
-    /// The federate that sends.
+    /// The sending federate.
     pub federate: u16,
     /// The connection's `after`; `None` without one.
     pub delay: Option<Interval>,
     /// The longest payload in bytes: `<T as Payload>::MAX_LEN`.
     pub max_len: usize,
-    /// The least level of the reactions that see the port that it fills, those that send included; `u16::MAX` if none
-    /// does. A message for a tag that is open is in time as long as no reaction from this level on has run.
+    /// The lowest level of the reactions that see the port that it fills, those that send included; `u16::MAX` if none
+    /// does. A message for a tag that is open is in time while no reaction from this level on has run.
     pub level: u16,
-    /// Whether reactions from [`level`](Self::level) on have to wait until it is known what comes at a tag that is
-    /// granted provisionally, because the sender is in a cycle without delay. The event loop sees to that.
+    /// Whether reactions from [`level`](Self::level) on have to wait until the input is known at a provisionally
+    /// granted tag, because the sender is in a cycle without delay. The event loop sees to that.
     pub awaited: bool,
-    /// Whether the connection is physical: messages have no tag, and happen when they have come, after the delay.
+    /// Whether the connection is physical: messages have no tag, and take effect on arrival, after the delay.
     pub physical: bool,
-    /// Whether a message may come after its tag. Then it is tardy, and happens at the next microstep; the input's queue
-    /// is a [`TardyInput`](crate::TardyInput).
+    /// Whether a message may come after its tag. Then it is tardy, and takes effect at the next microstep; the input's
+    /// queue is a [`TardyInput`](crate::TardyInput).
     pub tardy: bool,
-    /// How long, after a tag's time, the tag waits for what may come here before it: `@maxwait`. The event loop sees to
-    /// that, where inputs can be tardy.
+    /// The time after a tag's time for which the tag waits for messages here before it: `@maxwait`. The event loop
+    /// sees to that, if inputs can be tardy.
     pub max_wait: Interval,
-    /// How much longer, within a tag, reactions from [`level`](Self::level) on wait for what may come here at that tag:
-    /// `@absent_after` less the connection's delay.
+    /// The additional time for which, within a tag, reactions from [`level`](Self::level) on wait for messages here at
+    /// that tag: `@absent_after` less the connection's delay.
     pub absent_after: Interval,
     /// The reactions that see the port that it fills, but are not triggered by it: they too are tardy with it.
     pub readers: &'static [ReactionId],
 }
 
 impl NetworkInput {
-    /// A logical connection without a delay that nobody reads, for what generated tables leave out.
+    /// A logical connection without a delay and without readers, for what generated tables leave out.
     pub const DEFAULT: Self = Self {
         name: "",
         trigger: TriggerId(0),
@@ -270,25 +271,25 @@ impl NetworkInput {
     };
 }
 
-/// How many 32-bit words hold `bits` bits.
+/// Returns the number of 32-bit words that hold `bits` bits.
 pub const fn words(bits: usize) -> usize {
     bits.div_ceil(32)
 }
 
 impl Tables {
-    /// The input that has this port number on the wire, if one has.
+    /// Returns the input that has this port number on the wire, if one has.
     pub fn input_of(&self, port: u16) -> Option<InputId> {
         let is_own = self.own_ports.contains(&port);
         let input = self.own_ports.iter().filter(|own| **own < port).fold(port, |input, _| input.saturating_sub(1));
         (!is_own && usize::from(input) < self.inputs.len()).then_some(InputId(input))
     }
 
-    /// The port number of an input on the wire.
+    /// Returns the port number of an input on the wire.
     pub fn port_of(&self, input: InputId) -> u16 {
         self.own_ports.iter().fold(input.0, |port, own| if *own <= port { port.saturating_add(1) } else { port })
     }
 
-    /// For how many inputs the engine has to remember what a tardy message was intended for: all, if any can be tardy.
+    /// Returns the number of inputs whose intended tags the engine has to store: all, if any can be tardy.
     pub const fn tardy_inputs(&self) -> usize {
         let mut i = 0;
         while i < self.inputs.len() {
@@ -300,12 +301,12 @@ impl Tables {
         0
     }
 
-    /// For how many reactions the engine has to remember whether an input is tardy: all, if any input can be.
+    /// Returns the number of reactions that the engine has to mark as tardy: all, if any input can be.
     pub const fn tardy_reactions(&self) -> usize {
         if self.tardy_inputs() == 0 { 0 } else { self.reactions.len() }
     }
 
-    /// How many modes the engine has to know the state of.
+    /// Returns the number of modes whose state the engine has to store.
     pub const fn mode_count(&self) -> usize {
         match self.modes {
             Some(modes) => modes.modes.len(),
@@ -313,7 +314,7 @@ impl Tables {
         }
     }
 
-    /// For how many triggers the engine has to remember an event while they are not active: those in modes.
+    /// Returns the number of triggers whose event the engine has to store while they are not active: those in modes.
     pub const fn held_triggers(&self) -> usize {
         match self.modes {
             Some(modes) => modes.triggers.len(),
@@ -321,19 +322,19 @@ impl Tables {
         }
     }
 
-    /// Whether a reaction is in no mode, or in an active one; the last tag is told apart.
+    /// Returns whether a reaction is in no mode, or in an active one; the last tag has its own rule.
     pub(crate) fn runs(&self, modes: &[ModeState], reaction: ReactionId, is_last: bool) -> bool {
         self.modes.is_none_or(|known| (known.hooks.runs)(known, modes, reaction, is_last))
     }
 
-    /// Notes the mode that a reaction has asked for, if it has.
+    /// Stores the mode that a reaction has requested, if it has.
     pub(crate) fn request_mode(&self, modes: &mut [ModeState], wanted: Option<Transition>) {
         if let Some((known, wanted)) = self.modes.zip(wanted) {
             (known.hooks.request)(known, modes, wanted);
         }
     }
 
-    /// How many words of memory a worker needs for its notes.
+    /// Returns the number of words of memory that a worker needs for its notes.
     #[cfg(feature = "workers")]
     pub const fn note_words(&self) -> usize {
         words(self.reactions.len()) + words(self.tardy_reactions()) + words(self.ports.len())

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Inputs whose messages can come after their tag. A tardy message happens later than it was meant to, and says so.
+//! Inputs whose messages can come after their tag. A tardy message takes effect later than intended, and has its
+//! intended tag.
 use heapless::vec::VecStorage;
 
 use crate::cell::{Placed, TriggerCell, Undelivered, cell_by_view};
@@ -9,9 +10,9 @@ use crate::queue::{Event, Full, Owned, Queue, View};
 use crate::tables::PortId;
 use crate::time::Tag;
 
-/// A value with the tag that it was meant for.
+/// A value with its intended tag.
 #[derive(Clone, Debug)]
-pub struct Meant<T> {
+pub struct Intended<T> {
     /// The tag of the event, unless it is tardy.
     intended: Tag,
     value: T,
@@ -19,29 +20,29 @@ pub struct Meant<T> {
 
 /// A port with the queue that fills it: the end of a connection from another federate whose messages can be tardy.
 ///
-/// Generated code makes a `TardyInput<T, N>` in place of the [`QueuedPort`](crate::QueuedPort) of an input with
+/// Generated code makes a `TardyInput<T, N>` instead of the [`QueuedPort`](crate::QueuedPort) of an input with
 /// [`NetworkInput::tardy`](crate::NetworkInput::tardy).
-pub type TardyInput<T, const N: usize> = TardyInputInner<T, Owned<Meant<T>, N>>;
+pub type TardyInput<T, const N: usize> = TardyInputInner<T, Owned<Intended<T>, N>>;
 
 /// A [`TardyInput`] of any capacity.
-pub struct TardyInputInner<T, S: VecStorage<Event<Meant<T>>> + ?Sized = View<Meant<T>>> {
+pub struct TardyInputInner<T, S: VecStorage<Event<Intended<T>>> + ?Sized = View<Intended<T>>> {
     /// The port that it fills.
     pub port: Port<T>,
-    /// The tag that the port's value was meant for, if it is tardy.
+    /// The intended tag of the port's value, if it is tardy.
     intended: Option<Tag>,
-    queue: Queue<Meant<T>, S>,
+    queue: Queue<Intended<T>, S>,
 }
 
 impl<T, const N: usize> TardyInput<T, N> {
-    /// An empty port with an empty queue; `port` is the id of the port that it fills.
+    /// Returns an empty port with an empty queue; `port` is the id of the port that it fills.
     pub const fn new(port: PortId) -> Self {
         Self { port: Port::new(port), intended: None, queue: Queue::new() }
     }
 
-    /// Takes a message from another federate, to happen at `tag`; it is tardy if that is later than `intended`.
+    /// Takes a message from another federate, to take effect at `tag`; it is tardy if that is later than `intended`.
     ///
-    /// It happens later where another one happens at that tag; a tardy one, after all that is in the queue. If it has
-    /// to give way to a tardy one, it is tardy itself.
+    /// It takes effect later if another one has that tag; a tardy one, after all messages in the queue. If it has to
+    /// give way to a tardy one, it is tardy itself.
     ///
     /// # Errors
     /// When the queue is full, or the bytes are not a value.
@@ -52,10 +53,10 @@ impl<T, const N: usize> TardyInput<T, N> {
         self.deliver_tardy_by::<Native>(tag, intended, bytes)
     }
 
-    /// The same with a serializer.
+    /// Takes a message by a serializer.
     ///
     /// # Errors
-    /// As for [`deliver_tardy`](Self::deliver_tardy).
+    /// Those of [`deliver_tardy`](Self::deliver_tardy).
     pub fn deliver_tardy_by<S: Serializer<T>>(
         &mut self,
         tag: Tag,
@@ -65,7 +66,7 @@ impl<T, const N: usize> TardyInput<T, N> {
         self.put(tag, intended, || S::decode(bytes))
     }
 
-    /// The same with what gives the value, which is called if there is room for it.
+    /// Takes the value of a function, which is called if there is room for it.
     #[doc(hidden)]
     pub fn put(
         &mut self,
@@ -76,7 +77,7 @@ impl<T, const N: usize> TardyInput<T, N> {
         (self as &mut TardyInputInner<T>).put(tag, intended, value)
     }
 
-    /// The same for a message that is in time.
+    /// Takes a message that is in time.
     ///
     /// # Errors
     /// When the queue is full, or the bytes are not a value.
@@ -87,10 +88,10 @@ impl<T, const N: usize> TardyInput<T, N> {
         self.deliver_by::<Native>(tag, bytes)
     }
 
-    /// The same with a serializer.
+    /// Takes a message that is in time by a serializer.
     ///
     /// # Errors
-    /// As for [`deliver`](Self::deliver).
+    /// Those of [`deliver`](Self::deliver).
     pub fn deliver_by<S: Serializer<T>>(&mut self, tag: Tag, bytes: &[u8]) -> Result<(), Undelivered> {
         self.deliver_tardy_by::<S>(tag, tag, bytes).map(|_| ())
     }
@@ -110,8 +111,8 @@ impl<T> TardyInputInner<T> {
         }
         let value = value().map_err(Undelivered::Payload)?;
         let is_late = intended < tag;
-        // It comes after what was sent before it, if that has become late.
-        let is_before = |event: &&Event<Meant<T>>| is_late || event.value.intended < event.tag;
+        // It comes after earlier messages, if these have become late.
+        let is_before = |event: &&Event<Intended<T>>| is_late || event.value.intended < event.tag;
         let before = self.queue.iter().rev().find(is_before).map(|event| event.tag).filter(|before| *before >= tag);
         let tardy = is_late || before.is_some();
         let mut at = before.map_or(tag, Tag::next_microstep);
@@ -119,7 +120,7 @@ impl<T> TardyInputInner<T> {
             at = at.next_microstep();
         }
         let intended = if tardy { intended } else { at };
-        self.queue.insert(at, Meant { intended, value }).map_err(Undelivered::Full)?;
+        self.queue.insert(at, Intended { intended, value }).map_err(Undelivered::Full)?;
         Ok(Placed { tag: at, tardy })
     }
 }
@@ -132,7 +133,7 @@ impl<T> TriggerCell for TardyInputInner<T> {
         self.queue.first_tag()
     }
 
-    /// Nothing: the engine clears the port as a port.
+    /// Does nothing: the engine clears the port as a port.
     fn clear(&mut self) {}
 
     fn pending(&self) -> Option<Tag> {
@@ -191,8 +192,8 @@ mod tests {
     }
 
     proptest! {
-        /// What one federate sends in order happens in order, however late it comes, no two at one tag, and each that
-        /// does not happen at its tag, nor just after others of that tag that were in time, says what it was meant for.
+        /// Messages of one federate take effect in order, however late they come, no two at one tag, and each that does
+        /// not take effect at its tag, nor just after others of that tag that were in time, has its intended tag.
         #[test]
         fn messages_keep_their_order(steps in prop::collection::vec((0..4i64, 0..3i64), 1..30)) {
             let mut input = TardyInput::<u32, 32>::new(PortId(0));

@@ -12,10 +12,11 @@ use lf_texts::say;
 
 const NS_PER_SEC: i64 = 1_000_000_000;
 
-/// A number of nanoseconds as it lies in memory.
+/// A number of nanoseconds in memory.
 ///
-/// Where registers have 32 bits it is two halves, aligned as these. A tag is three words then, and the compiler hands
-/// on where it lies. With a number of 64 bits in it, it would hand on the words, and an RTI's flash was 3 % larger.
+/// On processors with 32-bit registers it is two halves with their alignment. A tag is then three words, which the
+/// compiler passes by address. With a number of 64 bits in it, it would pass the words, and an RTI's flash was 3 %
+/// larger.
 #[derive(Clone, Copy, Default, PartialEq, Eq, Hash)]
 struct Nanos {
     #[cfg(target_pointer_width = "32")]
@@ -82,27 +83,27 @@ impl Interval {
     /// Longer than any other interval.
     pub const FOREVER: Self = Self::from_nanos(i64::MAX);
 
-    /// An interval of `n` nanoseconds.
+    /// Returns an interval of `n` nanoseconds.
     pub const fn from_nanos(n: i64) -> Self {
         Self(n)
     }
 
-    /// An interval of `n` microseconds.
+    /// Returns an interval of `n` microseconds.
     pub const fn from_micros(n: i64) -> Self {
         Self::from_nanos(n.saturating_mul(1_000))
     }
 
-    /// An interval of `n` milliseconds.
+    /// Returns an interval of `n` milliseconds.
     pub const fn from_millis(n: i64) -> Self {
         Self::from_nanos(n.saturating_mul(1_000_000))
     }
 
-    /// An interval of `n` seconds.
+    /// Returns an interval of `n` seconds.
     pub const fn from_secs(n: i64) -> Self {
         Self::from_nanos(n.saturating_mul(NS_PER_SEC))
     }
 
-    /// The same length as a [`Duration`], cut at 292 years.
+    /// Converts a [`Duration`], cut at 292 years.
     pub const fn from_duration(duration: Duration) -> Self {
         let secs = duration.as_secs();
         if secs >= (i64::MAX / NS_PER_SEC) as u64 {
@@ -113,18 +114,18 @@ impl Interval {
         Self::from_nanos(secs as i64 * NS_PER_SEC + duration.subsec_nanos() as i64)
     }
 
-    /// The same length as a [`Duration`]; a negative interval becomes zero.
+    /// Converts to a [`Duration`]; a negative interval becomes zero.
     pub const fn to_duration(self) -> Duration {
         let nanos = self.as_nanos();
         Duration::from_nanos(if nanos < 0 { 0 } else { nanos.unsigned_abs() })
     }
 
-    /// The length in nanoseconds.
+    /// Returns the length in nanoseconds.
     pub const fn as_nanos(self) -> i64 {
         self.0
     }
 
-    /// The sum, held within what an interval can say.
+    /// Returns the sum, limited to the range of intervals.
     #[must_use]
     pub const fn saturating_add(self, other: Self) -> Self {
         Self::from_nanos(self.as_nanos().saturating_add(other.as_nanos()))
@@ -147,17 +148,17 @@ impl Instant {
     /// Later than any other instant.
     pub const FOREVER: Self = Self::from_nanos(i64::MAX);
 
-    /// The instant `ns` nanoseconds after the epoch.
+    /// Returns the instant `ns` nanoseconds after the epoch.
     pub const fn from_nanos(ns: i64) -> Self {
         Self(Nanos::new(ns))
     }
 
-    /// Nanoseconds since the epoch.
+    /// Returns the nanoseconds since the epoch.
     pub const fn as_nanos(self) -> i64 {
         self.0.get()
     }
 
-    /// This instant and `interval` later, held within what an instant can say. NEVER and FOREVER stay what they are.
+    /// Returns this instant plus `interval`, limited to the range of instants. NEVER and FOREVER stay unchanged.
     #[must_use]
     #[cfg_attr(target_pointer_width = "32", inline(never))]
     pub const fn saturating_add(self, interval: Interval) -> Self {
@@ -167,13 +168,13 @@ impl Instant {
         }
     }
 
-    /// The interval from `earlier` to this instant; negative when `earlier` is later.
+    /// Returns the interval from `earlier` to this instant; negative when `earlier` is later.
     #[cfg_attr(target_pointer_width = "32", inline(never))]
     pub const fn since(self, earlier: Self) -> Interval {
         Interval::from_nanos(self.as_nanos().saturating_sub(earlier.as_nanos()))
     }
 
-    /// The time from `earlier` to this instant; zero when `earlier` is later.
+    /// Returns the time from `earlier` to this instant; zero when `earlier` is later.
     pub const fn duration_since(self, earlier: Self) -> Duration {
         self.since(earlier).to_duration()
     }
@@ -201,7 +202,7 @@ impl AddAssign<Duration> for Instant {
 
 impl Sub for Instant {
     type Output = Duration;
-    /// The time between, as `std::time::Instant` gives it: zero when `earlier` is later.
+    /// Returns the time between, like `std::time::Instant`: zero when `earlier` is later.
     fn sub(self, earlier: Self) -> Duration {
         self.duration_since(earlier)
     }
@@ -254,12 +255,12 @@ impl Tag {
     /// After every tag that a program can reach; on the wire (`i64::MAX`, `u32::MAX`).
     pub const FOREVER: Self = Self { time: Instant::FOREVER, microstep: Microstep::MAX };
 
-    /// The tag at `time` and `microstep`.
+    /// Returns the tag at `time` and `microstep`.
     pub const fn new(time: Instant, microstep: Microstep) -> Self {
         Self { time, microstep }
     }
 
-    /// The first tag at `time`; that of [`Instant::FOREVER`] is FOREVER.
+    /// Returns the first tag at `time`; that of [`Instant::FOREVER`] is FOREVER.
     #[cfg_attr(target_pointer_width = "32", inline(never))]
     pub const fn at(time: Instant) -> Self {
         match time {
@@ -268,7 +269,7 @@ impl Tag {
         }
     }
 
-    /// The smallest tag that is greater. FOREVER stays what it is.
+    /// Returns the smallest tag that is greater. FOREVER stays unchanged.
     #[must_use]
     #[cfg_attr(target_pointer_width = "32", inline(never))]
     pub const fn next_microstep(self) -> Self {
@@ -279,8 +280,8 @@ impl Tag {
         }
     }
 
-    /// The tag that is as far from `to` as this one is from `from`: as many nanoseconds, and at that instant itself as
-    /// many microsteps. NEVER and FOREVER stay what they are.
+    /// Returns the tag whose distance from `to` is that of this one from `from`: in nanoseconds, and at that instant
+    /// itself in microsteps. NEVER and FOREVER stay unchanged.
     #[must_use]
     pub(crate) fn moved(self, from: Self, to: Self) -> Self {
         let microsteps = |steps: Microstep| to.microstep.0.saturating_add(steps.0).saturating_sub(from.microstep.0);
@@ -288,12 +289,13 @@ impl Tag {
         if self.is_finite() { Self { time: to.time + self.time.since(from.time), microstep } } else { self }
     }
 
-    /// Whether a program can reach this tag: its time is neither NEVER nor FOREVER.
+    /// Returns whether a program can reach this tag: its time is neither NEVER nor FOREVER.
     pub const fn is_finite(self) -> bool {
         !matches!(self.time, Instant::NEVER | Instant::FOREVER)
     }
 
-    /// The greatest tag that is smaller: the last microstep of the nanosecond before, where there is none in this one.
+    /// Returns the greatest tag that is smaller: the last microstep of the nanosecond before, if there is none in this
+    /// one.
     #[must_use]
     #[cfg_attr(target_pointer_width = "32", inline(never))]
     pub const fn before(self) -> Self {
@@ -304,8 +306,8 @@ impl Tag {
         }
     }
 
-    /// The tag after a delay of `interval`: a delay of nothing is one microstep, any other leads to microstep 0.
-    /// NEVER and FOREVER stay what they are.
+    /// Returns the tag after a delay of `interval`: a delay of zero is one microstep, any other leads to microstep 0.
+    /// NEVER and FOREVER stay unchanged.
     #[must_use]
     #[cfg_attr(target_pointer_width = "32", inline(never))]
     pub const fn after(self, interval: Interval) -> Self {
@@ -316,7 +318,8 @@ impl Tag {
         }
     }
 
-    /// The tag at the other end of a connection: the same one without `after` (`None`), else [`after`](Self::after) it.
+    /// Returns the tag at the other end of a connection: the same one without `after` (`None`), else
+    /// [`after`](Self::after) it.
     #[must_use]
     pub const fn delayed(self, after: Option<Interval>) -> Self {
         match after {
@@ -340,7 +343,7 @@ impl PartialOrd for Tag {
 }
 
 impl fmt::Display for Tag {
-    /// `(nanoseconds since the epoch, microstep)`, or `NEVER` or `FOREVER`.
+    /// Writes `(nanoseconds since the epoch, microstep)`, or `NEVER` or `FOREVER`.
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match *self {
             Self::NEVER => say!(f, "NEVER"),
@@ -352,7 +355,7 @@ impl fmt::Display for Tag {
 
 /// The current tag as reaction bodies see it: relative to the start of the program.
 ///
-/// It is written `(T0 + 40000000 ns = 40 ms, 0)`, and compares with what [`tag!`](crate::tag) makes.
+/// It is written `(T0 + 40000000 ns = 40 ms, 0)`, and can be compared with the tags of [`tag!`](crate::tag).
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct EventTag {
     /// The logical time since the start.
@@ -362,12 +365,12 @@ pub struct EventTag {
 }
 
 impl EventTag {
-    /// The tag at an offset from the start.
+    /// Returns the tag at an offset from the start.
     pub const fn new(offset_from_t0: Duration, microstep: u32) -> Self {
         Self { offset_from_t0, microstep }
     }
 
-    /// `tag` seen from a program that started at `start`.
+    /// Returns `tag` as seen from a program that started at `start`.
     pub const fn relative(tag: Tag, start: Instant) -> Self {
         Self { offset_from_t0: tag.time.duration_since(start), microstep: tag.microstep.0 }
     }
@@ -381,7 +384,7 @@ impl fmt::Display for EventTag {
     }
 }
 
-/// When a scheduled event is to happen, on top of the action's minimum delay.
+/// The offset of a scheduled event, in addition to the action's minimum delay.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Offset {
     /// As soon as possible.
@@ -392,7 +395,7 @@ pub enum Offset {
 }
 
 impl Offset {
-    /// The additional delay.
+    /// Returns the additional delay.
     pub const fn to_interval(self) -> Interval {
         match self {
             Self::Asap => Interval::ZERO,

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! LF's units of time: the one table, and the one reader, for programs, command lines and files of bounds.
+//! LF's units of time: the one table and the one parser, for programs, command lines and files of bounds.
 
 use core::fmt;
 
@@ -15,7 +15,7 @@ pub const UNITS: &[(&[&str], i64)] = &[
     (&["wk", "week", "weeks"], 604_800_000_000_000),
 ];
 
-/// The length of a unit in nanoseconds; `None` if there is no such unit.
+/// Returns the length of a unit in nanoseconds; `None` if there is no such unit.
 pub const fn unit_ns(unit: &str) -> Option<i64> {
     let mut row = 0;
     while row < UNITS.len() {
@@ -32,10 +32,10 @@ pub const fn unit_ns(unit: &str) -> Option<i64> {
     None
 }
 
-/// Why a number with a unit is no time.
+/// The reason why a number with a unit is not a time.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum TimeError<'a> {
-    /// These are no digits, with a dot among them or without.
+    /// The number does not consist of digits, with or without a dot.
     NotANumber(&'a str),
     /// There is no such unit.
     UnknownUnit(&'a str),
@@ -55,7 +55,7 @@ impl fmt::Display for TimeError<'_> {
     }
 }
 
-/// A number of units in nanoseconds, `("1.5", "ms")`; what is less than a nanosecond is cut off.
+/// Converts a number of units to nanoseconds, `("1.5", "ms")`; fractions of a nanosecond are cut off.
 ///
 /// # Errors
 /// What is wrong with one of the two, or with both together.
@@ -76,8 +76,8 @@ pub fn nanoseconds<'a>(number: &'a str, unit: &'a str) -> Result<i64, TimeError<
     Ok(total_ns)
 }
 
-/// Takes a text like `1.5 min` apart into its number and its unit, which may be empty. What does not begin with a
-/// number is not taken apart.
+/// Splits a text like `1.5 min` into its number and its unit, which may be empty. A text that does not begin with a
+/// number is not split.
 pub fn number_and_unit(text: &str) -> (&str, &str) {
     let text = text.trim();
     let end = text.find(|character: char| character != '.' && !character.is_ascii_digit());
@@ -85,7 +85,7 @@ pub fn number_and_unit(text: &str) -> (&str, &str) {
     (number, unit.trim_start())
 }
 
-/// As `==`, which constants cannot be worked out with.
+/// Compares like `==`, which is not available in constants.
 const fn is_same(one: &[u8], other: &[u8]) -> bool {
     let mut index = 0;
     while index < one.len() && index < other.len() && one[index] == other[index] {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Watchdogs: at most one pending event, which is put off as long as somebody starts the watchdog again in time.
+//! Watchdogs: at most one pending event, which is postponed as long as a reaction restarts the watchdog in time.
 use crate::cell::{Readable, TriggerCell};
 use crate::modes::ModeCell;
 use crate::tables::TriggerId;
@@ -11,12 +11,12 @@ use crate::time::Tag;
 pub struct Watchdog {
     pub(crate) id: TriggerId,
     present: bool,
-    /// When it expires, as long as it runs.
+    /// The tag at which it expires, while it runs.
     pub(crate) expires: Option<Tag>,
 }
 
 impl Watchdog {
-    /// A watchdog that does not run.
+    /// Returns a watchdog that does not run.
     pub const fn new(id: TriggerId) -> Self {
         Self { id, present: false, expires: None }
     }

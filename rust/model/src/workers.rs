@@ -3,8 +3,8 @@
 //!
 //! Reactions of one level belong to different reactors, and none of them sets what another one sees. So generated code
 //! lends each its own fields, by closures over them, and the borrow checker proves that they share nothing that one of
-//! them changes. What they do to the engine's own state, they leave in notes, and these are put together when all have
-//! run, in the order of the reactions. So it makes no difference which thread ran what, and when.
+//! them changes. They write their changes of the engine's own state to notes, and the engine merges these when all have
+//! run, in the order of the reactions. So the thread and the time of each reaction make no difference.
 use core::fmt;
 
 use crate::bits::Bits;
@@ -27,9 +27,9 @@ use crate::time::Tag;
 /// The next tag of an action that may have been scheduled: before all others, until the engine has asked the action.
 pub(crate) const ASKED: Tag = Tag::NEVER;
 
-/// Threads that share work.
-pub trait Crew: Sync {
-    /// Has the workers run the jobs, each job once and by any of them, and comes back when all have run. One of the
+/// A pool of threads that share work.
+pub trait WorkerPool: Sync {
+    /// Makes the workers run the jobs, each job once and by any of them, and returns when all have run. One of the
     /// workers may be the caller's own thread.
     fn run(&self, workers: &mut [Worker<'_>], jobs: &mut [Job<'_>]);
 }
@@ -40,30 +40,30 @@ type Body<'a> = dyn FnMut(ReactionId, Part, &mut ReactionContext<'_>) + Send + '
 /// A reaction that can run beside others of its level; or several of one reactor, which are in different modes.
 pub struct Job<'a> {
     reactions: &'static [ReactionId],
-    /// The one that is ready.
+    /// The ready reaction.
     reaction: ReactionId,
     actions: &'static [TriggerId],
     body: &'a mut Body<'a>,
-    /// Whether it sees what has come too late.
+    /// Whether it sees a tardy value.
     tardy: bool,
     outcome: Outcome,
 }
 
-/// What a reaction has asked for.
+/// The requests of a reaction.
 #[derive(Clone, Copy, Debug, Default)]
 struct Outcome {
     stop: Option<Tag>,
     stop_request: Option<Tag>,
     error: Option<ModelError>,
     mode: Option<Transition>,
-    /// What has run in which worker, from when until when.
+    /// The part that has run, its worker, and the times of its begin and end.
     #[cfg(feature = "traces")]
     ran: Option<(Part, u16, [Instant; 2])>,
 }
 
 impl<'a> Job<'a> {
-    /// The job of a reaction, or of some that share what they change, in their order; with the actions that they can
-    /// schedule, and a closure that calls their methods.
+    /// Returns the job of a reaction, or of some that share what they change, in their order; with the actions that
+    /// they can schedule, and a closure that calls their methods.
     pub fn new(reactions: &'static [ReactionId], actions: &'static [TriggerId], body: &'a mut Body<'a>) -> Self {
         let (reaction, outcome) = (ReactionId(u16::MAX), Outcome::default());
         Self { reactions, reaction, actions, body, tardy: false, outcome }
@@ -76,7 +76,7 @@ impl fmt::Debug for Job<'_> {
     }
 }
 
-/// What one thread needs to run jobs, and its notes of what they did.
+/// The state of one thread that runs jobs, and its notes about them.
 pub struct Worker<'a> {
     #[cfg(feature = "traces")]
     number: u16,
@@ -84,7 +84,7 @@ pub struct Worker<'a> {
     notes: Notes<'a>,
 }
 
-/// What the reactions of a level see of the engine: it is as it was before any of them ran.
+/// The engine as the reactions of a level see it: as it was before any of them ran.
 #[derive(Clone, Copy)]
 struct Seen<'a> {
     tables: &'static Tables,
@@ -94,9 +94,9 @@ struct Seen<'a> {
     outside: &'static dyn Outside,
 }
 
-/// Sets, which are the same in whatever order they are put together.
+/// Sets, whose union does not depend on the order.
 struct Notes<'a> {
-    /// Reactions that were triggered, and of those the ones that are tardy.
+    /// Triggered reactions, and those of them that are tardy.
     ready: Bits<'a>,
     tardy: Bits<'a>,
     /// Ports that were set.
@@ -104,7 +104,7 @@ struct Notes<'a> {
 }
 
 impl<'a> Worker<'a> {
-    /// With [`Tables::note_words`] of memory, which is clear.
+    /// Returns notes in memory of [`Tables::note_words`], which is clear.
     fn new(seen: Seen<'a>, memory: &'a mut [u32]) -> Self {
         let (ready, memory) = memory.split_at_mut(words(seen.tables.reactions.len()));
         let (tardy, ports) = memory.split_at_mut(words(seen.tables.tardy_reactions()));
@@ -120,7 +120,7 @@ impl<'a> Worker<'a> {
     pub fn run(&mut self, job: &mut Job<'_>) {
         let Self { seen, notes, .. } = self;
         let info = &seen.tables.reactions[usize::from(job.reaction.0)];
-        let (mut state, mut env) = (seen.state, Elsewhere(seen.outside));
+        let (mut state, mut env) = (seen.state, WorkerEnv(seen.outside));
         let part = Part::of(info, job.tardy, state.current.time, seen.outside);
         let mut ctx = ReactionContext {
             tables: seen.tables,
@@ -158,10 +158,10 @@ impl fmt::Debug for Worker<'_> {
     }
 }
 
-/// The surroundings of a reaction in any thread. Bodies do not send.
-struct Elsewhere(&'static dyn Outside);
+/// The environment of a reaction in any thread. Bodies do not send.
+struct WorkerEnv(&'static dyn Outside);
 
-impl Env for Elsewhere {
+impl Env for WorkerEnv {
     fn outside(&self) -> &'static dyn Outside {
         self.0
     }
@@ -187,12 +187,12 @@ pub struct Level<'a> {
 }
 
 impl Level<'_> {
-    /// Has `COUNT` workers, with `WORDS` of memory each, run those jobs whose reactions are ready, if they are several.
-    /// One alone is left to the engine. The jobs stand in the order of their reactions.
+    /// Makes `COUNT` workers, with `WORDS` of memory each, run the jobs whose reactions are ready, if they are several.
+    /// A single one is left to the engine. The jobs are in the order of their reactions.
     ///
     /// # Panics
     /// When the memory is less than [`Tables::note_words`].
-    pub fn run<const COUNT: usize, const WORDS: usize>(&mut self, crew: &dyn Crew, jobs: &mut [Job<'_>]) {
+    pub fn run<const COUNT: usize, const WORDS: usize>(&mut self, pool: &dyn WorkerPool, jobs: &mut [Job<'_>]) {
         let mut count = 0;
         for index in 0..jobs.len() {
             let ready = jobs[index].reactions.iter().find(|reaction| self.is_ready(**reaction));
@@ -223,7 +223,7 @@ impl Level<'_> {
         for (number, worker) in (1..).zip(&mut workers) {
             worker.number = number;
         }
-        crew.run(&mut workers[..COUNT.min(count)], jobs);
+        pool.run(&mut workers[..COUNT.min(count)], jobs);
         for Worker { notes, .. } in workers {
             self.ready.insert_all(&notes.ready);
             self.ports.insert_all(&notes.ports);
@@ -246,7 +246,7 @@ impl Level<'_> {
         self.ready.contains(reaction.0) && self.tables.runs(self.modes, reaction, self.state.is_last())
     }
 
-    /// What a reaction has asked for, after those before it.
+    /// Takes the requests of a reaction, after those before it.
     fn take(&mut self, outcome: &Outcome) {
         for (asked, is_federated) in [(outcome.stop, false), (outcome.stop_request, true)] {
             if let Some(tag) = asked {
@@ -266,9 +266,9 @@ impl fmt::Debug for Level<'_> {
     }
 }
 
-/// State that any thread can have at its turn; generated code asks for it where the state is declared.
+/// Asserts that any thread can have this state at a time; generated code calls it where the state is declared.
 pub const fn moves_between_threads<T: Send>() {}
 
-/// A value that several threads can see at once; generated code asks for it where the port is declared. What cannot be
-/// seen by others could not be moved to them either, but for guards of locks: one question is enough.
+/// Asserts that several threads can see a value at once; generated code calls it where the port is declared. A value
+/// that others cannot see could not be moved to them either, except for guards of locks: one assertion is enough.
 pub const fn seen_by_threads<T: Sync>() {}

@@ -10,7 +10,7 @@ mod bench;
 use bench::{By, at, bench};
 use lf_model::prelude::*;
 
-/// What some target code passes around.
+/// A value of some target code.
 #[derive(Clone, Debug, PartialEq)]
 struct Hello {
     name: String,

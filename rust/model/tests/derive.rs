@@ -167,7 +167,7 @@ fn what_no_value_has_is_refused_with_the_reason() {
     assert_eq!(Event::decode(&named), Err(PayloadError::NotUtf8));
 }
 
-/// What [`golden`] sends, as C writes it.
+/// The values of [`golden`] in C.
 const C: &str = r#"
 #include <stdbool.h>
 #include <stdint.h>

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Tags that run in pieces, as in cycles without delay: reactions wait for inputs, messages come while the tag is open,
-//! and the absence of values is told.
+//! and absences are sent.
 #![allow(missing_docs, unreachable_pub, clippy::unwrap_used, reason = "a test program has no users")]
 mod bench;
 
@@ -128,7 +128,7 @@ fn absence_that_has_no_room_keeps_the_tag_open() {
 
 #[test]
 fn a_value_that_is_sent_on_to_another_federate_is_late_once_absence_was_told() {
-    // The output is fed by a reaction to the input, which comes before the absence is told.
+    // A reaction to the input sets the output, which comes before the absence is sent.
     let mut bench = bench()
         .reaction(0, &[By::Input], |cells, ctx| ctx.set(&mut cells.ports[1], 9))
         .sends(1)

@@ -163,7 +163,7 @@ fn a_link_knows_the_time() {
     LINK.set(None);
 }
 
-/// A reaction with a deadline, begun so many nanoseconds after its tag.
+/// Runs a reaction with a deadline that begins this many nanoseconds after its tag.
 fn with_deadline(deadline_ms: i64, lag_ns: i64) -> Vec<(String, i64, u32)> {
     let mut bench = bench()
         .timer(0, 10, 0)

@@ -112,7 +112,7 @@ fn run_whole(plan: &Plan) -> Outcome {
     run.outcome(full)
 }
 
-/// How a run in pieces goes, where it is free.
+/// The free choices of a run in pieces.
 #[derive(Clone, Debug)]
 struct Pieces {
     /// By input: its messages come while their tag is open.
@@ -234,7 +234,7 @@ proptest! {
         prop_assert_eq!(run_whole(&plan), reference::run(&plan, TAGS_MAX));
     }
 
-    /// What happens before the stop does not depend on when the stop becomes known.
+    /// The events before the stop do not depend on when the stop becomes known.
     #[test]
     fn what_would_come_after_the_stop_changes_nothing_before_it(plan in quiet_plan(), timeout in 0..60i64) {
         let late = run_whole(&Plan { timeout: None, ..plan.clone() });

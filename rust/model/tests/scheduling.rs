@@ -95,7 +95,7 @@ fn scheduling_twice_at_one_tag_can_keep_the_last_value_alone() {
     assert_eq!(bench.log(), entries(&[("2", 1, 0), ("3", 2, 0), ("4", 3, 0)]));
 }
 
-/// Schedules values 1, 2, 3 at 0, 1 and 12 ms with minimum delay 5 ms and spacing 10 ms; gives when which happens.
+/// Schedules values 1, 2, 3 at 0, 1 and 12 ms with minimum delay 5 ms and spacing 10 ms; returns their tags.
 fn spaced(timing: ActionTiming) -> Vec<(String, i64, u32)> {
     fn schedule(builder: Builder, index: usize, value: u32) -> Builder {
         builder.reaction(0, &[By::Timer(index)], move |cells, ctx| {

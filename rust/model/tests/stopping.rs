@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! How a program ends: requests, timeouts, grants, and having nothing left to do; and how tags may not be begun.
+//! The end of a program: requests, timeouts, grants, and having nothing left to do; and tags that must not begin.
 #![allow(missing_docs, unreachable_pub, clippy::unwrap_used, reason = "a test program has no users")]
 mod bench;
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Messages that come after their tag: when they happen, who is told, and what they were meant for.
+//! Messages that come after their tag: when they take effect, which reactions see them, and their intended tags.
 #![allow(missing_docs, unreachable_pub, clippy::unwrap_used, reason = "a test program has no users")]
 mod bench;
 
@@ -59,7 +59,7 @@ fn tardy_messages_of_one_input_stay_in_order() {
     assert_eq!(bench.log(), entries(&expected));
 }
 
-/// What is triggered at that tag by a reaction without a handler is tardy too; by a handler, or later, it is not.
+/// A reaction at that tag that is triggered by one without a handler is tardy too; by a handler, or later, it is not.
 #[test]
 fn reactions_without_a_handler_hand_tardiness_on_within_the_tag() {
     let set = |port: usize| move |cells: &mut Cells, ctx: &mut ReactionContext<'_>| ctx.set(&mut cells.ports[port], 1);

@@ -2,28 +2,27 @@
 //! One TCP connection with its two buffers.
 //!
 //! A connection knows bytes and no messages. It reads once at a time, so that a fast peer cannot keep an event loop
-//! from its other work, and only when a wait has told that there is something; it writes as much as the system takes.
+//! from its other work, and only when a wait has reported input; it writes as much as the system takes.
 
 use lf_wire::{InBuffer, OutBuffer, Storage};
 
 use crate::platform::{Interest, Platform, SocketId, Transfer};
 
-/// A connection, or the place for one: its socket, as long as there is one, and its buffers, which the next one uses
-/// after it.
+/// A connection, or a slot for one: its socket, while there is one, and its buffers, which the next connection reuses.
 #[derive(Debug)]
 pub(crate) struct Connection<'s> {
     socket: Option<SocketId>,
-    /// What has come and is not handled yet.
+    /// Received bytes that are not handled yet.
     pub(crate) input: InBuffer<&'s mut [u8]>,
-    /// What is to be sent.
+    /// Bytes to send.
     pub(crate) output: OutBuffer<&'s mut [u8]>,
-    /// There may be something to read.
+    /// Whether there may be something to read.
     readable: bool,
-    /// Nothing more comes.
+    /// Whether nothing more comes.
     ended: bool,
 }
 
-/// What one read has found.
+/// The outcome of one read.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub(crate) enum Reading {
     /// Nothing.
@@ -35,33 +34,33 @@ pub(crate) enum Reading {
 }
 
 impl<'s> Connection<'s> {
-    /// A place for a connection, with buffers in the owner's memory.
+    /// Returns an empty slot with buffers in the owner's memory.
     pub(crate) fn new(input: &'s mut [u8], output: &'s mut [u8]) -> Self {
         let (input, output) = (InBuffer::new(input), OutBuffer::new(output));
         Self { socket: None, input, output, readable: false, ended: false }
     }
 
-    /// The connection is there, and something may have come already.
+    /// Opens the connection; it may have input already.
     pub(crate) fn open(&mut self, socket: SocketId) {
         (self.socket, self.readable, self.ended) = (Some(socket), true, false);
     }
 
-    /// The socket, as long as the connection is there.
+    /// Returns the socket, while the connection is there.
     pub(crate) fn socket(&self) -> Option<SocketId> {
         self.socket
     }
 
-    /// Whether nothing more comes, apart from what has come.
+    /// Returns whether nothing more comes, apart from what has come.
     pub(crate) fn has_ended(&self) -> bool {
         self.ended
     }
 
-    /// Something may have come, though no wait has told.
-    pub(crate) fn look(&mut self) {
+    /// Marks the connection as readable, though no wait has reported it.
+    pub(crate) fn mark_readable(&mut self) {
         self.readable = true;
     }
 
-    /// Whether [`Connection::fill`] would read.
+    /// Returns whether [`Connection::fill`] would read.
     pub(crate) fn is_due(&mut self) -> bool {
         self.readable && !self.ended && self.socket.is_some() && !self.input.space().is_empty()
     }
@@ -78,12 +77,12 @@ impl<'s> Connection<'s> {
         reading
     }
 
-    /// Writes what is pending, as much as the system takes. `false` when the connection is broken.
+    /// Writes what is pending, as much as the system takes. Returns `false` when the connection is broken.
     pub(crate) fn flush<P: Platform>(&mut self, platform: &mut P) -> bool {
         self.socket.is_none_or(|socket| write(platform, socket, &mut self.output))
     }
 
-    /// Says what to wait for: bytes, if they are wanted and there is space, and room if something is pending.
+    /// Sets what to wait for: bytes, if they are wanted and there is space, and room if something is pending.
     pub(crate) fn set_interest<P: Platform>(&mut self, platform: &mut P, wanted: bool) {
         if let Some(socket) = self.socket {
             let readable = wanted && !self.ended && !self.input.space().is_empty();
@@ -91,12 +90,12 @@ impl<'s> Connection<'s> {
         }
     }
 
-    /// A wait found this socket ready.
+    /// Handles that a wait found this socket ready.
     pub(crate) fn handle_ready(&mut self, ready: SocketId, interest: Interest) {
         self.readable |= self.socket == Some(ready) && interest.readable;
     }
 
-    /// Closes the socket, if there is one, and forgets what belonged to the connection.
+    /// Closes the socket, if there is one, and clears the state of the connection.
     pub(crate) fn close<P: Platform>(&mut self, platform: &mut P) {
         if let Some(socket) = self.socket.take() {
             platform.close(socket);
@@ -107,7 +106,7 @@ impl<'s> Connection<'s> {
     }
 }
 
-/// Reads once, at most so many bytes, and no more than there is space for, of which there has to be some.
+/// Reads once, at most this many bytes, and no more than there is space for. There has to be some space.
 pub(crate) fn read<P: Platform, B: Storage>(
     platform: &mut P,
     socket: SocketId,
@@ -126,8 +125,8 @@ pub(crate) fn read<P: Platform, B: Storage>(
     }
 }
 
-/// Writes what is pending, as much as the system takes; bounded by the size of the buffer. `false` when the connection
-/// is broken: reading finds its end, after the peer's last words.
+/// Writes what is pending, as much as the system takes; bounded by the size of the buffer. Returns `false` when the
+/// connection is broken: reading finds its end, after the peer's last messages.
 pub(crate) fn write<P: Platform, B: Storage>(platform: &mut P, socket: SocketId, output: &mut OutBuffer<B>) -> bool {
     while !output.is_empty() {
         match platform.write(socket, output.pending()) {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Datagrams of clock synchronization: they are read before anything else, for the time right after that is the one
-//! that counts.
+//! Datagrams of clock synchronization. The event loops read them before anything else, because the time right after
+//! that is the one that counts.
 
 use lf_coordination::Endpoint;
 use lf_model::time::Instant;
@@ -8,9 +8,9 @@ use lf_wire::{Message, MessageType};
 
 use crate::platform::{Interest, Platform, SocketId};
 
-/// One byte more than the longest has, so that a longer one is not taken for one.
+/// One byte more than the longest datagram, so that a longer one is not taken for one.
 const BYTES_MAX: usize = MessageType::T4.fixed_bytes() + 1;
-/// How many are read before there is something else to do.
+/// The maximum number of datagrams to read at a time.
 const PER_TURN: usize = 64;
 
 /// The UDP port of an event loop, if it has one.
@@ -21,7 +21,7 @@ pub(crate) struct DatagramPort {
 }
 
 impl DatagramPort {
-    /// A port, if there is one.
+    /// Returns the port, if there is one.
     pub(crate) fn new<P: Platform>(platform: &mut P, socket: Option<SocketId>) -> Self {
         if let Some(socket) = socket {
             platform.set_interest(socket, Interest::READ);
@@ -29,20 +29,20 @@ impl DatagramPort {
         Self { socket, readable: false }
     }
 
-    /// The socket, until it is closed.
+    /// Returns the socket, until it is closed.
     pub(crate) fn socket(&self) -> Option<SocketId> {
         self.socket
     }
 
-    /// A wait found this socket ready. `true` if it is this one.
+    /// Handles that a wait found this socket ready. Returns `true` if it is this one.
     pub(crate) fn handle_ready(&mut self, ready: SocketId) -> bool {
         let is_it = self.socket == Some(ready);
         self.readable |= is_it;
         is_it
     }
 
-    /// Reads the datagrams that have come, a bounded number of them, and gives each to `handle`, with the socket for an
-    /// answer, the time at which it was read, and who sent it.
+    /// Reads the datagrams that have come, a bounded number of them, and passes each to `handle`, with the socket for
+    /// an answer, the time after the read, and the sender.
     pub(crate) fn receive<P: Platform>(
         &mut self,
         platform: &mut P,
@@ -51,7 +51,7 @@ impl DatagramPort {
         let Some(socket) = self.socket.filter(|_| core::mem::take(&mut self.readable)) else { return };
         let mut buffer = [0; BYTES_MAX];
         for _ in 0..PER_TURN {
-            // An error of the port is one of a datagram that was sent; what has come is behind it.
+            // An error of the port belongs to a datagram that was sent; what has come is behind it.
             let received = platform.receive_from(socket, &mut buffer);
             let now = platform.now();
             match received {
@@ -64,7 +64,7 @@ impl DatagramPort {
         }
     }
 
-    /// Closes the port, for good.
+    /// Closes the port for good.
     pub(crate) fn close<P: Platform>(&mut self, platform: &mut P) {
         if let Some(socket) = self.socket.take() {
             platform.close(socket);

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-//! What generated code tells the event loop about its program. All of it is constant.
+//! The description of a program for the event loop, from generated code. All of it is constant.
 
-use crate::remark::{Remark, tell};
+use crate::log_event::{FederateEvent, report};
 use lf_coordination::auth::Answer;
 use lf_coordination::federate::{AwaitedInput, ClockSync, Coordination};
 use lf_coordination::rti::FEDERATION_ID_DEFAULT;
@@ -10,8 +10,8 @@ use lf_model::{Settings, Tables};
 use lf_wire::MessageType;
 use log::{Level, LevelFilter};
 
-/// Whether federates can have connections with others, past the RTI, as those with decentralized coordination do: the
-/// feature `peers`. Without it nothing that handles such connections is linked.
+/// Whether federates can have direct connections with others, as those with decentralized coordination do: the feature
+/// `peers`. Without it no code for such connections is linked.
 pub const PEERS: bool = cfg!(feature = "peers");
 
 /// One participant's program: a federate, or an unfederated main reactor.
@@ -34,7 +34,7 @@ pub struct Description {
 }
 
 impl Description {
-    /// A program of no name without anything particular, for what generated code leaves out.
+    /// A program without a name and without options, for what generated code leaves out.
     pub const DEFAULT: Self = Self {
         program: "",
         name: "",
@@ -45,7 +45,7 @@ impl Description {
         federation: None,
     };
 
-    /// What the engine is told of it.
+    /// Returns the settings of the engine.
     pub const fn settings(&self) -> Settings {
         Settings {
             federated: self.federation.is_some(),
@@ -55,7 +55,7 @@ impl Description {
         }
     }
 
-    /// Its part in the federation; one without anything for an unfederated program.
+    /// Returns its part in the federation; an unfederated program has an empty part.
     pub const fn part(&self) -> &Federation {
         match &self.federation {
             Some(federation) => federation,
@@ -63,12 +63,12 @@ impl Description {
         }
     }
 
-    /// Warns when the program authenticates with a key that others can guess: the federation id is the key, and where
-    /// nobody has chosen one it is the name of the program, or what the stock RTI has.
+    /// Warns when the program authenticates with a key that others can guess: the federation id is the key, and by
+    /// default it is the name of the program, or the stock RTI's default.
     pub fn check_key(&self, federation_id: &[u8]) {
         let authenticates = self.federation.is_some_and(|federation| federation.authentication.is_some());
         if authenticates && (federation_id == self.program.as_bytes() || federation_id == FEDERATION_ID_DEFAULT) {
-            tell(Level::Warn, &Remark::GuessableKey);
+            report(Level::Warn, &FederateEvent::GuessableKey);
         }
     }
 }
@@ -76,49 +76,49 @@ impl Description {
 /// A federate's part in its federation.
 #[derive(Clone, Copy, Debug)]
 pub struct Federation {
-    /// The federate's id: its place among the federates, from 0.
+    /// The federate's id: its index among the federates, from 0.
     pub id: u16,
     /// The federation's id, unless the command line or Kconfig names another.
     pub federation_id: &'static str,
-    /// The target property `auth`: how it and the RTI prove to each other that they know the federation's id, if they
-    /// do.
+    /// The target property `auth`: the function by which it and the RTI prove that they know the federation id, if they
+    /// authenticate.
     pub authentication: Option<Answer>,
-    /// How tags are kept in order between the federates.
+    /// The way in which federates keep the order of tags.
     pub coordination: Coordination,
-    /// How many federates the federation has.
+    /// The number of federates of the federation.
     pub federates: u16,
-    /// Where the RTI is, as `at` says it: an IPv4 address or, where there is a resolver, a host name.
+    /// The RTI's host, from `at`: an IP address or, if there is a resolver, a host name.
     pub rti_host: &'static str,
     /// The RTI's TCP port.
     pub rti_port: u16,
-    /// The federates that send to this one, in order of id, each with the least delay of the connections in ns, or
-    /// [`DELAY_NONE`](lf_wire::DELAY_NONE) where one has no `after`.
+    /// The federates that send to this one, in order of id, each with the minimum delay of the connections in ns, or
+    /// [`DELAY_NONE`](lf_wire::DELAY_NONE) if one has no `after`.
     pub upstream: &'static [(u16, i64)],
     /// The federates to which this one sends, in order of id.
     pub downstream: &'static [u16],
     /// The inputs from federates in the same cycle without delay, and with decentralized coordination all that are not
-    /// physical: reactions wait until it is known what comes there.
+    /// physical: reactions wait until these inputs are known.
     pub awaited: &'static [AwaitedInput],
-    /// Whether some federates, be it others, are in a cycle without delay, so that the RTI may grant tags
+    /// Whether any federates of the federation are in a cycle without delay, so that the RTI may grant tags
     /// provisionally.
     pub cycles: bool,
     /// The federates from which this one has physical connections, and with decentralized coordination any connections,
     /// in order of id.
     pub peers_in: &'static [u16],
-    /// The same for those to which this one has connections.
+    /// The federates to which this one has such connections.
     pub peers_out: &'static [u16],
     /// The clock synchronization it takes part in.
     pub clock_sync: ClockSync,
     /// Whether it takes part in clock synchronization even if it runs on the RTI's computer and has the same clock.
     pub local_clock_sync: bool,
-    /// What its own clock shows too much, as a test of clock synchronization.
+    /// The offset by which its own clock is ahead, as a test of clock synchronization.
     pub test_offset: Interval,
-    /// The least delay from a physical action to an output to another federate; `None` when there is no such path.
+    /// The minimum delay from a physical action to an output to another federate; `None` when there is no such path.
     pub physical_delay: Option<Interval>,
-    /// The target property `advance-message-interval`: how often the federate tells how far it has got while its
-    /// outputs depend on physical actions; longer than 0.
+    /// The target property `advance-message-interval`: the interval at which the federate announces its progress while
+    /// its outputs depend on physical actions; longer than 0.
     pub advance_interval: Interval,
-    /// The target property `log-waits`: after how long it is said what a running federate waits for, if at all.
+    /// The target property `log-waits`: the time after which a running federate logs what it waits for, if at all.
     pub log_waits: Option<Interval>,
     /// Bytes of the receive buffer, at least [`buffer_bytes`] of the longest payload that can come.
     pub input_bytes: usize,
@@ -158,13 +158,13 @@ impl Federation {
         peer_output_bytes: 0,
     };
 
-    /// Whether other federates send to it.
+    /// Returns whether other federates send to it.
     pub const fn has_inputs(&self) -> bool {
         !self.upstream.is_empty() || !self.peers_in.is_empty()
     }
 
-    /// The same with the smallest buffers that carry the payloads of these tables: past the RTI go those of physical
-    /// connections, and with decentralized coordination all.
+    /// Returns the same with the smallest buffers that carry the payloads of these tables: direct connections carry
+    /// those of physical connections, and with decentralized coordination all.
     #[must_use]
     pub const fn with_buffers(mut self, tables: &Tables) -> Self {
         let all_direct = matches!(self.coordination, Coordination::Decentralized);
@@ -190,17 +190,17 @@ impl Federation {
     }
 }
 
-/// Bytes kept free in a send buffer for messages of coordination, so that data never blocks them.
+/// Bytes kept free in a send buffer for control messages, so that data never blocks them.
 ///
-/// The longest such message of a running federation is 17 bytes; a federate owes at most a handful at a time. The
+/// The longest control message of a running federation is 17 bytes; a federate owes at most a handful at a time. The
 /// longest of the handshake is the neighbor structure, for which a buffer is larger by `neighbors`.
 pub const CONTROL_BYTES: usize = 128;
 
 /// Bytes of a tagged message before its payload: type, port, federate, length and tag.
 pub const TAGGED_MESSAGE_HEADER_BYTES: usize = MessageType::TaggedMessage.fixed_bytes();
 
-/// The smallest buffer that carries messages with payloads up to `payload_bytes_max`, beside the control messages and
-/// a handshake that names `neighbors` upstream and downstream federates.
+/// Returns the smallest buffer that carries messages with payloads up to `payload_bytes_max`, beside the control
+/// messages and a handshake that names `neighbors` upstream and downstream federates.
 pub const fn buffer_bytes(payload_bytes_max: usize, neighbors: usize) -> usize {
     const NEIGHBOR: usize = 10;
     const FEDERATION_ID_MAX: usize = 255;
@@ -209,8 +209,8 @@ pub const fn buffer_bytes(payload_bytes_max: usize, neighbors: usize) -> usize {
     CONTROL_BYTES + larger(message, handshake)
 }
 
-/// The smallest buffer of a connection between two federates, for payloads up to `payload_bytes_max`; it has room for
-/// the introduction and for two messages.
+/// Returns the smallest buffer of a connection between two federates, for payloads up to `payload_bytes_max`; it has
+/// room for the introduction and for two messages.
 pub const fn peer_buffer_bytes(payload_bytes_max: usize) -> usize {
     const FEDERATION_ID_MAX: usize = 255;
     let (messages, introduction) =

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Why a participant ends early. Each error says in a sentence what happened, and where it helps, what to do.
+//! The errors that end a participant early. Each says in a sentence what happened, and where it helps, what to do.
 
 use core::fmt;
 
@@ -12,12 +12,12 @@ use lf_wire::{DecodeError, MessageType, RejectCode};
 
 use crate::platform::{NetError, RandomError};
 
-/// Why a participant ends early.
+/// An error that ends a participant early.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum RunError {
     /// No RTI answered within the connect time-out.
     RtiUnreachable {
-        /// Where it was looked for.
+        /// The address that it tried.
         address: Endpoint,
         /// The outcome of the last attempt; `None` when none had an outcome.
         last: Option<NetError>,
@@ -26,23 +26,23 @@ pub enum RunError {
     Random(RandomError),
     /// The federate cannot go on with the federation.
     Federate(FederateError),
-    /// The federate's configuration is of no use.
+    /// The federate's configuration is invalid.
     Config(ConfigError),
     /// The program broke a rule of the reactor model, or a capacity.
     Model(ModelError),
     /// The RTI sent bytes that are no message.
     Bytes {
-        /// What is wrong with them.
+        /// The decoder's error.
         error: DecodeError,
-        /// Where the federate was.
+        /// The federate's phase.
         phase: Phase,
     },
-    /// A message cannot be used.
+    /// A message cannot be delivered.
     Deliver(DeliverError),
-    /// Somebody asked this program to end (^C, SIGTERM).
+    /// A user or the system asked this program to end (^C, SIGTERM).
     Interrupted,
-    /// The queue of an input and the receive buffer are full of messages that have to wait, and what they wait for can
-    /// never be read behind them.
+    /// The queue of an input and the receive buffer are full of messages that have to wait, and the grant or absence
+    /// that would let them go can never be read behind them.
     InputFull {
         /// The input.
         input: &'static str,
@@ -53,26 +53,26 @@ pub enum RunError {
         input: &'static str,
         /// The message's tag.
         tag: EventTag,
-        /// The tag at which this federate is.
+        /// The federate's current tag.
         current: EventTag,
     },
     /// A message has a tag from before the start.
     BeforeStart {
         /// The connection: `unit_a.out -> unit_b.in`.
         input: &'static str,
-        /// How long before.
+        /// The time by which it is too early.
         by: Interval,
     },
     /// A message is longer than the type of its input, and than any that this federate can receive.
     TooLong {
         /// The connection: `unit_a.out -> unit_b.in`.
         input: &'static str,
-        /// Bytes that its value has.
+        /// Bytes of its value.
         bytes: u32,
-        /// Bytes that a value of the type has at most.
+        /// The maximum bytes of a value of the type.
         max: usize,
     },
-    /// There is too little memory for what is known of awaited inputs.
+    /// The memory for the state of awaited inputs is too short.
     KnownTooShort {
         /// Tags that it has to hold.
         needed: usize,
@@ -81,24 +81,24 @@ pub enum RunError {
     },
     /// No UDP port can be opened for clock synchronization.
     Bind(NetError),
-    /// No port can be listened on for other federates.
+    /// No port can be opened for connections of other federates.
     Listen(NetError),
-    /// Something is wrong with the direct connection with another federate.
+    /// The direct connection with another federate has a fault.
     Peer {
         /// The federate.
         federate: u16,
-        /// What is wrong.
+        /// The fault.
         fault: PeerFault,
     },
     /// More messages have come for one tag than the queue of an input holds. Values that were sent at several
-    /// microsteps of one instant come at one tag where the connection has `after`.
+    /// microsteps of one instant come at one tag if the connection has `after`.
     TagFull {
         /// The input.
         input: &'static str,
     },
     /// A buffer cannot hold the longest message.
     BufferTooSmall {
-        /// What it is for.
+        /// Its purpose.
         buffer: &'static str,
         /// Bytes that it has to hold.
         needed: usize,
@@ -110,7 +110,7 @@ pub enum RunError {
 impl fmt::Display for RunError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            // Nothing can be wrong with ports that are never opened.
+            // Ports that are never opened have no errors.
             Self::Bind(_) if !cfg!(feature = "datagrams") => Ok(()),
             Self::Listen(_) if !cfg!(feature = "peers") => Ok(()),
             Self::RtiUnreachable { address, last } => {
@@ -168,12 +168,12 @@ impl fmt::Display for RunError {
 
 impl core::error::Error for RunError {}
 
-/// What is wrong with the direct connection with another federate.
+/// A fault of the direct connection with another federate.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum PeerFault {
     /// Its bytes are no message.
     Bytes(DecodeError),
-    /// It sent what no federate sends to another one.
+    /// It sent a message that no federate sends to another one.
     Unexpected(MessageType),
     /// It sent to another federate, or to an input that is not the end of such a connection from it.
     WrongInput {
@@ -193,14 +193,14 @@ pub enum PeerFault {
     Unanswered,
     /// It refuses the connection, with this code.
     Refuses(RejectCode),
-    /// It takes nothing any more, while this federate waits for that in the middle of a tag.
-    Stuck,
+    /// It accepts nothing any more, while this federate waits for that in the middle of a tag.
+    Blocked,
 }
 
 impl fmt::Display for PeerFault {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         if !cfg!(feature = "peers") {
-            // Nothing can be wrong with connections that there are not, and the sentences are long.
+            // Connections that do not exist have no faults, and the sentences are long.
             return Ok(());
         }
         match self {
@@ -237,7 +237,7 @@ impl fmt::Display for PeerFault {
                 "refuses the connection of this one: {code}; check that both are built from the same program, and that \
                  no other program connects in this one's name",
             ),
-            Self::Stuck => say!(
+            Self::Blocked => say!(
                 f,
                 "has taken nothing for a minute, though a tag of this federate waits for that; it may be waiting for \
                  this one: raise the capacity of the connection with `@capacity(n)`, or send less",

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Why the program or the RTI of an image for a board ends early.
+//! The errors that end the program or the RTI of an image for a board early.
 //!
-//! The image is not this crate's, but its sentences are here, so that the computer beside it can turn codes into them.
+//! The image is not this crate's, but its sentences are here, so that the computer beside it can decode them.
 
 use core::fmt;
 
@@ -11,12 +11,12 @@ use lf_texts::say;
 use crate::error::RunError;
 use crate::platform::NetError;
 
-/// Why the program of an image ends early.
+/// An error that ends the program of an image early.
 #[derive(Debug)]
 pub enum ImageError {
     /// Zephyr has no descriptor left for the wake-up.
     Platform(NetError),
-    /// A setting is of no use.
+    /// A setting is invalid.
     Settings(SettingsError),
     /// The event loop ended early.
     Run(RunError),
@@ -65,25 +65,25 @@ impl fmt::Display for SettingsError {
 
 impl core::error::Error for SettingsError {}
 
-/// Why the RTI of an image ends early.
+/// An error that ends the RTI of an image early.
 #[derive(Debug)]
 pub enum RtiError {
-    /// A setting is of no use.
+    /// A setting is invalid.
     Settings(SettingsError),
     /// The port cannot be listened on.
     Listen {
         /// The port.
         port: u16,
-        /// Why not.
+        /// The system's error.
         error: NetError,
     },
     /// No UDP port can be opened for clock synchronization.
     Bind(NetError),
-    /// Its configuration and memory do not go together.
+    /// Its configuration and memory do not fit together.
     Setup(SetupError),
-    /// The federation did not end as it should.
+    /// The federation did not end in order.
     Ended(Outcome),
-    /// A step was taken before the other, or a second time.
+    /// The steps were called in a wrong order, or twice.
     Order,
 }
 

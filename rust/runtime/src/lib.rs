@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 //! The event loops that bind the reactor model and the coordination machines to a platform.
 //!
-//! One loop runs one participant: a federate, the RTI, or an unfederated main reactor. It polls all of its sockets
-//! and its wake-up until the next event's time or the next time-out, and runs the reactions itself. Nothing here
-//! reads a clock or touches a socket but through [`platform::Platform`].
+//! One loop runs one participant: a federate, the RTI, or an unfederated main reactor. It polls all of its sockets and
+//! its wake-up until the next event's time or the next time-out, and runs the reactions itself. This crate reads a
+//! clock or touches a socket only through [`platform::Platform`].
 //!
-//! Each loop comes as a type that is driven turn by turn ([`FederateLoop`], [`RtiLoop`], [`UnfederatedLoop`]), and as a
+//! Each loop is a type that its caller drives turn by turn ([`FederateLoop`], [`RtiLoop`], [`UnfederatedLoop`]), and a
 //! function that runs it to its end.
 #![no_std]
 #![forbid(unsafe_code)]
@@ -20,8 +20,8 @@ mod error;
 mod federate;
 mod image;
 mod listener;
+mod log_event;
 pub mod platform;
-mod remark;
 mod rti;
 pub mod trace;
 mod tracing;
@@ -38,7 +38,7 @@ pub use lf_coordination::auth::{AUTHENTICATOR, Authenticator, answer_rti};
 pub use lf_coordination::code::PREFIX as CODE_PREFIX;
 pub use lf_coordination::federate::{All, AwaitedInput, ClockSync, Coordination, Needs};
 pub use lf_wire::DELAY_NONE;
-pub use remark::{Code, ConnectionRemark, DeviceRemark, PeerRemark, Remark, TEXTS, Tell, explain, tell};
-pub use rti::{Inlet, Outgoing, RtiLoop, RtiSetup, log_notice, run_rti};
+pub use log_event::{Code, ConnectionEvent, DeviceEvent, FederateEvent, LogEvent, PeerEvent, TEXTS, explain, report};
+pub use rti::{Inlet, Outgoing, RtiLoop, RtiSetup, log_rti_event, run_rti};
 pub use turn::Turn;
 pub use unfederated::{UnfederatedLoop, run_unfederated};

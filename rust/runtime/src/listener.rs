@@ -1,80 +1,81 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Where connections come from.
+//! Sockets that listen for connections.
 
 use lf_coordination::{Deadline, IpAddress, Tally};
 use lf_model::time::{Instant, Interval};
 
+use crate::log_event::{ConnectionEvent, report};
 use crate::platform::{Interest, Platform, SocketId};
-use crate::remark::{ConnectionRemark, tell};
 use log::Level;
 
-/// How long no connection is accepted after the system has had no resources for one.
+/// The time for which no connection is accepted after the system had no resources for one.
 const ACCEPT_PAUSE: Interval = Interval::from_millis(100);
 
-/// A socket that listens, as long as there is one, and what is known of those who wait there.
+/// A listening socket, while there is one, and whether connections are pending there.
 #[derive(Debug, Default)]
 pub(crate) struct Listener {
     socket: Option<SocketId>,
-    /// A connection may be waiting.
-    knocks: bool,
-    /// A wait has said so since the last one was taken.
+    /// Whether a connection may be pending.
+    pending: bool,
+    /// Whether a wait has reported one since the last was accepted.
     ready: bool,
-    /// When to accept again after the system had no resources.
+    /// The time at which to accept again after the system had no resources.
     again: Option<Instant>,
-    /// How often it had none.
+    /// The number of times that it had none.
     failures: Tally,
 }
 
 impl Listener {
-    /// Somebody may wait there already.
+    /// Returns a listener that may have a pending connection already.
     pub(crate) fn new(socket: SocketId) -> Self {
-        Self { socket: Some(socket), knocks: true, ..Self::default() }
+        Self { socket: Some(socket), pending: true, ..Self::default() }
     }
 
-    /// Whether a connection may be waiting, and may be accepted now.
-    pub(crate) fn knocks(&mut self, now: Instant) -> bool {
+    /// Returns whether a connection may be pending, and may be accepted now.
+    pub(crate) fn has_pending(&mut self, now: Instant) -> bool {
         if self.again.is_some_and(|time| time <= now) {
-            self.look();
+            self.mark_pending();
         }
-        self.knocks && self.again.is_none() && self.socket.is_some()
+        self.pending && self.again.is_none() && self.socket.is_some()
     }
 
-    /// Whether a connection may be waiting: then no wait has to tell.
+    /// Returns whether a connection may be pending: then no wait has to report it.
     pub(crate) fn is_known(&self) -> bool {
-        self.knocks
+        self.pending
     }
 
-    /// A connection may be waiting, though no wait has told.
-    pub(crate) fn look(&mut self) {
-        (self.again, self.knocks) = (None, true);
+    /// Marks a connection as pending, though no wait has reported it.
+    pub(crate) fn mark_pending(&mut self) {
+        (self.again, self.pending) = (None, true);
     }
 
-    /// There is no place for one more. Gives whether one waits for sure: a wait has told since the last was taken.
-    pub(crate) fn put_off(&mut self) -> bool {
-        self.knocks = core::mem::take(&mut self.ready);
-        self.knocks
+    /// Postpones a connection, because there is no slot. Returns whether one is pending for sure: a wait has reported
+    /// it since the last was accepted.
+    pub(crate) fn postpone(&mut self) -> bool {
+        self.pending = core::mem::take(&mut self.ready);
+        self.pending
     }
 
-    /// Takes a connection, if one waits.
+    /// Accepts a connection, if one is pending.
     pub(crate) fn accept<P: Platform>(&mut self, platform: &mut P, now: Instant) -> Option<(SocketId, IpAddress)> {
         self.ready = false;
         match platform.accept(self.socket?) {
             Ok(Some(connection)) => return Some(connection),
             Ok(None) => {}
             Err(error) => {
-                // The connection still waits, so the listener stays ready: asking it at once would be without end.
+                // The connection is still pending, so the listener stays ready: an immediate retry would never end.
                 let times = self.failures.count();
-                if times.is_told() {
-                    tell(Level::Warn, &ConnectionRemark::NotAccepted { error, times });
+                if times.is_logged() {
+                    report(Level::Warn, &ConnectionEvent::NotAccepted { error, times });
                 }
                 self.again = Some(now + ACCEPT_PAUSE);
             }
         }
-        self.knocks = false;
+        self.pending = false;
         None
     }
 
-    /// Says whether to wait for connections.
+    /// Sets whether to wait for connections.
     pub(crate) fn set_interest<P: Platform>(&self, platform: &mut P, wanted: bool) {
         if let Some(socket) = self.socket {
             let wanted = wanted && self.again.is_none();
@@ -82,23 +83,24 @@ impl Listener {
         }
     }
 
-    /// A wait found this socket ready. `true` if it is this one.
+    /// Handles that a wait found this socket ready. Returns `true` if it is this one.
     pub(crate) fn handle_ready(&mut self, ready: SocketId) -> bool {
         let is_it = self.socket == Some(ready);
-        (self.knocks, self.ready) = (self.knocks | is_it, self.ready | is_it);
+        (self.pending, self.ready) = (self.pending | is_it, self.ready | is_it);
         is_it
     }
 
-    /// When to accept though no wait tells: now, if somebody may wait and there is a place, or after a pause.
+    /// Returns when to accept though no wait reports a connection: now, if one may be pending and there is a slot, or
+    /// after a pause.
     pub(crate) fn poll_timeout(&self, has_place: bool) -> Deadline {
         match self.socket {
-            Some(_) if self.knocks && has_place => Deadline::Now,
+            Some(_) if self.pending && has_place => Deadline::Now,
             Some(_) => self.again.into(),
             None => Deadline::Never,
         }
     }
 
-    /// Listens no longer.
+    /// Closes the socket.
     pub(crate) fn close<P: Platform>(&mut self, platform: &mut P) {
         if let Some(socket) = self.socket.take() {
             platform.close(socket);

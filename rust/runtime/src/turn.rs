@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-//! How one turn of an event loop ends.
+//! The end of one turn of an event loop.
 
 use lf_coordination::Deadline;
 
-/// How one turn of an event loop ends.
+/// The end of one turn of an event loop.
 #[derive(Clone, PartialEq, Eq, Debug)]
 pub enum Turn<T> {
-    /// All that can be done now is done; the loop is to wait until something happens, or this time comes.
+    /// Everything that can be done now is done. Wait until something happens, or until this time.
     Wait(Deadline),
     /// The loop has come to its end.
     Ended(T),

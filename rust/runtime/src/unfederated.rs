@@ -20,7 +20,7 @@ use crate::turn::Turn;
 /// Runs an unfederated main reactor from its start, which is now, to its end.
 ///
 /// # Errors
-/// Why it ended early.
+/// The reason why it ended early.
 pub fn run_unfederated<P: Platform>(
     platform: &mut P,
     program: &mut dyn Program,
@@ -35,13 +35,13 @@ pub fn run_unfederated<P: Platform>(
     }
 }
 
-/// The event loop of an unfederated main reactor, turn by turn: who calls [`UnfederatedLoop::turn`] and
-/// [`UnfederatedLoop::wait`] in alternation runs the program, and may do something else in between.
+/// The event loop of an unfederated main reactor. Call [`UnfederatedLoop::turn`] and [`UnfederatedLoop::wait`]
+/// alternately to drive it.
 pub struct UnfederatedLoop<'a, 's, P> {
     platform: &'a mut P,
     program: &'a mut dyn Program,
     engine: Engine<'s>,
-    world: World,
+    world: IdleEnv,
     asked_to_stop: bool,
 }
 
@@ -52,10 +52,10 @@ impl<P> fmt::Debug for UnfederatedLoop<'_, '_, P> {
 }
 
 impl<'a, 's, P: Platform> UnfederatedLoop<'a, 's, P> {
-    /// A program that starts now.
+    /// Returns a program that starts now.
     pub fn new(platform: &'a mut P, program: &'a mut dyn Program, mut engine: Engine<'s>) -> Self {
         tracing::begin(platform, Role::Program, Some(engine.tables()));
-        let world = World(platform.outside());
+        let world = IdleEnv(platform.outside());
         let start = world.0.physical_time();
         platform.starts(start);
         engine.start(start);
@@ -70,7 +70,7 @@ impl<'a, 's, P: Platform> UnfederatedLoop<'a, 's, P> {
             return Turn::Ended(if self.asked_to_stop { Err(RunError::Interrupted) } else { Ok(()) });
         }
         if !self.asked_to_stop && self.platform.interrupted() {
-            // The shutdown reactions still run, so that the program leaves its surroundings in order.
+            // The shutdown reactions still run, so that the program can clean up.
             self.asked_to_stop = true;
             self.engine.set_stop_tag(Tag::NEVER);
         }
@@ -91,8 +91,8 @@ impl<'a, 's, P: Platform> UnfederatedLoop<'a, 's, P> {
         }
     }
 
-    /// Waits until another thread has something for the program, or the time has come that the last
-    /// [`UnfederatedLoop::turn`] gave.
+    /// Waits until another thread has something for the program, or the deadline of the last [`UnfederatedLoop::turn`]
+    /// has come.
     pub fn wait(&mut self, until: Deadline) {
         if until != Deadline::Now {
             let next = self.engine.next_tag();
@@ -106,7 +106,7 @@ impl<'a, 's, P: Platform> UnfederatedLoop<'a, 's, P> {
     fn run(&mut self, tag: Tag) -> Result<(), RunError> {
         self.engine.begin(self.program, tag)?;
         tracing::note(self.platform, Event::TagBegins(tag));
-        let progress = self.engine.advance(self.program, &mut Alone(self.platform), None);
+        let progress = self.engine.advance(self.program, &mut UnfederatedEnv(self.platform), None);
         tracing::note(self.platform, Event::TagEnds(tag));
         match progress {
             Progress::Complete => Ok(()),
@@ -118,37 +118,37 @@ impl<'a, 's, P: Platform> UnfederatedLoop<'a, 's, P> {
     }
 }
 
-/// The surroundings of a tag in a program without neighbors.
-struct Alone<'a, P>(&'a mut P);
+/// The environment of a tag in a program without neighbors.
+struct UnfederatedEnv<'a, P>(&'a mut P);
 
-impl<P: Platform> Env for Alone<'_, P> {
+impl<P: Platform> Env for UnfederatedEnv<'_, P> {
     fn outside(&self) -> &'static dyn Outside {
         self.0.outside()
     }
 
     fn send(&mut self, _message: &Outgoing<'_>) -> Result<(), SendError> {
-        // The compiler gives outputs to federates only; without a connection nothing is lost by saying that it went.
+        // The compiler makes outputs for federates only; without a connection nothing is lost.
         Ok(())
     }
 
     #[cfg(feature = "traces")]
     fn step(&mut self, step: ReactionStep, worker: Option<(u16, Instant)>) {
-        // Nobody corrects the clock of a program that is not federated.
+        // The clock of a program that is not federated has no correction.
         let at = worker.map_or_else(|| self.0.now(), |(_, at)| at);
         self.0.trace(at, tracing::step_event(step, worker.map_or(0, |(worker, _)| worker)));
     }
 }
 
-/// The world of a program while no tag is open.
-pub(crate) struct World(pub(crate) &'static dyn Outside);
+/// The environment of a program while no tag is open.
+pub(crate) struct IdleEnv(pub(crate) &'static dyn Outside);
 
-impl Env for World {
+impl Env for IdleEnv {
     fn outside(&self) -> &'static dyn Outside {
         self.0
     }
 
     fn send(&mut self, _message: &Outgoing<'_>) -> Result<(), SendError> {
-        // The compiler gives outputs to federates only; without a connection nothing is lost by saying that it went.
+        // The compiler makes outputs for federates only; without a connection nothing is lost.
         Ok(())
     }
 }

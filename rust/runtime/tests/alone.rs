@@ -15,7 +15,7 @@ use support::node::{Behavior, Node, NodeStorage};
 
 const MS: fn(i64) -> Interval = Interval::from_millis;
 
-/// Runs a program alone; gives how it ended, when, whether it shut down, and what was wrong.
+/// Runs a program alone; returns its outcome, when it ended, whether it shut down, and the world's trouble.
 fn run(
     behavior: Behavior,
     settings: Settings,
@@ -71,7 +71,7 @@ fn an_interruption_still_runs_the_shutdown_reactions() {
     }
 }
 
-/// A federate whose buffers hold no message would wait for ever; it says so before it begins.
+/// A federate whose buffers hold no message would wait forever; that is an error before it begins.
 #[test]
 fn a_buffer_without_room_for_a_message_is_an_error() {
     let edges = vec![edge(0, 1)];

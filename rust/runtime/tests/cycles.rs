@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Cycles without delay in virtual time: federates ask and answer within a tag, whatever becomes of the bytes between
-//! them, and nobody waits for ever when one of them leaves.
+//! Cycles without delay in virtual time: federates ask and answer within a tag, for any pieces of the bytes between
+//! them, and none waits forever when another one leaves.
 #![allow(clippy::unwrap_used, reason = "a failed unwrap in a helper is that test's failure")]
 
 mod support;
@@ -40,7 +40,7 @@ fn assert_complete(report: &Report) {
     assert_eq!(report.outcome, Some(Ok(Outcome::Complete)));
 }
 
-/// What is noted of a timer with this period, with so much added on the way, up to and including a time.
+/// Returns the log of a timer with this period and this much added on the way, up to and including a time.
 fn from_timer(period: i64, until: i64, input: usize, added: u32) -> Log {
     let times = (0..=until).step_by(usize::try_from(period).unwrap());
     (1..).zip(times).map(|(count, ms)| (ms * 1_000_000, 0, input, count + added)).collect()
@@ -68,8 +68,7 @@ proptest! {
         prop_assert_eq!(report.shut_down, [true; 2]);
     }
 
-    /// What other compilers send from a federate to itself has port numbers of its own, before, between and behind the
-    /// others.
+    /// The port numbers that other compilers use from a federate to itself lie before, between and behind the others.
     #[test]
     fn numbers_of_ports_to_itself_are_left_out(conditions in any_conditions(), own in 0..4usize) {
         let own_ports = [&[0][..], &[1], &[0, 1], &[0, 2, 5]][own];
@@ -113,7 +112,7 @@ proptest! {
         prop_assert_eq!(report.logs, [2, 0, 1].map(|added| from_timer(10, 50, 0, added)));
     }
 
-    /// What is answered in one cycle is asked in another one, which the first does not wait for.
+    /// An answer in one cycle is a question in another one, which the first does not wait for.
     #[test]
     fn two_cycles_are_linked(conditions in any_conditions()) {
         let passes_on = Behavior { relay: true, level: 30, answers: Some((1, 60)), ..timer(15) };
@@ -123,7 +122,7 @@ proptest! {
         let report = run(&plan, conditions);
         assert_complete(&report);
         prop_assert_eq!(&report.logs[..2], [from_timer(10, 60, 0, 1), from_timer(10, 60, 0, 0)]);
-        // What came sets the output after the timer does.
+        // The received value sets the output after the timer does.
         let asked = merged(&[from_timer(10, 60, 0, 2), from_timer(15, 60, 0, 0)]);
         let both = |ms: i64| asked.iter().filter(|entry| entry.0 == ms * 1_000_000).count() == 2;
         let asked: Log = asked
@@ -165,7 +164,7 @@ proptest! {
         plan.nodes.push(button);
         plan.edges.push(edge(2, 1));
         plan.begins.insert(2, MS(begins));
-        // Somebody could make it occur.
+        // A thread could make it occur.
         plan.keepalive = true;
         let report = run(&plan, conditions);
         assert_complete(&report);
@@ -193,7 +192,7 @@ proptest! {
         prop_assert!(questions.iter().all(|tag| answered.contains(tag)), "{questions:?} {answered:?}");
     }
 
-    /// Who is no more is not waited for.
+    /// No federate waits for one that has left.
     #[test]
     fn a_departure_inside_a_cycle_frees_the_others(
         conditions in any_conditions(),
@@ -212,7 +211,7 @@ proptest! {
             prop_assert_eq!(&report.results[other], &Ok(()));
             prop_assert!(report.shut_down[other]);
         }
-        // What was seen was seen in order, each question at most once.
+        // Values were seen in order, each question at most once.
         let whole = [2, 0, 1].map(|added| from_timer(10, 1000, 0, added));
         for (log, whole) in report.logs.iter().zip(whole) {
             prop_assert_eq!(&log[..], &whole[..log.len()]);
@@ -250,7 +249,7 @@ proptest! {
         }
         let report = run(&plan, conditions);
         assert_complete(&report);
-        // Whoever answers sets the output once at a tag, by the question if there is one.
+        // A federate that answers sets the output once at a tag, by the question if there is one.
         let tags = |log: &Log| log.iter().map(|entry| (entry.0, entry.1)).collect::<Vec<_>>();
         let (answers, questions) = (tags(&report.logs[0]), tags(&report.logs[1]));
         prop_assert!(!questions.is_empty());

@@ -34,7 +34,7 @@ fn decentralized(nodes: Vec<Behavior>, edges: Vec<Edge>) -> Plan {
     Plan { coordination: Coordination::Decentralized, capacity: 16, ..Plan::new(nodes, edges) }
 }
 
-/// What nodes without cycles of edges without delay note when they run in one program, until a last tag.
+/// Returns the logs of nodes without cycles of edges without delay when they run in one program, until a last tag.
 fn unfederated(plan: &Plan, last: Interval) -> Vec<Log> {
     let count = plan.nodes.len();
     let mut logs = vec![Log::new(); count];
@@ -96,8 +96,8 @@ fn assert_complete(report: &Report) {
     assert_eq!(report.outcome, Some(Ok(Outcome::Complete)));
 }
 
-/// How long each node has to wait when a message takes no longer than `hop`, clock error included: as the longest path
-/// of others' waits and hops to it says, less the delays on it.
+/// Returns the wait of each node when a message takes no longer than `hop`, clock error included: the longest path of
+/// others' waits and hops to it, less the delays on it.
 fn sufficient_waits(count: usize, edges: &[Edge], hop: Interval) -> Vec<Interval> {
     let mut waits = vec![Interval::ZERO; count];
     // Cycles have more delay than hops, so the longest path visits no node twice.
@@ -155,7 +155,7 @@ proptest! {
         let report = run(&plan, Conditions { pipe_bytes, ..Conditions::seeded(seed) });
         assert_complete(&report);
         if within {
-            // The message of a past tag can come when a tag that nobody waits for has begun.
+            // The message of a past tag can come when a tag without waits has begun.
             return Ok(());
         }
         prop_assert_eq!(&report.late_messages, &vec![0; plan.nodes.len()]);
@@ -163,7 +163,8 @@ proptest! {
         prop_assert!(report.late.iter().all(Vec::is_empty));
     }
 
-    /// Who waits for ever for every input is never late, however long a message takes, as long as all inputs speak.
+    /// A federate that waits forever for every input is never late, however long a message takes, as long as all inputs
+    /// send.
     #[test]
     fn waiting_for_ever_needs_no_bounds(seed: u64, latency_ns_max in 0..30_000_000u64, periods in [2..9i64, 2..9i64]) {
         let nodes = vec![timer(0, periods[0]), timer(1, periods[1]), relay(), Behavior::default()];
@@ -213,7 +214,7 @@ proptest! {
             let own: Vec<_> = log.iter().enumerate().filter(|(_, entry)| entry.2 == input).collect();
             let at = |time: i64| Tag::at(Instant::from_nanos(MS(time).as_nanos()));
             let tag_of = |number: i64| at(number * period).delayed(delay.map(MS));
-            // What would happen after the sender's last tag is not sent.
+            // Messages for after the sender's last tag are not sent.
             let sent = (0..=60 / period).filter(|number| tag_of(*number) <= at(60));
             prop_assert_eq!(own.len(), sent.count(), "{:?}", log);
             for (number, (at, (time, microstep, _, value))) in (0..).zip(own) {
@@ -323,7 +324,7 @@ fn all_stop_at_one_tag() {
     }
 }
 
-/// What comes when its receiver has completed its last tag is late as well, down to the last message.
+/// A message to a receiver that has completed its last tag is late as well, down to the last one.
 #[test]
 fn what_comes_after_the_last_tag_is_counted() {
     let mut after_the_end = 0;
@@ -341,7 +342,8 @@ fn what_comes_after_the_last_tag_is_counted() {
     assert!(after_the_end > 0);
 }
 
-/// Two that send to each other and end at the same tag hear each other out, and do not wait for each other for ever.
+/// Two that send to each other and end at the same tag read each other's last messages, and do not wait for each other
+/// forever.
 #[test]
 fn federates_in_a_cycle_end_together() {
     for seed in 0..20 {
@@ -358,7 +360,7 @@ fn federates_in_a_cycle_end_together() {
     }
 }
 
-/// Who sends to a federate that is no more goes on, and knows what it has lost.
+/// A federate that sends to one that has left goes on, and knows the number of lost messages.
 #[test]
 fn messages_to_one_that_has_left_are_counted_by_their_sender() {
     for seed in 0..10 {
@@ -373,8 +375,8 @@ fn messages_to_one_that_has_left_are_counted_by_their_sender() {
     }
 }
 
-/// One that goes on for long after the last tag of its receiver, as one that is cut off may, is not waited for for
-/// ever.
+/// A federate does not wait forever for one that goes on for long after the last tag of its receiver, as one that is
+/// cut off may.
 #[test]
 fn a_peer_that_does_not_end_is_left() {
     let nodes = vec![timer(0, 1_000), Behavior::default()];
@@ -386,8 +388,8 @@ fn a_peer_that_does_not_end_is_left() {
     assert!(report.lost_messages[0] > 200, "{:?}", report.lost_messages);
 }
 
-/// What one connection brings is far ahead, and fills queue and buffer for good, while word of another input of that
-/// sender lies behind it, for which the receiver waits for ever.
+/// The messages of one connection are far ahead, and fill queue and buffer for good, while an absence for another input
+/// of that sender lies behind them, for which the receiver waits forever.
 #[test]
 fn a_wait_that_would_last_for_ever_is_an_error() {
     let nodes = vec![timer(0, 1), Behavior::default()];

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! A receiver tells a sender that has left in order from one that is lost, whatever connects them, and whoever's RTI
-//! and sender it has to do with.
+//! A receiver distinguishes a sender that has left in order from one that is lost, for any connection, RTI and sender.
 #![allow(clippy::unwrap_used, reason = "a failed unwrap in a helper is that test's failure")]
 
 mod support;
@@ -40,8 +39,8 @@ fn waits() -> impl Strategy<Value = (Interval, Interval)> {
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(48))]
 
-    /// Whatever can be seen first, the end of a connection or the RTI's word, nobody takes the loss of another federate
-    /// for an end in order.
+    /// Whichever comes first, the end of a connection or the RTI's message, no federate takes the loss of another for
+    /// an end in order.
     #[test]
     fn the_loss_of_a_sender_is_never_an_end_in_order(
         seed: u64,
@@ -165,7 +164,8 @@ const NOWHERE: [u8; 4] = [0; 4];
 const LIMITS: lf_wire::Limits =
     lf_wire::Limits { payload_bytes_max: 64, federation_id_bytes_max: 64, neighbors_max: 8 };
 
-/// How federate 1 ends, which has a connection from federate 0 over which it waits for ever, and what it has got.
+/// Returns the outcome of federate 1, which has a connection from federate 0 over which it waits forever, and the
+/// number of its messages.
 fn end_with(act: impl FnOnce(&mut Stock<'_>) + Send) -> (Result<(), RunError>, usize) {
     let edge = Edge { waits: (Interval::FOREVER, Interval::ZERO), ..federation::edge(0, 1) };
     let nodes = vec![Behavior::default(); 2];
@@ -217,7 +217,7 @@ fn a_sender_that_just_closes_is_lost_if_our_rti_says_so() {
     assert_eq!(end.0, Err(RunError::Federate(FederateError::RtiFailed)));
 }
 
-/// It tells nobody of a loss, so that nobody waits for its word.
+/// It reports no loss, so that no federate waits for its message.
 #[test]
 fn a_sender_that_just_closes_has_left_for_a_stock_rti() {
     let end = end_with(|stock| {

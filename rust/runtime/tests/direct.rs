@@ -51,7 +51,7 @@ proptest! {
         assert_complete(&report);
         for (federate, first) in [(1, 1), (2, 2)] {
             let values = values(&report, federate);
-            // What is on its way when all stop does not happen any more.
+            // Messages in transit when all stop do not take effect any more.
             prop_assert!(values.len() > 15, "{:?}", values);
             prop_assert!(values.iter().copied().eq((first..).take(values.len())), "{:?}", values);
             let times: Vec<_> = report.logs[federate].iter().map(|(time, microstep, ..)| (*time, *microstep)).collect();

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-//! How federates and RTI begin and end, in order and otherwise: always within bounded time, with a reason, and with the
-//! others told.
+//! Federates and RTI begin and end, in order and otherwise: always within bounded time, with a reason, and with the
+//! knowledge of the others.
 #![allow(clippy::unwrap_used, reason = "a failed unwrap in a helper is that test's failure")]
 
 mod support;
@@ -25,7 +25,7 @@ const MS: fn(i64) -> Interval = Interval::from_millis;
 /// The RTI's start delay and the time for the handshakes, roughly.
 const START: i64 = 1_050;
 /// Longer than any of the times that federates and RTI give their peers at the end.
-const LAST_WORDS: i64 = 3_000;
+const FINAL_SEND_TIME_OUT: i64 = 3_000;
 
 fn timer(period: i64) -> Behavior {
     Behavior { timer: Some((Interval::ZERO, MS(period))), ..Behavior::default() }
@@ -62,7 +62,7 @@ proptest! {
         prop_assert_eq!(report.logs[2].len(), 4);
     }
 
-    /// Whoever asks, all run their shutdown reactions.
+    /// All run their shutdown reactions, whichever federate asks.
     #[test]
     fn a_stop_ends_all(seed: u64, pipe_bytes in 10usize..100, capacity in 1usize..=2, fast: bool) {
         let mut plan = Plan { capacity, fast, ..endless() };
@@ -81,7 +81,7 @@ proptest! {
         prop_assert_eq!(report.logs[2].len(), 4);
     }
 
-    /// One that authenticates alone, one that alone does not, or one with another key: it is told why it cannot join.
+    /// One that authenticates alone, one that alone does not, or one with another key learns why it cannot join.
     #[test]
     fn who_authenticates_otherwise_is_kept_out(seed: u64, pipe_bytes in 10usize..100, authentication: bool, key: bool) {
         let mut plan = Plan { authentication, fates: vec![(MS(START), RTI, Fate::Interrupt)], ..endless() };
@@ -109,8 +109,8 @@ proptest! {
         prop_assert_eq!(&report.logs[1], &[]);
     }
 
-    /// Without anything to do, and nobody who could give it something, a federate ends; and then those downstream. What
-    /// it sends at its end is never late.
+    /// A federate without events and without a source of events ends; and then those downstream. Its messages at its
+    /// end are never late.
     #[test]
     fn those_without_events_end(seed: u64, farewell: bool) {
         let once = Behavior { timer: Some((MS(5), Interval::ZERO)), farewell, ..Behavior::default() };
@@ -139,8 +139,8 @@ proptest! {
             let lost = matches!(cause(result), Some(FederateError::RtiLost { .. }));
             let never_there = matches!(result, Err(RunError::RtiUnreachable { .. }));
             prop_assert!(lost || never_there, "{:?}", result);
-            let patience = if lost { at + LAST_WORDS } else { 61_000 };
-            prop_assert!(*ended <= MS(patience), "{:?} {:?}", result, ended);
+            let limit = if lost { at + FINAL_SEND_TIME_OUT } else { 61_000 };
+            prop_assert!(*ended <= MS(limit), "{:?} {:?}", result, ended);
         }
     }
 
@@ -156,7 +156,7 @@ proptest! {
         prop_assert_eq!(&report.outcome, &Some(Ok(lost)));
         for (index, result) in report.results.iter().enumerate().filter(|(index, _)| *index != who) {
             prop_assert_eq!(cause(result), Some(FederateError::RtiFailed), "{}: {:?}", index, result);
-            prop_assert!(report.ended[index] <= MS(START + 200 + LAST_WORDS));
+            prop_assert!(report.ended[index] <= MS(START + 200 + FINAL_SEND_TIME_OUT));
         }
     }
 
@@ -170,7 +170,7 @@ proptest! {
         prop_assert_eq!(&report.results[1..], &[Ok(()), Ok(())]);
         let lost = Outcome::Lost { federate: FederateId(0), cause: Cause::ConnectionLost };
         prop_assert_eq!(&report.outcome, &Some(Ok(lost)));
-        // What came to the relay came through.
+        // Every message to the relay came through.
         prop_assert_eq!(report.logs[1].len(), report.logs[2].len());
     }
 
@@ -182,7 +182,7 @@ proptest! {
         let report = run(&plan, Conditions::seeded(seed));
         prop_assert_eq!(report.trouble, None);
         prop_assert_eq!(&report.results[who], &Err(RunError::Interrupted));
-        prop_assert!(report.ended[who] <= MS(at + LAST_WORDS));
+        prop_assert!(report.ended[who] <= MS(at + FINAL_SEND_TIME_OUT));
         if at > START + 200 {
             let federate = FederateId(u16::try_from(who).unwrap());
             prop_assert_eq!(&report.outcome, &Some(Ok(Outcome::Lost { federate, cause: Cause::Failed })));
@@ -201,7 +201,7 @@ proptest! {
         prop_assert_eq!(&report.outcome, &Some(Ok(Outcome::Aborted)));
         for (result, ended) in report.results.iter().zip(&report.ended) {
             prop_assert_eq!(cause(result), Some(FederateError::RtiFailed));
-            prop_assert!(*ended <= MS(START + at + LAST_WORDS));
+            prop_assert!(*ended <= MS(START + at + FINAL_SEND_TIME_OUT));
         }
     }
 
@@ -228,8 +228,8 @@ fn without_an_rti_a_federate_gives_up() {
     assert_eq!(report.trouble, None);
 }
 
-/// The rejected one is told why, and the RTI waits for the right one.
-/// Nobody has the address, so no attempt to connect is answered.
+/// The rejected one learns the reason, and the RTI waits for the right one. No host has the address, so no attempt to
+/// connect is answered.
 #[test]
 fn without_an_answer_a_federate_gives_up() {
     let plan = Plan { rti_begins: None, rti: address_of(200), ..endless() };
@@ -250,7 +250,7 @@ fn a_stranger_is_told_why_it_is_refused() {
         assert_eq!(report.trouble, None);
         assert!(matches!(cause(&report.results[1]), Some(FederateError::Rejected(_))), "{:?}", report.results);
         assert!(report.results[1].as_ref().unwrap_err().to_string().contains("same federation id"));
-        assert!(report.ended[1] <= MS(LAST_WORDS));
+        assert!(report.ended[1] <= MS(FINAL_SEND_TIME_OUT));
         for other in [0, 2] {
             assert_eq!(cause(&report.results[other]), Some(FederateError::RtiFailed));
         }

@@ -44,7 +44,7 @@ fn stretches(moves: &[Move]) -> Vec<(usize, usize)> {
     let mut stretches: Vec<(usize, usize)> = Vec::new();
     for one in moves {
         let Move::Said(connection, bytes) = one else { continue };
-        // What is said at once, or in pieces, is so many bytes of times.
+        // Messages at once, or in pieces, are this many bytes of times.
         let bytes = bytes.len();
         match stretches.last_mut() {
             _ if bytes < 9 => {}
@@ -70,7 +70,7 @@ fn federates_that_come_at_once_have_their_exchanges_one_after_the_other() {
             }
         });
         let mut stretches = stretches(&ended.moves);
-        // At the end each is told the start time, which is as long.
+        // At the end each receives the start time, which is as long.
         stretches.truncate(4);
         let whole = 2 * usize::try_from(TRIALS).unwrap();
         stretches.sort_unstable();

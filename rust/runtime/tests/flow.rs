@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Whole federations in virtual time: messages arrive in order whatever becomes of their bytes, and queues that are
-//! full lose nothing and hold nobody up for ever.
+//! Whole federations in virtual time: messages arrive in order for any pieces of their bytes, and full queues lose
+//! nothing and hold no federate up forever.
 #![allow(clippy::unwrap_used, reason = "a failed unwrap in a helper is that test's failure")]
 
 mod support;
@@ -25,7 +25,7 @@ fn assert_complete(report: &Report) {
     assert_eq!(report.outcome, Some(Ok(Outcome::Complete)));
 }
 
-/// What a receiver of one timer notes.
+/// Returns the log of a receiver of one timer.
 fn from_timer(period: i64, delay: i64, until: i64, input: usize) -> Log {
     let times = (0..=until - delay).step_by(usize::try_from(period).unwrap());
     (1..).zip(times).map(|(count, ms)| ((ms + delay) * 1_000_000, 0, input, count)).collect()
@@ -84,7 +84,8 @@ proptest! {
         prop_assert_eq!(&report.logs[3], &expected);
     }
 
-    /// Queues of any length, with as much of a receive buffer as a burst needs: nothing is lost, nobody is held up.
+    /// Queues of any length, with as much of a receive buffer as a burst needs: nothing is lost, and no federate is
+    /// held up.
     #[test]
     fn a_fast_and_a_slow_sender_meet(
         seed: u64,
@@ -108,8 +109,8 @@ proptest! {
         prop_assert_eq!(seen_sorted, due);
     }
 
-    /// With the smallest buffers a burst may be too long. Then that is said; nothing is lost in silence, and nobody
-    /// waits for ever.
+    /// With the smallest buffers a burst may be too long. Then that is an error; nothing is lost in silence, and no
+    /// federate waits forever.
     #[test]
     fn a_burst_that_nothing_can_hold_is_an_error(seed: u64, capacity in any_capacity(), work in 0i64..25, fast: bool) {
         let plan = Plan { capacity, fast, after_loss: AfterLoss::StopAll, ..fan_in(None, MS(work)) };
@@ -121,8 +122,8 @@ proptest! {
         }
     }
 
-    /// Where queues are smaller than what delays keep on their way, federates can wait in a circle, for room and for
-    /// each other's tags. Then one of them ends with an error that names the input, and nobody waits forever.
+    /// If queues are smaller than what delays keep in transit, federates can wait in a circle, for room and for each
+    /// other's tags. Then one of them ends with an error that names the input, and none waits forever.
     #[test]
     fn a_circle_that_waits_for_room_ends_with_an_error(
         seed: u64,

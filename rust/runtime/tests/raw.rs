@@ -65,7 +65,7 @@ fn what_a_lost_sender_has_said_arrives_though_it_is_held_and_a_stop_is_pending()
     }
 }
 
-/// Nothing can happen at the end of time, so that a message for it can only be a mistake of who sends it.
+/// Nothing can happen at the end of time, so that a message for it can only be its sender's mistake.
 #[test]
 fn who_sends_a_message_for_the_end_of_time_is_named() {
     for tag in [Tag::FOREVER, Tag::NEVER] {

@@ -80,7 +80,8 @@ impl Tester {
                 Step::ClosedByPeer(connection) => {
                     let socket = self.connections[connection];
                     if *connection >= FIRST_PEER {
-                        // The stock federate closes at its end; ours hears out who sends to it, which ends there too.
+                        // The stock federate closes at its end; ours reads its senders' last messages, which end there
+                        // too.
                         self.me.platform.shut_down_writing(socket);
                     }
                     let last = self.me.hear_to_end(socket);
@@ -158,7 +159,7 @@ impl Tester {
     }
 }
 
-/// Plays a recording of this federate; gives how it ran.
+/// Plays a recording of this federate; returns its outcome.
 fn replay(name: &str, id: u16, behavior: Behavior, timeout: Interval, seed: u64) -> Ran {
     let recording = lf_testkit::golden::load(name).unwrap();
     let mut nodes = vec![Behavior::default(); 2];

@@ -38,7 +38,7 @@ fn receive(tester: &mut Blocking, rti: SocketId, header_bytes: usize) -> usize {
     unreachable!("it tries again until it is over")
 }
 
-/// How often a federate introduces itself to such a receiver before it tells the RTI that it is ready.
+/// Returns the number of introductions to such a receiver before a federate tells the RTI that it is ready.
 fn attempts(header_bytes: usize) -> usize {
     let nodes = vec![Behavior::default(); 2];
     let coordination = Coordination::Decentralized;

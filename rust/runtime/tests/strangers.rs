@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Who connects to a federate without being one keeps no other federate from connecting, and nobody waits for ever.
+//! A peer that connects to a federate without being one keeps no other federate from connecting, and none waits
+//! forever.
 #![allow(clippy::unwrap_used, reason = "a failed unwrap in a helper is that test's failure")]
 
 mod support;
@@ -38,7 +39,7 @@ fn introduction(federate: u16) -> Vec<u8> {
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(16))]
 
-    /// More idle connections than there are places, some of which have begun to say who they are: they make way.
+    /// More idle connections than there are slots, some of which have begun their introduction: they are evicted.
     #[test]
     fn idle_connections_make_way(seed: u64, connections in 1..12usize, says in 0..5usize) {
         let says = introduction(0)[..says].to_vec();
@@ -50,8 +51,8 @@ proptest! {
         prop_assert!(report.ended.iter().all(|ended| *ended < MS(15_000)), "{:?}", report.ended);
     }
 
-    /// Nobody can tell who connects first in the name of a federate from that federate, as long as connections between
-    /// federates are not authenticated: then the true one says why it cannot go on, and all end.
+    /// A program that connects first in the name of a federate cannot be told from that federate, as long as
+    /// connections between federates are not authenticated: then the true one logs why it cannot go on, and all end.
     #[test]
     fn who_takes_the_place_of_a_federate_is_noticed(seed: u64) {
         let intruder = Intruder { to: Some(2), connections: 1, says: introduction(1) };

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-//! What participants record of themselves: all that begins ends, and what goes at one end comes at the other.
+//! The recordings of participants: every span that begins ends, and every message that is sent at one end is received
+//! at the other.
 #![allow(clippy::unwrap_used, reason = "a failed unwrap in a helper is that test's failure")]
 
 mod support;
@@ -35,7 +36,7 @@ fn assert_complete(report: &Report) {
     assert_eq!(report.outcome, Some(Ok(Outcome::Complete)));
 }
 
-/// What lasts: each begins once and then ends, a reaction within a tag, and nothing while the event loop waits.
+/// Checks spans: each begins once and then ends, a reaction within a tag, and nothing while the event loop waits.
 fn assert_all_that_begins_ends(records: &[Record]) {
     let (mut tag, mut reaction, mut waits) = (None, None, false);
     for Record { event, .. } in records {
@@ -56,7 +57,7 @@ fn assert_all_that_begins_ends(records: &[Record]) {
     assert!(matches!(records.last(), Some(Record { event: Event::Ends(false), .. })), "{:?}", records.last());
 }
 
-/// What tells a message from others of its sender and receiver, and how often it was.
+/// The identity of a message among others of its sender and receiver, and its number.
 type Messages = BTreeMap<(Subject, (u16, u16), Option<(i64, u32)>), usize>;
 
 /// The messages of a participant to (`true`) or from another one.

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Whoever waits says for whom: before the start in any case, and while the federation runs if it is asked to.
+//! A participant that waits logs what it waits for: before the start in any case, and while the federation runs if the
+//! program asks for it.
 #![allow(clippy::unwrap_used, reason = "a failed unwrap in a helper is that test's failure")]
 
 mod support;
@@ -30,7 +31,7 @@ fn sender() -> Behavior {
     Behavior { timer: Some((Interval::ZERO, MS(10))), ..Behavior::default() }
 }
 
-/// Who has said something that begins and ends like this.
+/// Returns which participant has logged something that begins and ends like this.
 fn says(lines: &[String], begin: &str, end: &str) -> bool {
     lines.iter().any(|line| line.starts_with(begin) && line.ends_with(end))
 }
@@ -53,7 +54,7 @@ fn who_finds_no_rti_says_so_before_it_gives_up() {
     assert!(report.results.iter().all(Result::is_ok), "{:?}", report.results);
 }
 
-/// A stranger claims the id of a federate; when the RTI has lost its patience with it, the federate takes part.
+/// A stranger claims the id of a federate; when the RTI has closed its connection, the federate takes part.
 #[test]
 fn a_federate_whose_id_is_taken_asks_again_and_says_so() {
     let mut says = vec![0; 64];
@@ -80,7 +81,7 @@ fn a_federate_whose_id_stays_taken_ends_with_that_after_a_minute() {
     assert!(report.ended[1] >= MS(62_000) && report.ended[1] < MS(64_000), "{:?}", report.ended);
 }
 
-/// An address that nobody answers at costs some seconds where there is another one.
+/// An address without an answer costs some seconds if there is another one.
 #[test]
 fn all_addresses_of_the_rti_are_tried() {
     let plan = Plan { rti: address_of(200), others: vec![address_of(201), address_of(RTI)], ..pair(sender()) };

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! What a federate says of messages and bytes that it cannot take: true sentences, with what to do.
+//! A federate's errors about messages and bytes that it cannot take: true sentences, with advice.
 #![allow(clippy::unwrap_used, reason = "a failed unwrap in a helper is that test's failure")]
 
 mod support;
@@ -54,7 +54,7 @@ impl Liar<'_> {
     }
 }
 
-/// Why federate 1, which has an input from federate 0, ends when its RTI does this.
+/// Returns why federate 1, which has an input from federate 0, ends when its RTI does this.
 fn complaint(lie: impl FnOnce(&mut Liar<'_>) + Send) -> String {
     complaint_with(&[], lie)
 }

@@ -113,7 +113,8 @@ fn the_last_words_of_a_cycle_are_heard() {
     hold(Coordination::Centralized, &[118, 2234, 6404, 7584, 12863, 17537]);
 }
 
-/// A stop was withheld from a federate for whose next event the fog stood, which held up the one that it waited for.
+/// A stop was withheld from a federate whose next event was in an overflow range, and that federate held up the one
+/// that it waited for.
 #[test]
 fn what_is_unclear_does_not_hold_up_a_stop() {
     hold(Coordination::Centralized, &[7901, 19770]);

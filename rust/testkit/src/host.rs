@@ -42,9 +42,9 @@ impl Outside for Clock {
     }
 }
 
-/// What reactions sent: federate, port, tag, payload.
+/// A sent value: federate, port, tag, payload.
 pub type Sent = (u16, u16, Tag, Vec<u8>);
-/// Of which output, and for which tag, it was told that there is no value: federate, port, tag.
+/// A sent absence: federate, port, tag.
 pub type Absent = (u16, u16, Tag);
 
 /// The engine's environment.

@@ -1,15 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Sentences that take half of their bytes: packed while they are compiled, and unpacked while they are shown.
+//! Sentences that take half of their bytes: packed at compile time, and unpacked when they are displayed.
 //!
-//! [`say!`] is `write!` for the sentences of errors and notices. A byte of a packed sentence is a character, the place
-//! of a value, or stands for two such bytes, which can be pairs in turn.
+//! [`say!`] is `write!` for the sentences of errors and log events. A byte of a packed sentence is a character, stands
+//! for a value, or for two such bytes, which can be pairs in turn.
 #![no_std]
 #![forbid(unsafe_code)]
 
 #[cfg(test)]
 extern crate std;
 
-// What the macros make names this crate from outside.
+// The macros' code names this crate from outside.
 #[cfg(test)]
 extern crate self as lf_texts;
 
@@ -17,41 +17,41 @@ use core::fmt::{self, Write as _};
 
 pub use lf_derive::{say, text};
 
-/// What the bytes of pairs stand for, from [`FIRST`] on. Pairs consist of characters and of earlier pairs.
+/// The meanings of the bytes of pairs, from [`FIRST`] on. Pairs consist of characters and of earlier pairs.
 static PAIRS: [[u8; 2]; lf_derive::pairs!(count)] = lf_derive::pairs!(bytes);
 /// The byte of the first pair. The last ones are below the characters, behind an overflow.
 const FIRST: u8 = lf_derive::pairs!(first);
-/// The byte in whose place a value is shown.
+/// The byte that stands for a value.
 const VALUE: u8 = lf_derive::pairs!(value);
 
-/// What stands behind each value where a sentence's values are by themselves.
+/// The end mark behind each value in a list of values.
 const END: &str = lf_derive::pairs!(end);
 
-/// A packed sentence, or a part of one: what [`text!`] makes of it.
+/// A packed sentence, or a part of one, of [`text!`].
 #[derive(Clone, Copy)]
 pub struct Text(&'static [u8]);
 
 impl Text {
-    /// The sentence of these bytes, which only [`say!`] and [`text!`] know how to make.
+    /// Returns the sentence of these bytes, which only [`say!`] and [`text!`] can make.
     #[doc(hidden)]
     pub const fn new(packed: &'static [u8]) -> Self {
         Self(packed)
     }
 
-    /// Shows the sentence without values.
+    /// Displays the sentence without values.
     ///
     /// # Errors
-    /// When what shows it cannot.
+    /// Those of the formatter.
     #[doc(hidden)]
     #[inline(never)]
     pub fn show(self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         self.write(f, format_args!(""))
     }
 
-    /// Shows the sentence with these values, each of which ends with [`END`]. Those that are not there are left out.
+    /// Displays the sentence with these values, each of which ends with [`END`]. Missing values are left out.
     ///
     /// # Errors
-    /// When what shows it cannot.
+    /// Those of the formatter.
     #[doc(hidden)]
     #[inline(never)]
     pub fn write(self, f: &mut fmt::Formatter<'_>, values: fmt::Arguments<'_>) -> fmt::Result {
@@ -72,16 +72,16 @@ impl fmt::Debug for Text {
     }
 }
 
-/// A sentence while it is shown.
+/// A sentence that is being displayed.
 struct Said<'a, 'f> {
     f: &'a mut fmt::Formatter<'f>,
     values: fmt::Arguments<'a>,
-    /// Which value is the next one.
+    /// The index of the next value.
     next: usize,
 }
 
 impl Said<'_, '_> {
-    /// Shows a byte. It ends, because pairs consist of earlier ones.
+    /// Displays a byte. The recursion ends, because pairs consist of earlier ones.
     #[inline(never)]
     fn unpack(&mut self, byte: u8) -> fmt::Result {
         match PAIRS.get(usize::from(byte.wrapping_sub(FIRST))) {
@@ -98,11 +98,11 @@ impl Said<'_, '_> {
     }
 }
 
-/// Shows one of the values: references to trait objects, by which each could be shown, take tables of 16 bytes for each
-/// type.
+/// Displays one of the values. References to trait objects, by which each could be displayed, take tables of 16 bytes
+/// for each type.
 struct One<'a, 'f> {
     f: &'a mut fmt::Formatter<'f>,
-    /// How many values are still before it.
+    /// The number of values that precede it.
     skipped: usize,
 }
 
@@ -116,7 +116,7 @@ impl fmt::Write for One<'_, '_> {
         Ok(())
     }
 
-    /// What comes by characters ends no value, so that they need not be texts first.
+    /// Single characters end no value, so that they need not be texts first.
     fn write_char(&mut self, character: char) -> fmt::Result {
         if self.skipped == 0 { self.f.write_char(character) } else { Ok(()) }
     }
@@ -130,7 +130,7 @@ mod tests {
 
     use super::{FIRST, PAIRS, Text};
 
-    /// Shows what a closure says.
+    /// Displays the output of a closure.
     struct Said<F>(F);
 
     impl<F: Fn(&mut fmt::Formatter<'_>) -> fmt::Result> fmt::Display for Said<F> {

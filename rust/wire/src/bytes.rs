@@ -5,7 +5,7 @@ use crate::{NoRoom, Tag};
 
 /// The bytes end before the field does.
 pub(crate) struct Short {
-    /// Bytes, from the beginning, that the field needs at least.
+    /// The minimum number of bytes, from the beginning, that the field needs.
     pub(crate) need: usize,
 }
 
@@ -20,12 +20,12 @@ impl<'a> Reader<'a> {
         Self { bytes, at: 0 }
     }
 
-    /// Offset of the next field.
+    /// Returns the offset of the next field.
     pub(crate) fn at(&self) -> usize {
         self.at
     }
 
-    /// Says early that the fields to come end at `end` or later, so that a caller learns the whole need at once.
+    /// Checks early that there are `end` bytes for the next fields, so that a caller learns the whole need at once.
     pub(crate) fn require(&self, end: usize) -> Result<(), Short> {
         if self.bytes.len() < end { Err(Short { need: end }) } else { Ok(()) }
     }
@@ -37,7 +37,8 @@ impl<'a> Reader<'a> {
         Ok(field)
     }
 
-    /// A field of a fixed length; zeros where bytes are missing, which [`Reader::require`] finds out for all at once.
+    /// Reads a field of a fixed length; zeros where bytes are missing, which [`Reader::require`] finds out for all at
+    /// once.
     pub(crate) fn array<const N: usize>(&mut self) -> [u8; N] {
         let mut field = [0; N];
         if let Ok(bytes) = self.take(N) {
@@ -50,7 +51,7 @@ impl<'a> Reader<'a> {
         u8::from_le_bytes(self.array())
     }
 
-    /// A byte that is 0 or 1, if it is there; anything else is left to what follows.
+    /// Reads a byte that is 0 or 1, if it is there; leaves any other byte to the next field.
     pub(crate) fn flag(&mut self) -> Option<bool> {
         let flag = self.bytes.get(self.at).filter(|byte| **byte <= 1).map(|byte| *byte == 1);
         self.at += usize::from(flag.is_some());
@@ -78,7 +79,7 @@ impl<'a> Reader<'a> {
     }
 }
 
-/// Writes field after field into as many bytes as they need. What is behind the last byte is not written.
+/// Writes field after field into as many bytes as they need, and nothing behind the last byte.
 pub(crate) struct Writer<'b> {
     bytes: &'b mut [u8],
     at: usize,
@@ -105,7 +106,7 @@ impl<'b> Writer<'b> {
         self.put(&[value]);
     }
 
-    /// A byte that says yes or no, if anything is to be said.
+    /// Writes a byte for yes or no, if there is a value.
     pub(crate) fn flag(&mut self, value: Option<bool>) {
         if let Some(value) = value {
             self.u8(value.into());

@@ -1,28 +1,28 @@
 // SPDX-License-Identifier: Apache-2.0
-//! What is read.
+//! The results of decoding.
 
 use crate::{Message, MessageType};
 
-/// What the bytes at hand begin with.
+/// The message that the bytes begin with.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Decoded<'a> {
-    /// A whole message.
+    /// A complete message.
     Complete {
-        /// The message; it borrows what has no fixed length.
+        /// The message; it borrows its parts of variable length.
         message: Message<'a>,
-        /// Its length in bytes. What follows belongs to the next message.
+        /// Its length in bytes. The next message follows.
         len: usize,
     },
     /// The beginning of a message, or nothing.
     Incomplete {
-        /// Bytes that the message has at least, counted from its type byte; more than there are now.
+        /// The minimum number of bytes of the message, counted from its type byte; more than there are now.
         need: usize,
         /// The type of the message, once its first byte is there.
         message_type: Option<MessageType>,
     },
 }
 
-/// Where a payload goes, and how long it is.
+/// The destination and the length of a payload.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Destination {
     /// Network input of the federate.

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! What can be wrong with bytes or with a message. Every error says what was found where.
+//! The errors of bytes and messages. Every error has its position and the value found there.
 
 use core::fmt;
 
@@ -7,8 +7,8 @@ use lf_texts::say;
 
 use crate::MessageType;
 
-/// Bytes that are no message, or one that the owner's [`Limits`](crate::Limits) exclude. Offsets count from the type
-/// byte of the message.
+/// Bytes that are not a message, or a message that the owner's [`Limits`](crate::Limits) exclude. Offsets count from
+/// the type byte of the message.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum DecodeError {
     /// The type byte, at offset 0, is none of this dialect.
@@ -16,7 +16,7 @@ pub enum DecodeError {
         /// The type byte.
         found: u8,
     },
-    /// A length or count is above the limit that the owner has set.
+    /// A length or count is above the owner's limit.
     OverLimit {
         /// Type of the message.
         message: MessageType,
@@ -45,12 +45,12 @@ pub enum DecodeError {
         /// Type of the message.
         message: MessageType,
     },
-    /// The message is within the limits, but can never be whole in this buffer. The owner's limits and the capacity
+    /// The message is within the limits, but can never be complete in this buffer. The owner's limits and the capacity
     /// of its buffer contradict each other.
     LargerThanBuffer {
         /// Type of the message, if its first byte is there.
         message: Option<MessageType>,
-        /// Bytes that the message has at least.
+        /// The minimum number of bytes of the message.
         needed: usize,
         /// Bytes that the buffer holds.
         capacity: usize,
@@ -86,7 +86,7 @@ impl core::error::Error for DecodeError {}
 pub struct NoRoom {
     /// Bytes that the message needs.
     pub needed: usize,
-    /// Bytes that there are.
+    /// Available bytes.
     pub room: usize,
 }
 
@@ -98,7 +98,7 @@ impl fmt::Display for NoRoom {
 
 impl core::error::Error for NoRoom {}
 
-/// A length that the wire has no bits for.
+/// A length that exceeds its field on the wire.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Beyond {
     /// Type of the message.
@@ -120,12 +120,12 @@ impl fmt::Display for Beyond {
 
 impl core::error::Error for Beyond {}
 
-/// Why a message was not encoded. Nothing has been written.
+/// The reason why a message was not encoded. Nothing has been written.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum EncodeError {
-    /// The target is too small at the moment, or for ever.
+    /// The target is too small, now or always.
     NoRoom(NoRoom),
-    /// A part of the message is longer than its length field can say.
+    /// A part of the message is longer than its length field can hold.
     Beyond(Beyond),
 }
 
@@ -152,18 +152,18 @@ impl fmt::Display for EncodeError {
 
 impl core::error::Error for EncodeError {}
 
-/// Why a message whose payload is encoded in place was not pushed. The buffer is as it was before.
+/// The reason why a message whose payload is encoded in place was not pushed. The buffer is unchanged.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum PushError<E> {
-    /// The message cannot be written, whatever its payload.
+    /// The message cannot be written with any payload.
     Encode(EncodeError),
     /// The payload could not be encoded.
     Payload(E),
-    /// The encoder of the payload says that it has written more bytes than it was given.
+    /// The encoder of the payload returns more bytes than it had.
     PayloadOverrun {
-        /// Bytes that it says it has written.
+        /// Bytes that it claims to have written.
         written: usize,
-        /// Bytes that it was given.
+        /// Bytes that it had.
         given: usize,
     },
 }

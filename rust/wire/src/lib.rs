@@ -1,12 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Bytes and messages of the Lingua Franca federation protocol.
 //!
-//! Messages are what they mean. How they lie in bytes is the matter of a dialect, a module that keeps numbers and
-//! layouts together, for the protocol has no version field: `stock` is the one of LF's C runtime, as the releases 0.12
-//! and 0.13 speak it. A program speaks one dialect, which is chosen here and named nowhere else.
+//! A message is independent of its bytes. Its form on the wire belongs to a dialect, a module with all numbers and
+//! layouts, because the protocol has no version field: `stock` is the dialect of LF's C runtime in the releases 0.12
+//! and 0.13. A program uses one dialect, which is chosen here and named nowhere else.
 //!
-//! This crate knows no time, no sockets and no order of messages: it says what bytes mean, not whether they may come
-//! now. It never allocates, never panics on bytes from a peer, and never believes a length before it was checked.
+//! This crate knows no time, no sockets and no order of messages: it decodes bytes, and does not decide whether a
+//! message may come now. It never allocates, never panics on bytes from a peer, and never uses a length before it has
+//! checked it.
 //!
 //! ```
 //! use lf_wire::{InBuffer, Limits, Message, OutBuffer, Tag};
@@ -45,7 +46,7 @@ mod tag;
 mod types;
 mod values;
 
-/// The dialect that is spoken.
+/// The dialect of this program.
 use stock as dialect;
 
 pub use buffer::{InBuffer, OutBuffer, Storage};

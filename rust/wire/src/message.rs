@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-//! The messages, as meaning.
+//! The messages of the protocol, independent of their form on the wire.
 
 use crate::dialect;
 use crate::{EncodeError, HMAC_BYTES, MessageType, NONCE_BYTES, NeighborStructure, RejectCode, Tag};
 
-/// One message of the protocol. What has no fixed length is borrowed, from the receive buffer or from the sender.
+/// One message of the protocol. Parts of variable length are borrowed, from the receive buffer or from the sender.
 ///
-/// Federates are named by their ids, ports by their index among the destination's network inputs; times are in
+/// Federates are identified by their ids, ports by their index among the destination's network inputs; times are in
 /// nanoseconds.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Message<'a> {
@@ -31,7 +31,7 @@ pub enum Message<'a> {
         federate: u16,
         /// Tag at which the value is present there.
         tag: Tag,
-        /// The value, as it lies in the memory of a C program.
+        /// The value, in the memory layout of a C program.
         payload: &'a [u8],
     },
     /// NET (6), federate to RTI: the federate's next event tag.
@@ -50,20 +50,20 @@ pub enum Message<'a> {
     StopGranted(Tag),
     /// ADDRESS_QUERY (13), federate to RTI. Answered by ADDRESS_QUERY_REPLY.
     AddressQuery {
-        /// The federate whose address is asked for.
+        /// The federate in question.
         federate: u16,
-        /// Whether that federate is transient; `None` if the question does not say it, as before LF 0.13.
+        /// Whether that federate is transient; `None` if the question lacks this, as before LF 0.13.
         is_transient: Option<bool>,
     },
     /// ADDRESS_QUERY_REPLY (14), RTI to federate.
     AddressQueryReply {
-        /// TCP port, or [`ADDRESS_PORT_UNKNOWN`](crate::ADDRESS_PORT_UNKNOWN) as long as there is none.
+        /// TCP port, or [`ADDRESS_PORT_UNKNOWN`](crate::ADDRESS_PORT_UNKNOWN) while there is none.
         port: i32,
         /// IPv4 address, in the order in which it is written.
         address: [u8; 4],
     },
-    /// ADDRESS_QUERY_REPLY_IPV6 (114), RTI to federate. The stock programs know IPv4 only; this message goes over
-    /// connections of IPv6 only, which none of them makes.
+    /// ADDRESS_QUERY_REPLY_IPV6 (114), RTI to federate. The stock programs know only IPv4; this message goes only over
+    /// connections of IPv6, which none of them makes.
     #[cfg(feature = "ipv6")]
     AddressQueryReplyIpv6 {
         /// TCP port.
@@ -82,8 +82,8 @@ pub enum Message<'a> {
     P2pSendingFedId {
         /// The connecting federate's id.
         federate: u16,
-        /// Whether it is transient; `None` if it does not say it, as before LF 0.13. Then the federation id has to be
-        /// longer than one byte, for the two forms cannot be told apart otherwise.
+        /// Whether it is transient; `None` if the message lacks this, as before LF 0.13. Then the federation id has to
+        /// be longer than one byte, because the two forms cannot be distinguished otherwise.
         is_transient: Option<bool>,
         /// The federation it belongs to; at most 255 bytes, not necessarily UTF-8.
         federation_id: &'a [u8],
@@ -94,7 +94,7 @@ pub enum Message<'a> {
         port: u16,
         /// The destination.
         federate: u16,
-        /// The value, as it lies in the memory of a C program.
+        /// The value, in the memory layout of a C program.
         payload: &'a [u8],
     },
     /// P2P_TAGGED_MESSAGE (18), federate to federate: a logical connection in decentralized coordination.
@@ -103,9 +103,9 @@ pub enum Message<'a> {
         port: u16,
         /// The destination.
         federate: u16,
-        /// Tag at which the value is meant to be present there.
+        /// Tag at which the value is intended to be present there.
         tag: Tag,
-        /// The value, as it lies in the memory of a C program.
+        /// The value, in the memory layout of a C program.
         payload: &'a [u8],
     },
     /// T1 (19), RTI to federate: the RTI's time of sending. Answered by T3.
@@ -159,7 +159,7 @@ pub enum Message<'a> {
         /// HMAC-SHA256 over 102 and the RTI's nonce; the key is the federation id.
         hmac: [u8; HMAC_BYTES],
     },
-    /// TRANSIENT_FED_IDS (103), federate to RTI: what a federate that may be transient sends in place of FED_IDS.
+    /// TRANSIENT_FED_IDS (103), federate to RTI: a federate that may be transient sends it instead of FED_IDS.
     TransientFedIds {
         /// The federate's id.
         federate: u16,
@@ -168,8 +168,8 @@ pub enum Message<'a> {
         /// The federation it belongs to; at most 255 bytes, not necessarily UTF-8.
         federation_id: &'a [u8],
     },
-    /// UDP_PORT (254), federate to RTI, after NEIGHBOR_STRUCTURE: where clock synchronization reaches the federate;
-    /// see [`UDP_PORT_CLOCK_SYNC_OFF`](crate::UDP_PORT_CLOCK_SYNC_OFF) and
+    /// UDP_PORT (254), federate to RTI, after NEIGHBOR_STRUCTURE: the port for clock synchronization; see
+    /// [`UDP_PORT_CLOCK_SYNC_OFF`](crate::UDP_PORT_CLOCK_SYNC_OFF) and
     /// [`UDP_PORT_CLOCK_SYNC_INITIAL`](crate::UDP_PORT_CLOCK_SYNC_INITIAL).
     UdpPort(u16),
     /// ACK (255), from the RTI or a federate: the connection is accepted.
@@ -177,7 +177,7 @@ pub enum Message<'a> {
 }
 
 impl Message<'_> {
-    /// The type of this message.
+    /// Returns the type of this message.
     pub const fn message_type(&self) -> MessageType {
         match self {
             Self::Reject(_) => MessageType::Reject,
@@ -218,12 +218,12 @@ impl Message<'_> {
         }
     }
 
-    /// The message's name in the protocol's own spelling, for messages to people.
+    /// Returns the message's name in the protocol's own spelling, for log events.
     pub const fn name(&self) -> &'static str {
         self.message_type().name()
     }
 
-    /// Bytes of this message on the wire.
+    /// Returns the length of this message on the wire in bytes.
     pub fn encoded_len(&self) -> usize {
         dialect::encoded_len(self)
     }
@@ -231,8 +231,8 @@ impl Message<'_> {
     /// Writes this message to the beginning of `target` and returns its length in bytes.
     ///
     /// # Errors
-    /// [`EncodeError::NoRoom`] if `target` is shorter than [`Message::encoded_len`], [`EncodeError::Beyond`] if a
-    /// part of the message is longer than its length field can say. Nothing has been written then.
+    /// [`EncodeError::NoRoom`] if `target` is shorter than [`Message::encoded_len`], [`EncodeError::Beyond`] if a part
+    /// of the message is longer than its length field can hold. Nothing has been written then.
     pub fn encode(&self, target: &mut [u8]) -> Result<usize, EncodeError> {
         dialect::encode(self, target)
     }

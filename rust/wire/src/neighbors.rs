@@ -9,7 +9,7 @@ use crate::dialect::{self, DOWNSTREAM_BYTES, UPSTREAM_BYTES};
 /// Delay of a connection without `after`. A delay of 0 is one microstep, a positive one is in nanoseconds.
 pub const DELAY_NONE: i64 = i64::MIN;
 
-/// The federates that a federate is connected with. Two are equal if they list the same, wherever the lists lie.
+/// The federates that a federate is connected with. Two are equal if they list the same, wherever the lists are stored.
 #[derive(Clone, Copy)]
 pub struct NeighborStructure<'a> {
     upstream: List<'a, (u16, i64), UPSTREAM_BYTES>,
@@ -17,28 +17,29 @@ pub struct NeighborStructure<'a> {
 }
 
 impl<'a> NeighborStructure<'a> {
-    /// The structure with these upstream federates, each with the least delay of its connections in nanoseconds
-    /// ([`DELAY_NONE`] for none), and these downstream federates.
+    /// Returns the structure with these upstream federates, each with the minimum delay of its connections in
+    /// nanoseconds ([`DELAY_NONE`] for none), and these downstream federates.
     pub const fn new(upstream: &'a [(u16, i64)], downstream: &'a [u16]) -> Self {
         Self { upstream: List::Values(upstream), downstream: List::Values(downstream) }
     }
 
-    /// The structure whose entries lie in these bytes; incomplete entries at the end are not part of it.
+    /// Returns the structure whose entries lie in these bytes; incomplete entries at the end are not part of it.
     pub(crate) fn from_bytes(upstream: &'a [u8], downstream: &'a [u8]) -> Self {
         Self { upstream: List::Bytes(upstream.as_chunks().0), downstream: List::Bytes(downstream.as_chunks().0) }
     }
 
-    /// The upstream federates in the order of the wire, each with its delay in nanoseconds or [`DELAY_NONE`].
+    /// Iterates over the upstream federates in the order of the wire, each with its delay in nanoseconds or
+    /// [`DELAY_NONE`].
     pub const fn upstream(&self) -> Upstream<'a> {
         Upstream(self.upstream)
     }
 
-    /// The downstream federates in the order of the wire.
+    /// Iterates over the downstream federates in the order of the wire.
     pub const fn downstream(&self) -> Downstream<'a> {
         Downstream(self.downstream)
     }
 
-    /// Bytes of all entries on the wire.
+    /// Returns the length of all entries on the wire in bytes.
     pub(crate) fn entries_bytes(&self) -> usize {
         let upstream = self.upstream.len().saturating_mul(UPSTREAM_BYTES);
         upstream.saturating_add(self.downstream.len().saturating_mul(DOWNSTREAM_BYTES))
@@ -62,7 +63,7 @@ impl fmt::Debug for NeighborStructure<'_> {
     }
 }
 
-/// Entries still to come, of `N` bytes each if they lie in bytes.
+/// The remaining entries, of `N` bytes each if they lie in bytes.
 #[derive(Clone, Copy)]
 enum List<'a, T, const N: usize> {
     Values(&'a [T]),

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Why a connection is refused.
+//! The reasons to refuse a connection.
 
 use core::fmt;
 
@@ -8,19 +8,19 @@ use lf_texts::{say, text};
 /// The reason in a REJECT.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum RejectCode {
-    /// 1: the federation id is another one.
+    /// 1: the federation id differs.
     FederationIdMismatch,
-    /// 2: the id is taken: a federate with it is connected, or has left the federation since that runs.
+    /// 2: the id is in use: a federate with it is connected, or has left the running federation.
     IdInUse,
     /// 3: the federation has no federate with this id.
     IdOutOfRange,
-    /// 4: this message may not come now.
+    /// 4: this message is not allowed now.
     UnexpectedMessage,
     /// 5: this message is for a federate but came to the RTI, or the reverse.
     WrongServer,
     /// 6: the HMAC was made with another key.
     HmacMismatch,
-    /// 7: authentication was begun, but the RTI does not use it.
+    /// 7: the federate began authentication, but the RTI does not use it.
     NotInAuthenticationMode,
     /// 8: the federation does not wait for this federate any more.
     JoinsTooLate,
@@ -29,7 +29,7 @@ pub enum RejectCode {
 }
 
 impl RejectCode {
-    /// The meaning of a code.
+    /// Returns the meaning of a code.
     pub const fn from_byte(byte: u8) -> Self {
         match byte {
             1 => Self::FederationIdMismatch,
@@ -44,7 +44,7 @@ impl RejectCode {
         }
     }
 
-    /// The code on the wire.
+    /// Returns the code on the wire.
     pub const fn byte(self) -> u8 {
         match self {
             Self::FederationIdMismatch => 1,

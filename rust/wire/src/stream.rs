@@ -5,8 +5,8 @@ use crate::dialect::{PayloadHeader, decode_expected};
 use crate::{DecodeError, Decoded, EncodeError, InBuffer, Limits, Message, MessageType, OutBuffer, PushError, Tag};
 
 impl<B: AsRef<[u8]> + AsMut<[u8]>> InBuffer<B> {
-    /// The message at the front and its length in bytes, or `None` if it is not whole yet. It stays there until the
-    /// owner drops it with [`consume`](Self::consume).
+    /// Returns the message at the front and its length in bytes, or `None` if it is incomplete. It stays there until
+    /// the owner drops it with [`consume`](Self::consume).
     ///
     /// # Errors
     /// [`DecodeError`] if the bytes at the front cannot become a message within `limits`, or not in this buffer. They
@@ -15,11 +15,11 @@ impl<B: AsRef<[u8]> + AsMut<[u8]>> InBuffer<B> {
         self.next_expected(0, limits, |_| true)
     }
 
-    /// As [`next`](Self::next), but behind the first `held` bytes; a message with more than a tag or a time only if its
-    /// type is expected.
+    /// Returns the message behind the first `held` bytes, like [`next`](Self::next); one with more than a tag or a time
+    /// only if its type is expected.
     ///
     /// # Errors
-    /// As [`next`](Self::next); and [`DecodeError::Unexpected`].
+    /// Those of [`next`](Self::next); and [`DecodeError::Unexpected`].
     pub fn next_expected(
         &self,
         held: usize,
@@ -48,12 +48,13 @@ impl<B: AsRef<[u8]> + AsMut<[u8]>> OutBuffer<B> {
         Ok(())
     }
 
-    /// Pushes a tagged message whose payload `payload` writes in place. It is given exactly `payload_bytes_max` bytes
-    /// and returns how many of them it has used, which is returned here too.
+    /// Pushes a tagged message whose payload `payload` writes in place, into exactly `payload_bytes_max` bytes.
+    /// `payload` returns how many of them it has used, and so does this function.
     ///
     /// # Errors
     /// [`PushError::Encode`] if there is no room for the longest payload, [`PushError::Payload`] with the error of
-    /// `payload`, [`PushError::PayloadOverrun`] if it returns more than it was given. Nothing has been pushed then.
+    /// `payload`, [`PushError::PayloadOverrun`] if it returns more than `payload_bytes_max`. Nothing has been pushed
+    /// then.
     pub fn push_tagged_with<E>(
         &mut self,
         port: u16,
@@ -66,10 +67,10 @@ impl<B: AsRef<[u8]> + AsMut<[u8]>> OutBuffer<B> {
         self.push_payload(header, payload_bytes_max, payload)
     }
 
-    /// As [`push_tagged_with`](Self::push_tagged_with), for a P2P_TAGGED_MESSAGE.
+    /// Pushes a P2P_TAGGED_MESSAGE like [`push_tagged_with`](Self::push_tagged_with).
     ///
     /// # Errors
-    /// As [`push_tagged_with`](Self::push_tagged_with).
+    /// Those of [`push_tagged_with`](Self::push_tagged_with).
     pub fn push_p2p_tagged_with<E>(
         &mut self,
         port: u16,
@@ -82,10 +83,10 @@ impl<B: AsRef<[u8]> + AsMut<[u8]>> OutBuffer<B> {
         self.push_payload(header, payload_bytes_max, payload)
     }
 
-    /// As [`push_tagged_with`](Self::push_tagged_with), for a P2P_MESSAGE, which has no tag.
+    /// Pushes a P2P_MESSAGE, which has no tag, like [`push_tagged_with`](Self::push_tagged_with).
     ///
     /// # Errors
-    /// As [`push_tagged_with`](Self::push_tagged_with).
+    /// Those of [`push_tagged_with`](Self::push_tagged_with).
     pub fn push_p2p_with<E>(
         &mut self,
         port: u16,

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Raw superdense time, as it lies on the wire.
+//! Raw superdense time in its form on the wire.
 
 use core::fmt;
 
 use lf_texts::say;
 
-/// A tag as it lies on the wire: a time and a microstep, without any arithmetic. Ordered by time, then microstep.
+/// A tag on the wire: a time and a microstep, without any arithmetic. Ordered by time, then microstep.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct Tag {
     /// Time in nanoseconds since 1970 by the clock of the federation.
@@ -22,7 +22,7 @@ impl Tag {
     /// Bytes of a tag on the wire.
     pub const BYTES: usize = 12;
 
-    /// The tag at `time` nanoseconds and `microstep`.
+    /// Returns the tag at `time` nanoseconds and `microstep`.
     pub const fn new(time: i64, microstep: u32) -> Self {
         Self { time, microstep }
     }

@@ -18,7 +18,7 @@ macro_rules! message_types {
             /// All types.
             pub const ALL: &[Self] = &[$($(#[cfg($cfg)])? Self::$variant,)*];
 
-            /// The name in the protocol's own spelling, for messages to people.
+            /// Returns the name in the protocol's own spelling, for log events.
             pub const fn name(self) -> &'static str {
                 match self {
                     $($(#[cfg($cfg)])? Self::$variant => $name,)*
@@ -31,13 +31,13 @@ macro_rules! message_types {
 message_types! {
     /// The sender refuses the connection and closes it.
     Reject "REJECT";
-    /// A federate names itself and its federation.
+    /// A federate sends its id and its federation id.
     FedIds "FED_IDS";
     /// A federate's clock, or the RTI's choice of the start time.
     Timestamp "TIMESTAMP";
     /// A federate leaves in order.
     Resign "RESIGN";
-    /// A value with its tag, by way of the RTI.
+    /// A value with its tag, through the RTI.
     TaggedMessage "TAGGED_MESSAGE";
     /// Next event tag.
     NextEventTag "NET";
@@ -60,9 +60,9 @@ message_types! {
     /// The same, with an IPv6 address.
     #[cfg(feature = "ipv6")]
     AddressQueryReplyIpv6 "ADDRESS_QUERY_REPLY_IPV6";
-    /// A federate tells the port on which it listens.
+    /// A federate sends the port on which it listens.
     AddressAdvertisement "ADDRESS_ADVERTISEMENT";
-    /// A federate names itself to another federate.
+    /// A federate introduces itself to another federate.
     P2pSendingFedId "P2P_SENDING_FED_ID";
     /// A value without a tag, from federate to federate.
     P2pMessage "P2P_MESSAGE";
@@ -92,27 +92,27 @@ message_types! {
     RtiResponse "RTI_RESPONSE";
     /// Authentication: the federate's proof.
     FedResponse "FED_RESPONSE";
-    /// A federate names itself and its federation, and says whether it is transient.
+    /// A federate sends its ids, and whether it is transient.
     TransientFedIds "TRANSIENT_FED_IDS";
-    /// How a federate takes part in clock synchronization.
+    /// The way in which a federate takes part in clock synchronization.
     UdpPort "UDP_PORT";
-    /// Yes.
+    /// The sender accepts.
     Ack "ACK";
 }
 
 impl MessageType {
-    /// The type with this first byte, or `None` if the dialect has none.
+    /// Returns the type with this first byte, or `None` if the dialect has none.
     pub const fn from_byte(byte: u8) -> Option<Self> {
         dialect::message_type(byte)
     }
 
-    /// The first byte of its messages.
+    /// Returns the first byte of its messages.
     pub const fn byte(self) -> u8 {
         dialect::byte(self)
     }
 
-    /// Bytes of a message of this type, type byte included, without what its lengths and counts announce, and without a
-    /// byte that not all releases of LF send.
+    /// Returns the length of a message of this type in bytes, type byte included, without the parts that its lengths
+    /// and counts announce, and without a byte that not all releases of LF send.
     pub const fn fixed_bytes(self) -> usize {
         dialect::fixed_bytes(self)
     }

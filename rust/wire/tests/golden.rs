@@ -11,7 +11,7 @@ use describe::describe;
 use lf_testkit::golden::{Fill, Frame, Recording, Step, load_all};
 use lf_wire::{DecodeError, Decoded, InBuffer, Limits, Message, MessageType, QueryEnd, Tag, decode};
 
-/// What the recordings send on purpose that is not one message: recording, step and what it is.
+/// The deliberate bytes of recordings that are not one message: recording, step and kind.
 const NOT_ONE_MESSAGE: [(&str, usize, Odd); 7] = [
     ("05-unexpected-first-message", 1, Odd::Part { message_type: MessageType::NextEventTag, len: 3 }),
     ("05-unexpected-first-message", 3, Odd::Rest),
@@ -40,9 +40,9 @@ enum Odd {
     Part { message_type: MessageType, len: usize },
     /// The next byte of a message whose beginning is the frame before.
     Rest,
-    /// So many messages at once.
+    /// This many messages at once.
     Several(usize),
-    /// A byte that is no type, and then so many messages.
+    /// A byte that is no type, and then this many messages.
     Unknown { byte: u8, then: usize },
 }
 
@@ -55,7 +55,7 @@ fn fill(frame: &Frame) -> Vec<u8> {
     }
 }
 
-/// The start time of a recording, in ns: what the recorded RTI has chosen, or what [`fill`] gives a federate.
+/// Returns the start time of a recording, in ns: that of the recorded RTI, or that of [`fill`] for a federate.
 fn start(recording: &Recording) -> i64 {
     let received = recording.steps.iter().find_map(|step| match step {
         Step::Recv(frame) if recording.rti().is_some() => match decode(&frame.bytes.exact()?, &Limits::NONE) {
@@ -184,8 +184,8 @@ fn every_recorded_message_decodes_and_encodes_to_the_same_bytes() {
     assert_eq!(counts, expected);
 }
 
-/// The recordings have no type 17, and mask the fields of the others or do not describe them, so nothing there tells
-/// one field from another.
+/// The recordings have no type 17, and mask the fields of the others or do not describe them, so nothing there
+/// distinguishes one field from another.
 #[test]
 fn messages_that_the_recordings_do_not_pin_down_lie_as_the_protocol_says() {
     let (nonce, hmac) = ([9, 8, 7, 6, 5, 4, 3, 2], std::array::from_fn(|i| 100 + u8::try_from(i).unwrap()));

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Encoding and decoding are each other's reverse, for every message and every split of a stream.
+//! Encoding and decoding are inverse, for every message and every split of a stream.
 
 #![allow(clippy::unwrap_used, reason = "a panic is how a test fails, in its helpers too")]
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Rewrites the snapshots with what the programs print now.
+//! Rewrites the snapshots with the programs' present output.
 
 use std::path::Path;
 use std::process::ExitCode;
@@ -7,7 +7,7 @@ use std::process::ExitCode;
 use crate::process;
 
 /// Runs the tests of a crate, or of the workspace, whose names contain `filter`, with every snapshot accepted; then
-/// says which files changed.
+/// lists the changed files.
 pub(crate) fn run(repository: &Path, package: Option<&str>, filter: Option<&str>) -> ExitCode {
     let mut cargo = process::cargo(repository);
     cargo.args(["test", "--no-fail-fast", "--quiet"]).env("INSTA_UPDATE", "always");

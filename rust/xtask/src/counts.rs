@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! How many tests passed, failed and were skipped, read from what each test runner prints.
+//! The numbers of passed, failed and skipped tests, from the output of each test runner.
 
 use std::fmt;
 use std::ops::AddAssign;
@@ -13,7 +13,7 @@ pub(crate) struct Counts {
 }
 
 impl Counts {
-    /// One check that passed or failed.
+    /// Returns the counts of one check that passed or failed.
     pub(crate) fn one(passed: bool) -> Self {
         Self { passed: u64::from(passed), failed: u64::from(!passed), skipped: 0 }
     }
@@ -67,10 +67,10 @@ impl Counts {
         let mut counts = Self::default();
         for case in suite.get("testcases").and_then(|cases| cases.as_array()).into_iter().flatten() {
             match status(case).as_str() {
-                // What is only to be built has been built.
+                // A case that only has to be built has been built.
                 "passed" | "not run" => counts.passed += 1,
                 "failed" | "error" => counts.failed += 1,
-                // A case of a suite that failed before this case is not a skip that somebody chose.
+                // A case of a suite that failed before this case was not skipped on purpose.
                 "blocked" | "None" | "" if matches!(suite_status.as_str(), "failed" | "error") => counts.failed += 1,
                 _ => counts.skipped += 1,
             }
@@ -98,14 +98,14 @@ impl fmt::Display for Counts {
     }
 }
 
-/// The number in front of a word, or 0 when the word does not occur.
+/// Returns the number in front of a word, or 0 when the word does not occur.
 fn number_before(text: &str, word: &str) -> u64 {
     let words: Vec<&str> = text.split(|c: char| c.is_whitespace() || matches!(c, ';' | ',' | '=')).collect();
     let words: Vec<&str> = words.into_iter().filter(|w| !w.is_empty()).collect();
     words.windows(2).filter(|pair| pair[1] == word).find_map(|pair| pair[0].parse().ok()).unwrap_or(0)
 }
 
-/// The line without the terminal's colour codes.
+/// Returns the line without the terminal's colour codes.
 fn without_escapes(line: &str) -> String {
     let mut plain = String::with_capacity(line.len());
     let mut characters = line.chars();

@@ -11,10 +11,10 @@ use crate::report::Report;
 
 /// The licences that a dependency may have. One whose licence is a choice has one of them among its choices.
 const LICENCES: [&str; 4] = ["Apache-2.0", "BSD-3-Clause", "MIT", "Unicode-3.0"];
-/// Where dependencies come from, as cargo names it.
+/// The source of dependencies in cargo's form.
 const CRATES_IO: &str = "registry+https://github.com/rust-lang/crates.io-index";
 
-/// Each dependency has a licence that is allowed, and comes from crates.io.
+/// Checks that each dependency has an allowed licence, and comes from crates.io.
 pub(crate) fn check(repository: &Path, report: &mut Report) {
     let metadata = process::captured(process::cargo(repository).args(["metadata", "--format-version", "1", "--quiet"]));
     let Some(metadata) = metadata.and_then(|text| serde_json::from_str::<Value>(&text).ok()) else {
@@ -29,7 +29,7 @@ pub(crate) fn check(repository: &Path, report: &mut Report) {
     report.check("dependencies", findings.is_empty());
 }
 
-/// What is wrong with a package of cargo's metadata.
+/// Returns the problem of a package in cargo's metadata.
 fn finding(package: &Value) -> Option<String> {
     let [name, version] = ["name", "version"].map(|key| package[key].as_str().unwrap_or_default());
     let source = package["source"].as_str();

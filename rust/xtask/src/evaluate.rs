@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Builds what is measured and what measures, for release, and hands on to the Python package that runs the parts.
+//! Builds the measured and the measuring programs, for release, and starts the Python package that runs the parts.
 
 use std::path::Path;
 use std::process::ExitCode;
@@ -8,7 +8,7 @@ use crate::{process, zephyr};
 
 /// Measures RTIs and applications; `arguments` are those of `scripts/lf_evaluate`.
 pub(crate) fn run(repository: &Path, arguments: &[String]) -> ExitCode {
-    // A page of what was measured before needs nothing to measure, and neither does the help.
+    // A page of earlier measurements needs no programs, and neither does the help.
     let measures =
         !arguments.iter().any(|argument| matches!(argument.split('=').next(), Some("--from" | "--help" | "-h")));
     let mut cargo = process::cargo(repository);

@@ -9,7 +9,7 @@ use crate::process;
 use crate::report::Report;
 use crate::tidy::tree::Tree;
 
-/// Formatting of all crates, those outside the workspace too.
+/// Checks the formatting of all crates, those outside the workspace too.
 pub(crate) fn fmt(repository: &Path, report: &mut Report) {
     let tree = match Tree::read(repository) {
         Ok(tree) => tree,
@@ -25,10 +25,10 @@ pub(crate) fn fmt(repository: &Path, report: &mut Report) {
     report.check("fmt", passed);
 }
 
-/// The features that an image has or has not, one by one.
+/// The features that an image may have, one by one.
 const IMAGE_FEATURES: [&str; 6] = ["", "datagrams", "ipv6", "peers", "texts", "traces"];
 
-/// Lints, with warnings as errors: of the workspace, and of what images are made of with each of their features alone.
+/// Lints, with warnings as errors: of the workspace, and of the crates of images with each of their features alone.
 pub(crate) fn clippy(repository: &Path, report: &mut Report) {
     let is_clean = |arguments: &[&str]| {
         let mut command = process::cargo(repository);
@@ -41,7 +41,7 @@ pub(crate) fn clippy(repository: &Path, report: &mut Report) {
     report.check("clippy", passed);
 }
 
-/// All tests of the workspace.
+/// Runs all tests of the workspace.
 pub(crate) fn test(repository: &Path, report: &mut Report) {
     let (succeeded, output) = process::teed(process::cargo(repository).args(["test", "--workspace", "--no-fail-fast"]));
     report.runner("host", succeeded, Counts::from_cargo_test(&output));

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Runs the programs of a folder, such as those by which LF tests its targets, and says of each what became of it.
+//! Runs the programs of a folder, such as LF's tests of its targets, and prints the outcome of each.
 
 mod verdicts;
 
@@ -13,19 +13,19 @@ use self::verdicts::{Verdict, Verdicts};
 use crate::process;
 use crate::zephyr;
 
-/// After how many seconds a program is stopped that does not end by itself.
+/// The time in seconds after which a program is stopped.
 const TIME_LIMIT_S: u32 = 60;
 
 /// The exit status of `lfz run`, and of `timeout`, when that time is over.
 const TIMED_OUT: i32 = 124;
 
-/// What the name of a diagnostic begins with that refuses a part of LF.
+/// The beginnings of diagnostics that refuse a part of LF.
 const REFUSALS: [&str; 3] = ["error[E010-", "error[E030-", "error[E031-"];
 
 /// Folders of programs that LF's own compiler does not run either.
 const NOT_RUN_BY_LF: [&str; 4] = ["failing", "failed", "knownfailed", "fed-gen"];
 
-/// What is done with the programs.
+/// The way in which programs are tested.
 pub(crate) enum Way<'a> {
     /// They run on this computer, those of federations with this RTI, or our own.
     Run(Option<&'a Path>),
@@ -74,7 +74,7 @@ pub(crate) fn run(repository: &Path, folder: &Path, only: Option<&str>, way: &Wa
     counts.close()
 }
 
-/// The programs below a folder, by their paths in it: copies of them where they are to be changed.
+/// Returns the programs below a folder, by their paths in it: copies of them if they have to be changed.
 fn programs(folder: &Path, output: &Path, way: &Way<'_>) -> io::Result<Vec<(String, PathBuf)>> {
     let mut found = Vec::new();
     find(folder, &mut found)?;
@@ -95,7 +95,7 @@ fn programs(folder: &Path, output: &Path, way: &Way<'_>) -> io::Result<Vec<(Stri
     Ok(programs)
 }
 
-/// A program for any target as one for Rust: its bodies are empty, and so are its types and values where they are code.
+/// Converts a program for any target to one for Rust with empty bodies, and empty types and values where they are code.
 fn empty_bodies(program: &str) -> String {
     let mut text = String::with_capacity(program.len());
     let mut rest = program;
@@ -146,15 +146,15 @@ fn find(folder: &Path, programs: &mut Vec<PathBuf>) -> io::Result<()> {
     Ok(())
 }
 
-/// What the copy of a program is called that becomes an image: all have one build folder, and Zephyr is compiled once.
+/// The name of the copy that becomes an image: all have one build folder, and Zephyr is compiled once.
 const COPY: &str = "LfTest";
 
-/// What became of a program that runs as an image.
+/// Returns the outcome of a program that runs as an image.
 ///
 /// The copy is beside the program, where its imports are found, and is removed again.
 fn judge_image(repository: &Path, lfz: &Path, board: &str, program: &Path, output: &Path) -> Verdict {
     let copy = program.with_file_name(format!("{COPY}.lf"));
-    // A file of this name that is there already is somebody's own.
+    // An existing file of this name belongs to the user.
     let written = fs::read_to_string(program)
         .and_then(|text| fs::File::create_new(&copy)?.write_all(without_main_name(&text).as_bytes()));
     if let Err(error) = written {
@@ -174,14 +174,14 @@ fn judge_image(repository: &Path, lfz: &Path, board: &str, program: &Path, outpu
     }
 }
 
-/// A main reactor may only be called like its file.
+/// Removes the name of the main reactor, which has to be that of its file.
 fn without_main_name(program: &str) -> String {
     let Some((before, after)) = program.split_once("main reactor") else { return program.to_owned() };
     let name = after.trim_start().find(|character: char| !(character.is_alphanumeric() || character == '_'));
     format!("{before}main reactor {}", &after.trim_start()[name.unwrap_or(0)..])
 }
 
-/// Why a program does not run on this computer, as far as its text says.
+/// Returns why a program does not run on this computer, as far as its text shows.
 fn why_not(name: &str, text: &str) -> Option<String> {
     let folders = name.split('/').collect::<Vec<_>>();
     if let Some(folder) = folders.iter().find(|folder| NOT_RUN_BY_LF.contains(folder)) {
@@ -195,7 +195,7 @@ fn why_not(name: &str, text: &str) -> Option<String> {
     text.contains("@property(").then(|| "the program is to be verified, and not to be run".to_owned())
 }
 
-/// What became of a program that is run, built or checked so.
+/// Returns the outcome of a command that runs, builds or checks a program.
 fn judge(command: &mut Command) -> Verdict {
     let result = match command.stdin(Stdio::null()).output() {
         Ok(result) => result,

@@ -44,26 +44,25 @@ enum Command {
         /// Run only this step; may be repeated.
         #[arg(long, value_name = "STEP", value_parser = step_names())]
         only: Vec<String>,
-        /// After so many minutes, begin no further Zephyr test; those that are left out count as skipped.
+        /// After this many minutes, begin no further Zephyr test; those that are left out count as skipped.
         #[arg(long, value_name = "MINUTES")]
         within: Option<u32>,
     },
     /// Check what no compiler checks: sizes, licence headers, paths in the documentation, stray files.
     Tidy,
-    /// Check the RTI's grants in everything that can happen in small federations; `--help` after it says what can be
-    /// chosen.
+    /// Check the RTI's grants in all reachable states of small federations; `--help` after it lists the options.
     ModelCheck {
-        /// What is handed on to the program that does it.
+        /// The arguments for the program that does it.
         #[arg(trailing_var_arg = true, allow_hyphen_values = true)]
         arguments: Vec<String>,
     },
-    /// Run random federations in virtual time and check them; `--help` after it says what can be chosen.
+    /// Run random federations in virtual time and check them; `--help` after it lists the options.
     Simulate {
-        /// What is handed on to the program that does it.
+        /// The arguments for the program that does it.
         #[arg(trailing_var_arg = true, allow_hyphen_values = true)]
         arguments: Vec<String>,
     },
-    /// Rewrite the expected outputs (snapshots) with what the programs print now; read the diff before committing.
+    /// Rewrite the expected outputs (snapshots) with the programs' present output; read the diff before committing.
     #[command(alias = "golden")]
     Bless {
         /// Run the tests of this crate only.
@@ -80,8 +79,8 @@ enum Command {
         /// Only programs whose paths contain this.
         #[arg(long, value_name = "TEXT")]
         only: Option<String>,
-        /// Check programs of any target as programs in Rust without bodies, and run none: what is said is about LF's
-        /// own language alone.
+        /// Check programs of any target as programs in Rust without bodies, and run none: the result is about LF's own
+        /// language alone.
         #[arg(long)]
         empty_bodies: bool,
         /// Run them as Zephyr images for this board of `native_sim`, one after the other.
@@ -92,7 +91,7 @@ enum Command {
         rti: Option<PathBuf>,
     },
     /// Measure RTIs, applications and images on this computer, beside the thesis's numbers and the stock RTI if its
-    /// path is given; `--report FOLDER` writes a page of it, and `--help` tells more.
+    /// path is given; `--report FOLDER` writes a page of it, and `--help` lists the options.
     #[command(disable_help_flag = true)]
     Evaluate {
         /// The arguments of `scripts/lf_evaluate`.
@@ -101,7 +100,7 @@ enum Command {
     },
 }
 
-/// What a step of `cargo xtask test` runs, given the repository and the report to fill.
+/// The function of a step of `cargo xtask test`, with the repository and the report to fill.
 type Step = fn(&Path, &mut Report);
 
 /// The steps, in the order in which they run: the quick ones first.
@@ -186,7 +185,7 @@ fn test(repository: &Path, host_only: bool, only: &[String], limit: Option<Durat
     report.finish()
 }
 
-/// The top of the repository, two folders above this crate.
+/// Returns the top of the repository, two folders above this crate.
 fn repository() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).ancestors().nth(2).map_or_else(|| PathBuf::from("."), Path::to_path_buf)
 }

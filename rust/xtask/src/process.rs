@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Running the tools: their output is shown as it comes, and kept where it has to be read.
+//! Runs tools, shows their output as it comes, and keeps it if it has to be read.
 
 use std::io::{self, Read, Write};
 use std::path::{Path, PathBuf};
@@ -8,7 +8,7 @@ use std::sync::mpsc::{self, RecvTimeoutError};
 use std::thread;
 use std::time::Duration;
 
-/// How long a tool may print nothing: longer than the workspace takes to compile on a machine with other work.
+/// The longest silence of a tool: longer than the workspace takes to compile on a machine with other work.
 const SILENCE_MAX: Duration = Duration::from_secs(20 * 60);
 
 /// Runs a tool without reading its output; an error to start it counts as its failure.
@@ -23,9 +23,8 @@ pub(crate) fn succeeds(command: &mut Command) -> bool {
     }
 }
 
-/// Runs a tool, shows its standard output as it comes, and returns whether it succeeded and what it printed there.
-/// When it has printed nothing for [`SILENCE_MAX`], what it has started is killed: a test that waits for ever fails
-/// alone.
+/// Runs a tool, shows its standard output as it comes, and returns whether it succeeded and its output. After
+/// [`SILENCE_MAX`] without output, its processes are killed: a test that waits forever fails alone.
 pub(crate) fn teed(command: &mut Command) -> (bool, String) {
     show(command);
     let started = command.stdin(Stdio::null()).stdout(Stdio::piped()).spawn();
@@ -66,26 +65,26 @@ pub(crate) fn teed(command: &mut Command) -> (bool, String) {
     (child.wait().is_ok_and(|status| status.success()), String::from_utf8_lossy(&kept).into_owned())
 }
 
-/// What a tool prints, or `None` when it cannot be started or fails. Nothing is shown.
+/// Returns the output of a tool, or `None` when it cannot be started or fails. Nothing is shown.
 pub(crate) fn captured(command: &mut Command) -> Option<String> {
     let output = command.stdin(Stdio::null()).stderr(Stdio::null()).output().ok()?;
     output.status.success().then(|| String::from_utf8_lossy(&output.stdout).into_owned())
 }
 
-/// Where a program lies that is looked up in `PATH`.
+/// Returns the path of a program that is found in `PATH`.
 pub(crate) fn find_program(name: &str) -> Option<PathBuf> {
     let path = std::env::var_os("PATH")?;
     std::env::split_paths(&path).map(|folder| folder.join(name)).find(|file| file.is_file())
 }
 
-/// The cargo that runs this program, in the repository.
+/// Returns the cargo that runs this program, in the repository.
 pub(crate) fn cargo(repository: &Path) -> Command {
     let mut command = Command::new(std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into()));
     command.current_dir(repository);
     command
 }
 
-/// Where cargo puts what it builds.
+/// Returns cargo's target folder.
 pub(crate) fn target_folder(repository: &Path) -> PathBuf {
     std::env::var_os("CARGO_TARGET_DIR").map_or_else(|| repository.join("target"), |folder| repository.join(folder))
 }

@@ -10,14 +10,14 @@ use crate::counts::Counts;
 pub(crate) struct Report {
     steps: Vec<Outcome>,
     started: Instant,
-    /// After so long, what takes long is not begun any more.
+    /// The time after which no long step begins.
     limit: Option<Duration>,
 }
 
 struct Outcome {
     name: String,
     counts: Counts,
-    /// Why something was skipped or failed as a whole.
+    /// The reason why something was skipped or failed as a whole.
     reason: Option<String>,
     /// Seconds since the run began, when it ended.
     ended_s: u64,
@@ -28,12 +28,12 @@ impl Report {
         Self { steps: Vec::new(), started: Instant::now(), limit }
     }
 
-    /// How much of the time is left; `None` without a limit.
+    /// Returns the time left; `None` without a limit.
     pub(crate) fn left(&self) -> Option<Duration> {
         self.limit.map(|limit| limit.saturating_sub(self.started.elapsed()))
     }
 
-    /// When the time is over, for programs that look at the clock: seconds since 1970.
+    /// Returns when the time is over, for programs that read the clock: seconds since 1970.
     pub(crate) fn until(&self) -> Option<u64> {
         let since_1970 = SystemTime::UNIX_EPOCH.elapsed().unwrap_or_default();
         self.left().map(|left| (since_1970 + left).as_secs())
@@ -48,7 +48,7 @@ impl Report {
         late
     }
 
-    /// Says on the terminal which step comes now.
+    /// Prints the name of the next step.
     #[allow(clippy::unused_self, reason = "a step is begun in a report")]
     pub(crate) fn begin(&self, name: &str) {
         println!("\n==== {name} ====");
@@ -86,7 +86,7 @@ impl Report {
         self.push(name, Counts::one(false), Some(reason.to_owned()));
     }
 
-    /// Prints all outcomes, the sum last, and gives the exit status.
+    /// Prints all outcomes, the sum last, and returns the exit status.
     pub(crate) fn finish(self) -> ExitCode {
         println!("\n==== summary ====");
         let mut sum = Counts::default();

@@ -57,9 +57,9 @@ fn run_on(
     let mut command = workspace.command("west");
     command.current_dir(workspace.top()).args(["twister", "--platform", platform, "--no-detailed-test-id"]);
     command.args(["--inline-logs", "--clobber-output", "--outdir"]).arg(&output);
-    // All images, those of the west commands too, compile what they have in common once.
+    // All images, those of the west commands too, compile their common part once.
     command.env("CARGO_TARGET_DIR", repository.join("target/lf-zephyr"));
-    // What images compile differs by the folder around it, which ccache is to leave out.
+    // Images differ by their folder, which ccache has to ignore.
     for (variable, value) in [("CCACHE_BASEDIR", output.clone().into_os_string()), ("CCACHE_NOHASHDIR", "1".into())] {
         if env::var_os(variable).is_none() {
             command.env(variable, value);
@@ -82,13 +82,15 @@ type Variables = Vec<(&'static str, OsString)>;
 /// The variable that names the kind of tool chain.
 const VARIANT: &str = "ZEPHYR_TOOLCHAIN_VARIANT";
 
-/// The variables that choose this computer's compiler, which twister, unlike the build, does not find by itself.
+/// Returns the variables that choose this computer's compiler, which twister, unlike the build, does not find by
+/// itself.
 fn variables_for_native() -> Variables {
     let chosen = env::var_os(VARIANT).is_some() || has_zephyr_sdk();
     if chosen { Vec::new() } else { vec![(VARIANT, "host".into())] }
 }
 
-/// The variables that choose a compiler for Arm which twister knows, or what is missing for images on the board.
+/// Returns the variables that choose a compiler for Arm which twister knows, or what is missing for images on the
+/// board.
 fn variables_for_arm() -> Result<Variables, String> {
     if process::find_program("qemu-system-arm").is_none() {
         return Err("there is no qemu-system-arm: apt install qemu-system-arm".to_owned());
@@ -100,7 +102,7 @@ fn variables_for_arm() -> Result<Variables, String> {
     if has_zephyr_sdk() {
         return Ok(vec![(VARIANT, "zephyr".into())]);
     }
-    // Zephyr looks for it in the folder `bin` of a folder that it is told.
+    // Zephyr looks for it in the folder `bin` of a given folder.
     let folder = process::find_program("arm-none-eabi-gcc").and_then(|compiler| fs::canonicalize(compiler).ok());
     let folder = folder.as_deref().and_then(Path::parent).filter(|folder| folder.ends_with("bin"));
     match folder.and_then(Path::parent) {
@@ -111,7 +113,7 @@ fn variables_for_arm() -> Result<Variables, String> {
     }
 }
 
-/// The folders below `applications/` and `tests/` that hold a twister suite.
+/// Returns the folders below `applications/` and `tests/` with a twister suite.
 fn suites(repository: &Path) -> Vec<PathBuf> {
     let mut found = Vec::new();
     for folder in ["applications", "tests"] {

@@ -13,7 +13,8 @@ use crate::process;
 use crate::python;
 use crate::report::Report;
 
-/// The west commands and federations with Zephyr images in them: the tests of `scripts/` with the marker `zephyr`.
+/// Tests the west commands and federations with Zephyr images in them: the tests of `scripts/` with the marker
+/// `zephyr`.
 pub(crate) fn federations(repository: &Path, report: &mut Report) {
     let Some(workspace) = workspace_or_skip("federations", repository, report) else { return };
     if report.is_too_late("federations") {
@@ -27,8 +28,8 @@ pub(crate) fn federations(repository: &Path, report: &mut Report) {
     python::pytest(report, "federations", &mut command, "zephyr");
 }
 
-/// The variable that names this repository's `lfz` to what builds images, as the tests of the Rust workspace have built
-/// it: with optimizations, all that it depends on would be compiled once more.
+/// Returns the variable that names this repository's `lfz` for the build of images, as the tests of the Rust workspace
+/// have built it: a build with optimizations would compile all of its dependencies once more.
 pub(crate) fn compiler(repository: &Path) -> Option<(&'static str, PathBuf)> {
     const NAME: &str = "LFZ";
     if env::var_os(NAME).is_some() {
@@ -43,7 +44,7 @@ pub(crate) fn compiler(repository: &Path) -> Option<(&'static str, PathBuf)> {
     Some((NAME, executable))
 }
 
-/// A command with the environment of a Zephyr workspace, if there is one.
+/// Returns a command with the environment of a Zephyr workspace, if there is one.
 pub(crate) fn command_in_workspace(repository: &Path, program: &Path) -> Command {
     match Workspace::find(repository) {
         Some(workspace) => workspace.command(&program.to_string_lossy()),
@@ -69,7 +70,7 @@ pub(crate) fn workspace_or_skip(name: &str, repository: &Path, report: &mut Repo
 
 /// A Zephyr tree that was found.
 pub(crate) struct Workspace {
-    /// What `ZEPHYR_BASE` names.
+    /// The value of `ZEPHYR_BASE`.
     base: PathBuf,
 }
 
@@ -78,7 +79,7 @@ impl Workspace {
         from_environment().or_else(|| from_west(repository)).or_else(from_cmake_registry).map(|base| Self { base })
     }
 
-    /// The west workspace around the tree, or the tree itself where there is none.
+    /// Returns the west workspace around the tree, or the tree itself if there is none.
     pub(crate) fn top(&self) -> &Path {
         self.base.ancestors().find(|folder| folder.join(".west").is_dir()).unwrap_or(&self.base)
     }
@@ -92,7 +93,7 @@ impl Workspace {
         format!("{}.{}.{}", number("VERSION_MAJOR"), number("VERSION_MINOR"), number("PATCHLEVEL"))
     }
 
-    /// A command in the environment that Zephyr's build needs.
+    /// Returns a command in the environment that Zephyr's build needs.
     pub(crate) fn command(&self, program: &str) -> Command {
         let mut command = Command::new(program);
         command.env("ZEPHYR_BASE", &self.base);
@@ -113,7 +114,7 @@ fn from_west(repository: &Path) -> Option<PathBuf> {
     Some(Path::new(top.trim()).join("zephyr")).filter(|base| is_zephyr(base))
 }
 
-/// CMake's registry holds one file per package, whose text is the path of the package's CMake folder.
+/// Looks in CMake's registry, which has one file per package, whose text is the path of the package's CMake folder.
 fn from_cmake_registry() -> Option<PathBuf> {
     let registry = Path::new(&env::var_os("HOME")?).join(".cmake/packages/Zephyr");
     let mut bases: Vec<PathBuf> = fs::read_dir(registry)
@@ -131,7 +132,7 @@ fn is_zephyr(base: &Path) -> bool {
     base.join("VERSION").is_file() && base.join("Kconfig.zephyr").is_file()
 }
 
-/// Whether Zephyr's own tool chains are installed where its build finds them.
+/// Returns whether Zephyr's own tool chains are installed where its build finds them.
 pub(crate) fn has_zephyr_sdk() -> bool {
     let registered =
         env::var_os("HOME").is_some_and(|home| Path::new(&home).join(".cmake/packages/Zephyr-sdk").is_dir());

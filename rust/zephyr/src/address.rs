@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Addresses as Zephyr's sockets take and give them.
+//! Addresses in the form of Zephyr's sockets.
 //!
-//! In an image with IPv6, listeners and UDP ports are sockets of IPv6, which take IPv4, too, where the image has both.
+//! In an image with IPv6, listeners and UDP ports are sockets of IPv6, which also accept IPv4 if the image has both.
 
 use core::ffi::c_int;
 use core::net::Ipv4Addr;
@@ -24,16 +24,16 @@ pub(crate) struct SystemAddress {
     length: raw::socklen_t,
 }
 
-/// The family of sockets that take what comes from anywhere.
+/// The family of sockets that accept any family.
 pub(crate) const ANY_FAMILY: u32 = if cfg!(feature = "ipv6") { raw::AF_INET6 } else { raw::AF_INET };
 
 impl SystemAddress {
-    /// Room for an address that a call writes.
+    /// Returns room for an address that a call writes.
     pub(crate) fn room() -> Self {
         Self { storage: Storage::default(), length: size_of_in_bytes::<Storage>() }
     }
 
-    /// The address that a socket connects to.
+    /// Returns the address that a socket connects to.
     pub(crate) fn of(endpoint: Endpoint) -> Self {
         match endpoint.ip {
             IpAddress::V4(address) => Self::of_v4(address, endpoint.port),
@@ -42,7 +42,7 @@ impl SystemAddress {
         }
     }
 
-    /// All addresses of this image.
+    /// Returns the address that stands for all addresses of this image.
     pub(crate) fn any(port: u16) -> Self {
         #[cfg(feature = "ipv6")]
         return Self::of_v6(Ipv6Addr::UNSPECIFIED, 0, port);
@@ -50,7 +50,7 @@ impl SystemAddress {
         Self::of_v4(Ipv4Addr::UNSPECIFIED, port)
     }
 
-    /// The address for a datagram, as a socket of [`ANY_FAMILY`] takes it.
+    /// Returns the address for a datagram, in the form for a socket of [`ANY_FAMILY`].
     pub(crate) fn for_any(endpoint: Endpoint) -> Self {
         #[cfg(feature = "ipv6")]
         if let IpAddress::V4(address) = endpoint.ip {
@@ -59,7 +59,7 @@ impl SystemAddress {
         Self::of(endpoint)
     }
 
-    /// The family of the address.
+    /// Returns the family of the address.
     pub(crate) fn family(&self) -> u32 {
         #[cfg(feature = "ipv6")]
         return self.storage.sin6_family.into();
@@ -67,17 +67,17 @@ impl SystemAddress {
         self.storage.sin_family.into()
     }
 
-    /// Where it lies.
+    /// Returns a pointer to it.
     pub(crate) fn as_ptr(&self) -> *const raw::sockaddr {
         (&raw const self.storage).cast()
     }
 
-    /// Where a call may write an address and its length.
+    /// Returns pointers for a call that writes an address and its length.
     pub(crate) fn as_mut_ptrs(&mut self) -> (*mut raw::sockaddr, *mut raw::socklen_t) {
         ((&raw mut self.storage).cast(), &raw mut self.length)
     }
 
-    /// Its bytes in C.
+    /// Returns its length in C.
     pub(crate) fn length(&self) -> raw::socklen_t {
         self.length
     }
@@ -87,7 +87,7 @@ impl SystemAddress {
         endpoint_v4(&self.storage)
     }
 
-    /// The address that a call has written.
+    /// Returns the address that a call has written.
     #[cfg(feature = "ipv6")]
     pub(crate) fn endpoint(&self) -> Endpoint {
         if self.family() == raw::AF_INET6 {
@@ -132,13 +132,13 @@ fn endpoint_v4(address: &raw::sockaddr_in) -> Endpoint {
     Endpoint::new(Ipv4Addr::from_bits(u32::from_be(bits)), u16::from_be(address.sin_port))
 }
 
-/// A size as the functions of C take it.
+/// Returns a size in the type of C's functions.
 #[allow(clippy::cast_possible_truncation, reason = "it is asked only for an address and an integer")]
 pub(crate) fn size_of_in_bytes<T>() -> raw::socklen_t {
     size_of::<T>() as raw::socklen_t
 }
 
-/// A small constant of C as its functions take it.
+/// Returns a small constant of C in the type of its functions.
 pub(crate) const fn integer(value: u32) -> c_int {
     value.cast_signed()
 }

@@ -3,6 +3,6 @@
 
 pub use lf_c::*;
 
-/// How many bytes of an array or a text go to another federate at most, where the connection does not say it by
-/// `@max_length`: what a block of the store for tokens has room for.
+/// The maximum number of bytes of an array or a text to another federate, unless the connection has a `@max_length`:
+/// the size of a block of the store for tokens.
 pub const PAYLOAD_BYTES: usize = crate::kconfig::LF_TOKEN_SIZE;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! What the C side of an application calls. cbindgen makes `<lf/lf.h>` of this file.
+//! The C API of an application. cbindgen makes `<lf/lf.h>` of this file.
 #![allow(unreachable_pub, reason = "C reaches it, and cbindgen takes only what is public")]
 
 use core::ffi::{CStr, c_char, c_int};
@@ -7,7 +7,7 @@ use core::fmt;
 use core::sync::atomic::{AtomicPtr, Ordering};
 
 use lf_embedded::{Text, in_words, status};
-use lf_runtime::{ImageError, Tell};
+use lf_runtime::{ImageError, LogEvent};
 use log::LevelFilter;
 
 use crate::kconfig::LF_LINE_SIZE;
@@ -17,7 +17,7 @@ use crate::platform::ZephyrPlatform;
 #[expect(non_camel_case_types, reason = "the name is the one that C sees")]
 pub type lf_fatal_hook = Option<extern "C" fn(reason: *const c_char)>;
 
-/// The federate of an image is about to run; the generated crate says how.
+/// The context in which the generated crate runs the federate of an image.
 #[derive(Debug)]
 pub struct Federate<'a> {
     status: &'a mut c_int,
@@ -27,14 +27,14 @@ pub struct Federate<'a> {
 static FATAL_HOOK: AtomicPtr<()> = AtomicPtr::new(core::ptr::null_mut());
 
 impl Federate<'_> {
-    /// Runs the federate on Zephyr, logging as much as `logging` and Kconfig both let through.
+    /// Runs the federate on Zephyr, with the log level that both `logging` and Kconfig allow.
     ///
-    /// The outcome becomes the status that `lf_main()` returns; an error is logged, and given to the fatal hook.
+    /// The outcome becomes the status that `lf_main()` returns; an error is logged, and passed to the fatal hook.
     pub fn run(self, logging: LevelFilter, run: impl FnOnce(&mut ZephyrPlatform) -> Result<(), ImageError>) {
         self.run_and(logging, run, report);
     }
 
-    /// Runs what is no LF program, whose errors have no codes.
+    /// Runs a program that is not an LF program, whose errors have no codes.
     pub fn run_other<E: fmt::Display>(
         self,
         logging: LevelFilter,
@@ -57,9 +57,9 @@ impl Federate<'_> {
     }
 }
 
-/// Lets federates connect to the RTI of the image. Returns 0 if they can, else 1; the log then has the reason.
+/// Accepts federates at the RTI of the image. Returns 0 if it can, else 1; the log then has the reason.
 ///
-/// To be called once, before `lf_rti_main()`.
+/// Call it once, before `lf_rti_main()`.
 #[cfg(CONFIG_LF_RTI)]
 #[unsafe(no_mangle)]
 pub extern "C" fn lf_rti_listen() -> c_int {
@@ -68,10 +68,10 @@ pub extern "C" fn lf_rti_listen() -> c_int {
     status(crate::rti::listen(rti, description), report)
 }
 
-/// Runs the RTI until all federates have left. Returns 0 if the federation ended as its program says, else 1; the log
-/// then has the reason.
+/// Runs the RTI until all federates have left. Returns 0 if the federation ended in order, else 1; the log then has the
+/// reason.
 ///
-/// To be called once, from a thread whose stack the event loop can use.
+/// Call it once, from a thread whose stack the event loop can use.
 #[cfg(CONFIG_LF_RTI)]
 #[unsafe(no_mangle)]
 pub extern "C" fn lf_rti_main() -> c_int {
@@ -90,9 +90,9 @@ fn rti_of_image() -> crate::rti::Image {
     unsafe { lf_rti_of_image() }
 }
 
-/// Runs the federate until it ends. Returns 0 if it ended as its program says, else 1; the log then has the reason.
+/// Runs the federate until it ends. Returns 0 if it ended in order, else 1; the log then has the reason.
 ///
-/// To be called once, from a thread whose stack the event loop and the reactions can use.
+/// Call it once, from a thread whose stack the event loop and the reactions can use.
 #[cfg(CONFIG_LF_FEDERATE)]
 #[unsafe(no_mangle)]
 pub extern "C" fn lf_main() -> c_int {
@@ -106,7 +106,7 @@ pub extern "C" fn lf_main() -> c_int {
     status
 }
 
-/// The version of the runtime, zero-terminated and static.
+/// Returns the version of the runtime, zero-terminated and static.
 #[unsafe(no_mangle)]
 pub extern "C" fn lf_version() -> *const c_char {
     const VERSION: &CStr = match CStr::from_bytes_with_nul(concat!(env!("CARGO_PKG_VERSION"), "\0").as_bytes()) {
@@ -116,14 +116,14 @@ pub extern "C" fn lf_version() -> *const c_char {
     VERSION.as_ptr()
 }
 
-/// Prints what is recorded of all participants; for what ends the system otherwise.
+/// Prints the recordings of all participants; for code that ends the system otherwise.
 #[cfg(feature = "traces")]
 #[unsafe(no_mangle)]
 pub extern "C" fn lf_trace_print() {
     crate::trace::print_all();
 }
 
-/// Sets what is called when the federate ends early, by an error or a panic; null for nothing.
+/// Sets the hook that is called when the federate ends early, by an error or a panic; null for none.
 #[unsafe(no_mangle)]
 pub extern "C" fn lf_set_fatal_hook(hook: lf_fatal_hook) {
     let pointer = hook.map_or(core::ptr::null_mut(), |hook| hook as *mut ());
@@ -137,8 +137,8 @@ unsafe extern "Rust" {
     fn lf_rti_of_image() -> crate::rti::Image;
 }
 
-/// Logs why the federate or the RTI ends early, and tells the hook.
-fn report<E: Tell>(reason: &E) {
+/// Logs why the federate or the RTI ends early, and calls the hook.
+fn report<E: LogEvent>(reason: &E) {
     in_words(reason, report_words);
 }
 
@@ -151,13 +151,13 @@ fn report_words(reason: fmt::Arguments<'_>) {
     call_fatal_hook(reason);
 }
 
-/// Tells the hook why the program ends.
+/// Calls the hook with the reason why the program ends.
 pub(crate) fn call_fatal_hook(reason: fmt::Arguments<'_>) {
     let pointer = FATAL_HOOK.load(Ordering::Acquire);
     if pointer.is_null() {
         return;
     }
-    // SAFETY: only `lf_set_fatal_hook` stores here, and what it stores is null or a function of this type.
+    // SAFETY: only `lf_set_fatal_hook` stores here, and it stores null or a function of this type.
     let hook = unsafe { core::mem::transmute::<*mut (), extern "C" fn(*const c_char)>(pointer) };
     let mut text = Text::<LF_LINE_SIZE>::new();
     text.append(reason);

@@ -1,17 +1,17 @@
 // SPDX-License-Identifier: Apache-2.0
-//! println! and its relatives, to Zephyr's console and without allocating.
+//! println! and related macros for Zephyr's console, without allocation.
 
 use core::fmt::{self, Write};
 
 use lf_embedded::whole_characters;
 
 use crate::kconfig::LF_LINE_SIZE;
+use crate::mutex::ConsoleGuard;
 use crate::raw;
-use crate::turn::Turn;
 
 /// Prints; see [`crate::print!`].
 pub fn print(text: fmt::Arguments<'_>) {
-    let _turn = Turn::at_console();
+    let _turn = ConsoleGuard::lock();
     let mut piece = Piece::new();
     // Displaying fails only when a value's own Display does; what it has written until then is printed.
     let _ = piece.write_fmt(text);
@@ -23,7 +23,7 @@ pub fn print_line(text: fmt::Arguments<'_>) {
     print(format_args!("{text}\n"));
 }
 
-/// Text on its way to the console: collected, because each call of the console has a cost.
+/// Text for the console: collected, because each call of the console has a cost.
 struct Piece {
     bytes: [u8; LF_LINE_SIZE],
     length: usize,

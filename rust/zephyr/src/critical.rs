@@ -8,8 +8,8 @@ use crate::raw;
 struct InterruptLock;
 critical_section::set_impl!(InterruptLock);
 
-// SAFETY: Zephyr's irq_lock() keeps out interrupts and other threads of this processor, and on several processors
-// the threads of the others that also take it. It nests, and the key restores the state before.
+// SAFETY: Zephyr's irq_lock() keeps out interrupts and other threads of this processor, and on several processors the
+// threads of the others that also take it. It nests, and the key restores the previous state.
 unsafe impl Impl for InterruptLock {
     unsafe fn acquire() -> RawRestoreState {
         // SAFETY: it has no precondition.

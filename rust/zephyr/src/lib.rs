@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-//! The platform for Zephyr, and what a generated image links.
+//! The platform for Zephyr, and the library of generated images.
 //!
-//! It calls C, so it contains `unsafe`, which of all other crates only `lf-embedded` does, for static memory. The calls
-//! are bindings that bindgen makes of the very headers that the image is compiled with. Nothing here allocates: sockets
-//! and threads have static places whose numbers Kconfig sets.
+//! It calls C, so it contains `unsafe`, like `lf-c`, and `lf-embedded` for static memory, but no other crate. bindgen
+//! makes the bindings of these calls from the very headers that the image is compiled with. This crate does not
+//! allocate: sockets and threads have static slots whose numbers Kconfig sets.
 //!
-//! A generated crate names this one `lf`. It is linked as a static library, and says with [`main!`] which program it
-//! has, and with [`rti!`] which RTI; the application's `main()` runs both through the C API of `c_api`.
+//! A generated crate names this one `lf`. It is linked as a static library, and declares its program with [`main!`] and
+//! its RTI with [`rti!`]; the application's `main()` runs both through the C API of `c_api`.
 #![no_std]
 
 mod address;
@@ -17,6 +17,7 @@ pub mod console;
 mod critical;
 pub mod devices;
 mod logger;
+mod mutex;
 mod net;
 mod outside;
 mod panic;
@@ -29,7 +30,6 @@ pub mod settings;
 pub mod thread;
 #[cfg(feature = "traces")]
 mod trace;
-mod turn;
 mod wake;
 
 pub use c_api::Federate;
@@ -50,7 +50,7 @@ pub mod kconfig {
     include!(concat!(env!("OUT_DIR"), "/kconfig.rs"));
 }
 
-/// What reaction bodies and preambles see without asking for it.
+/// The names that reaction bodies and preambles see without an import.
 pub mod prelude {
     pub use crate::SpawnPhysicalThread;
     pub use crate::{device, eprint, eprintln, print, println};
@@ -62,8 +62,8 @@ pub mod prelude {
 /// Makes a program of generated code that of the image: `main!(federate::Main)`, by its type in a module that also has
 /// its description and the engine's storage.
 ///
-/// The program runs in static memory when the application calls `lf_main()`. Tests that are no LF programs give a
-/// function of the platform, and how much is logged.
+/// The program runs in static memory when the application calls `lf_main()`. Tests that are not LF programs pass a
+/// function of the platform, and the log level.
 #[macro_export]
 macro_rules! main {
     ($module:ident::$program:ident) => {
@@ -99,15 +99,15 @@ macro_rules! rti {
     };
 }
 
-/// A device of the board, by the alias or the label that the devicetree has for it, `-` being `_`: `device!(led0)`.
+/// Returns a device of the board, by its alias or its label in the devicetree, with `_` for `-`: `device!(led0)`.
 ///
-/// | written | gives |
+/// | call | device |
 /// |---|---|
 /// | `device!(led0)` | the pin in `gpios` of a node, such as those of LEDs and keys: a [`devices::Gpio`] |
-/// | `device!(keys[1])` | one of them, where there are several |
+/// | `device!(keys[1])` | one of them, if there are several |
 /// | `device!(screen.reset_gpios)` | the pin in another property |
 ///
-/// What the devicetree does not have, or has disabled, is an error when the image is compiled.
+/// A device that the devicetree lacks, or has disabled, is an error when the image is compiled.
 #[macro_export]
 macro_rules! device {
     ($($name:tt)+) => { $crate::__device!($($name)+) };

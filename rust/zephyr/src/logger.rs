@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! The `log` crate's messages to Zephyr's log.
+//! The connection of the `log` crate with Zephyr's log.
 
 use lf_embedded::Text;
 use log::{Level, LevelFilter, Log, Metadata, Record};
@@ -11,14 +11,14 @@ struct Logger;
 
 static LOGGER: Logger = Logger;
 
-/// Makes Zephyr's log that of the `log` crate; a second time is a no-op.
+/// Makes Zephyr's log that of the `log` crate; does nothing the second time.
 pub(crate) fn install(level: LevelFilter) {
     if log::set_logger(&LOGGER).is_ok() {
         log::set_max_level(level.min(most_detailed()));
     }
 }
 
-/// What `CONFIG_LF_LOG_LEVEL` lets through. Zephyr has no level for traces; they go with its debug messages.
+/// Returns the level of `CONFIG_LF_LOG_LEVEL`. Zephyr has no level for traces; they go with its debug messages.
 fn most_detailed() -> LevelFilter {
     match LF_LOG_LEVEL {
         0 => LevelFilter::Off,
@@ -45,7 +45,7 @@ impl Log for Logger {
             Level::Debug | Level::Trace => raw::LOG_LEVEL_DBG,
         };
         let mut text = Text::<LF_LINE_SIZE>::new();
-        // A line is short, and what is for users speaks for itself; what is for debugging also says where it is from.
+        // A line is short. Messages for users explain themselves; those for debugging also have their module.
         if record.level() >= Level::Debug {
             text.append(format_args!("{}: ", record.target()));
         }

@@ -8,7 +8,7 @@ use lf_runtime::platform::{Endpoint, IpAddress, NetError, Transfer};
 use crate::address::{ANY_FAMILY, SystemAddress, integer, size_of_in_bytes};
 use crate::raw::{self, lf_network_error as error};
 
-/// The ports that a listener on "any port" is tried on where the network stack does not tell which one it has chosen.
+/// The ports to try for a listener on "any port" if the network stack does not report which one it has chosen.
 const DYNAMIC_PORTS: core::ops::RangeInclusive<u16> = 49_152..=u16::MAX;
 
 const TCP: u32 = raw::net_ip_protocol::IPPROTO_TCP;
@@ -20,13 +20,13 @@ pub(crate) struct Descriptor(c_int);
 
 impl Drop for Descriptor {
     fn drop(&mut self) {
-        // SAFETY: it takes any descriptor. It fails only for one that is not open, which this one is.
+        // SAFETY: it takes any descriptor. It fails only for one that is not open, and this one is open.
         let _ = unsafe { raw::zsock_close(self.0) };
     }
 }
 
 impl Descriptor {
-    /// A socket whose calls return at once.
+    /// Opens a socket whose calls return at once.
     fn open(family: u32, kind: raw::net_sock_type::Type, protocol: u32) -> Result<Self, NetError> {
         // SAFETY: it has no precondition.
         let number = unsafe { raw::zsock_socket(integer(family), integer(kind), integer(protocol)) };
@@ -41,7 +41,7 @@ impl Descriptor {
         Ok(descriptor)
     }
 
-    /// The number that the system knows it by.
+    /// Returns the system's number of it.
     pub(crate) fn number(&self) -> c_int {
         self.0
     }
@@ -59,7 +59,7 @@ impl Descriptor {
         }
     }
 
-    /// The outcome of connecting.
+    /// Returns the outcome of connecting.
     pub(crate) fn connected(&self) -> Result<(), NetError> {
         let mut outcome: c_int = 0;
         let mut length = size_of_in_bytes::<c_int>();
@@ -72,12 +72,12 @@ impl Descriptor {
         if outcome == 0 { Ok(()) } else { Err(error_of(outcome)) }
     }
 
-    /// Listens on a port, or on any for 0, for so many connections that wait; returns which port it is.
+    /// Listens on a port, or on any for 0, with room for `waiting` pending connections; returns the port.
     pub(crate) fn listen(port: u16, waiting: usize) -> Result<(Self, u16), NetError> {
         Self::on_port(port, |port| Self::listen_on(port, waiting))
     }
 
-    /// Opens a UDP port, or any for 0; returns which one it is.
+    /// Opens a UDP port, or any for 0; returns the port.
     pub(crate) fn datagrams(port: u16) -> Result<(Self, u16), NetError> {
         Self::on_port(port, Self::datagrams_on)
     }
@@ -132,7 +132,8 @@ impl Descriptor {
 
     fn listen_on(port: u16, waiting: usize) -> Result<Self, NetError> {
         let descriptor = Self::open(ANY_FAMILY, raw::net_sock_type::SOCK_STREAM, TCP)?;
-        // A port must be free again as soon as the program before has ended; a stack without the option is like that.
+        // A port must be free again as soon as the program before has ended; a stack without the option behaves so
+        // anyway.
         descriptor.switch_on(raw::SOL_SOCKET, raw::SO_REUSEADDR);
         descriptor.bind(port)?;
         let waiting = c_int::try_from(waiting).unwrap_or(c_int::MAX);
@@ -159,7 +160,7 @@ impl Descriptor {
         Ok(address.endpoint().port)
     }
 
-    /// Takes a waiting connection, if there is one.
+    /// Accepts a pending connection, if there is one.
     pub(crate) fn accept(&self) -> Result<Option<(Self, IpAddress)>, NetError> {
         let mut address = SystemAddress::room();
         let (peer, length) = address.as_mut_ptrs();
@@ -182,7 +183,7 @@ impl Descriptor {
 
     /// Writes as much as the system takes.
     ///
-    /// [`NetError::NoSocketLeft`] says that it has no buffers to spare.
+    /// Returns [`NetError::NoSocketLeft`] if it has no buffers to spare.
     pub(crate) fn write(&self, bytes: &[u8]) -> Result<Transfer, NetError> {
         // SAFETY: it has no precondition.
         let room = unsafe { raw::lf_send_room() };
@@ -197,13 +198,13 @@ impl Descriptor {
 
     /// Closes the writing direction.
     pub(crate) fn shut_down_writing(&self) {
-        // SAFETY: it takes any descriptor. It fails where the connection is gone already, which is what was asked for,
-        // and where the stack has no such call.
+        // SAFETY: it takes any descriptor. It fails if the connection is gone already, as requested, or if the stack
+        // has no such call.
         let _ = unsafe { raw::zsock_shutdown(self.0, integer(raw::ZSOCK_SHUT_WR)) };
     }
 
-    /// Messages are collected before they are written, so TCP need not wait for more. A peer that has gone without a
-    /// word is noticed even if nothing is to be sent.
+    /// Sets the options of a connection. Messages are collected before they are written, so TCP need not wait for more.
+    /// A peer that has gone without a word is detected even if nothing is to be sent.
     fn set_up_connection(&self) {
         self.switch_on(TCP, raw::TCP_NODELAY);
         self.switch_on(raw::SOL_SOCKET, raw::SO_KEEPALIVE);
@@ -222,7 +223,7 @@ impl Descriptor {
     }
 }
 
-/// Waits for descriptors; a negative number of ticks means for ever. Returns how many of them are ready.
+/// Waits for descriptors; a negative number of ticks means without limit. Returns how many of them are ready.
 pub(crate) fn poll(set: &mut [raw::zvfs_pollfd], timeout_ticks: i64) -> usize {
     let count = c_int::try_from(set.len()).unwrap_or(c_int::MAX);
     // SAFETY: pointer and length are those of a slice that may be written to.
@@ -231,7 +232,7 @@ pub(crate) fn poll(set: &mut [raw::zvfs_pollfd], timeout_ticks: i64) -> usize {
     usize::try_from(ready).unwrap_or(0)
 }
 
-/// The calling thread's last error.
+/// Returns the calling thread's last error.
 pub(crate) fn last_error() -> NetError {
     // SAFETY: it has no precondition.
     error_of(unsafe { raw::lf_errno() })
@@ -252,7 +253,7 @@ fn transferred(count: isize) -> Result<Transfer, NetError> {
     }
 }
 
-/// What kind of error the calling thread's last one is.
+/// Returns the kind of the calling thread's last error.
 fn last_class() -> error::Type {
     // SAFETY: neither has a precondition.
     unsafe { raw::lf_network_error(raw::lf_errno()) }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! What the threads of a program share with its event loop.
+//! The state that the threads of a program share with its event loop.
 
 use core::cell::Cell;
 
@@ -23,8 +23,8 @@ pub(crate) struct ZephyrOutside {
 #[derive(Clone, Copy, Debug)]
 struct Physical {
     correction: ClockCorrection,
-    /// The latest that anybody was told. A thread may be told the time between the event loop's reading of the clock
-    /// and the change of rate that this led to; nobody is told an earlier time then.
+    /// The latest time that any thread has received. A thread may receive the time between the event loop's reading of
+    /// the clock and the change of rate that this led to; no thread receives an earlier time then.
     latest: Instant,
 }
 
@@ -36,7 +36,7 @@ impl ZephyrOutside {
         }
     }
 
-    /// That of the program of this image.
+    /// Returns that of the program of this image.
     pub(crate) fn of_program() -> &'static Self {
         &PROGRAM
     }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! The panic handler: says what happened and ends the program. It does not allocate and does not unwind.
+//! The panic handler: prints the panic and ends the program. It does not allocate and does not unwind.
 
 use core::panic::PanicInfo;
 
@@ -10,8 +10,7 @@ const STATUS: core::ffi::c_int = 101;
 
 #[panic_handler]
 fn panic(info: &PanicInfo<'_>) -> ! {
-    // What was logged before comes first.
-    // SAFETY: it has no precondition.
+    // Earlier log messages come first. SAFETY: it has no precondition.
     unsafe { raw::lf_log_flush() };
     crate::console::print_line(format_args!("lf: {info}"));
     #[cfg(feature = "traces")]

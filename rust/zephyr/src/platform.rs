@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Zephyr under the event loop.
+//! Zephyr as the platform of the event loop.
 
 use core::ffi::c_int;
 use core::sync::atomic::{AtomicBool, Ordering};
@@ -11,7 +11,7 @@ use lf_model::time::Instant;
 use lf_runtime::platform::{Endpoint, Interest, IpAddress, NetError, Platform, RandomError, SocketId, Transfer};
 #[cfg(feature = "traces")]
 use lf_runtime::trace::{Event, Header};
-use lf_runtime::{Remark, tell};
+use lf_runtime::{FederateEvent, report};
 
 use log::Level;
 
@@ -22,7 +22,7 @@ use crate::outside::ZephyrOutside;
 use crate::trace::{self, Whose};
 use crate::{clock, raw, wake};
 
-/// How long what cannot be sent for want of buffers waits before it is tried again.
+/// The pause before output is tried again that had no buffers.
 const RETRY_NS: i64 = 200_000;
 
 const READABLE: u32 = raw::ZSOCK_POLLIN;
@@ -31,11 +31,11 @@ const BROKEN: u32 = raw::ZSOCK_POLLERR | raw::ZSOCK_POLLHUP | raw::ZSOCK_POLLNVA
 
 /// [`Platform`] for Zephyr: `SOCKETS` sockets, and the program's wake-up.
 ///
-/// One program has one; a second one would share the wake-up. An RTI has one beside it that nobody wakes.
+/// One program has one; a second one would share the wake-up. An RTI beside it has one without a wake-up.
 #[derive(Debug)]
 pub struct ZephyrPlatform<const SOCKETS: usize = LF_SOCKETS> {
     places: [SocketPlace; SOCKETS],
-    /// The descriptor of the wake-up; negative where there is none, which a poll ignores.
+    /// The descriptor of the wake-up; negative if there is none, which a poll ignores.
     wake: c_int,
 }
 
@@ -51,12 +51,12 @@ struct Socket {
     interest: Interest,
     /// The port, if it listens or takes datagrams.
     port: Option<u16>,
-    /// Whether Zephyr had no buffers for what was written. It does not tell when it has some again.
+    /// Whether Zephyr had no buffers for output. It does not report when it has some again.
     lacks_buffers: bool,
 }
 
 impl<const SOCKETS: usize> ZephyrPlatform<SOCKETS> {
-    /// The platform of the program, without sockets.
+    /// Returns the platform of the program, without sockets.
     ///
     /// # Errors
     /// When there is no descriptor left for the wake-up.
@@ -64,7 +64,7 @@ impl<const SOCKETS: usize> ZephyrPlatform<SOCKETS> {
         Ok(Self { wake: wake::descriptor()?, ..Self::without_wake() })
     }
 
-    /// A platform without sockets that only its sockets and the time wake.
+    /// Returns a platform without sockets that only its sockets and the time wake.
     pub(crate) const fn without_wake() -> Self {
         Self { places: [const { SocketPlace { generation: 0, socket: None } }; SOCKETS], wake: -1 }
     }
@@ -94,7 +94,7 @@ impl<const SOCKETS: usize> ZephyrPlatform<SOCKETS> {
         self.place(id).and_then(|place| place.socket.as_mut()).ok_or(NetError::Stale)
     }
 
-    /// Lets those write again that could not for want of buffers.
+    /// Reports sockets as writable again that had no buffers.
     fn retry(&mut self, ready: &mut dyn FnMut(SocketId, Interest)) {
         for (index, place) in (0..).zip(&mut self.places) {
             if let Some(socket) = &mut place.socket
@@ -106,7 +106,7 @@ impl<const SOCKETS: usize> ZephyrPlatform<SOCKETS> {
         }
     }
 
-    /// Calls `ready` for each socket that is, after waiting for so many ticks; returns whether anything was.
+    /// Calls `ready` for each ready socket, after waiting for this many ticks; returns whether there was one.
     fn poll(&self, timeout_ticks: i64, ready: &mut dyn FnMut(SocketId, Interest)) -> bool {
         // Negative descriptors are ignored.
         const NOTHING: raw::zvfs_pollfd = raw::zvfs_pollfd { fd: -1, events: 0, revents: 0 };
@@ -139,7 +139,7 @@ impl<const SOCKETS: usize> ZephyrPlatform<SOCKETS> {
     }
 }
 
-/// What is polled at once.
+/// The descriptors that are polled at once.
 #[repr(C)]
 struct Set<const SOCKETS: usize> {
     sockets: [raw::zvfs_pollfd; SOCKETS],
@@ -147,10 +147,10 @@ struct Set<const SOCKETS: usize> {
 }
 
 impl<const SOCKETS: usize> Set<SOCKETS> {
-    /// All entries in a row; their number is no constant expression, so they cannot be one array.
+    /// Returns all entries as a slice; their number is not a constant expression, so they cannot be one array.
     fn entries(&mut self) -> &mut [raw::zvfs_pollfd] {
-        // SAFETY: the layout is that of C, and all of it is entries of one type, so nothing is between them. The slice
-        // borrows the whole structure.
+        // SAFETY: the layout is that of C, and it consists of entries of one type, so nothing is between them. The
+        // slice borrows the whole structure.
         unsafe { core::slice::from_raw_parts_mut((&raw mut *self).cast(), SOCKETS + 1) }
     }
 }
@@ -239,7 +239,7 @@ impl<const SOCKETS: usize> Platform for ZephyrPlatform<SOCKETS> {
         let has_place = self.has_place();
         let descriptor = &self.socket(listener)?.descriptor;
         if !has_place {
-            // Accepting would take a connection that then had to be closed; so it is only asked whether there is one.
+            // Accepting would take a connection that then had to be closed; so this only checks whether there is one.
             let mut set = [raw::zvfs_pollfd { fd: descriptor.number(), events: bits(READABLE), revents: 0 }];
             return if net::poll(&mut set, 0) == 0 { Ok(None) } else { Err(NetError::NoSocketLeft) };
         }
@@ -259,7 +259,7 @@ impl<const SOCKETS: usize> Platform for ZephyrPlatform<SOCKETS> {
             // The socket is open, so it is buffers that are missing.
             Err(NetError::NoSocketLeft) => {
                 socket.lacks_buffers = true;
-                tell_of_missing_buffers();
+                report_missing_buffers();
                 Ok(Transfer::WouldBlock)
             }
             result => result,
@@ -289,7 +289,7 @@ impl<const SOCKETS: usize> Platform for ZephyrPlatform<SOCKETS> {
 
     fn wait(&mut self, until: Deadline, ready: &mut dyn FnMut(SocketId, Interest)) {
         #[cfg(CONFIG_LF_INTERRUPTS)]
-        crate::devices::tell_of_lost();
+        crate::devices::report_lost();
         let remaining_ns = match until {
             Deadline::Now => 0,
             Deadline::At(instant) => instant.since(clock::now()).as_nanos().max(0),
@@ -307,7 +307,7 @@ impl<const SOCKETS: usize> Platform for ZephyrPlatform<SOCKETS> {
         }
         let wait_ns = remaining_ns.min(longest_ns);
         let ticks = ticks(wait_ns);
-        // Less than a tick is too short for the kernel's timers, so the processor waits it out.
+        // Less than a tick is too short for the kernel's timers, so the processor spins.
         if !self.poll(ticks, ready) && ticks == 0 && wait_ns > 0 {
             busy_wait(wait_ns);
         }
@@ -315,17 +315,17 @@ impl<const SOCKETS: usize> Platform for ZephyrPlatform<SOCKETS> {
     }
 }
 
-/// Says once that output waits; how to change that is for the user to decide.
-fn tell_of_missing_buffers() {
+/// Logs once that output waits for buffers; the user can configure more.
+fn report_missing_buffers() {
     static TOLD: AtomicBool = AtomicBool::new(false);
     if !TOLD.swap(true, Ordering::Relaxed) {
-        tell(Level::Warn, &Remark::NoBuffers);
+        report(Level::Warn, &FederateEvent::NoBuffers);
     }
 }
 
-/// How many whole ticks of the kernel fit into so many nanoseconds.
+/// Returns how many whole ticks of the kernel fit into this many nanoseconds.
 ///
-/// The kernel adds what is left of the current tick, so a wait of that many ends at most one tick too late.
+/// The kernel adds the rest of the current tick, so a wait of that many ends at most one tick too late.
 #[cfg_attr(target_pointer_width = "32", inline(never))]
 fn ticks(nanoseconds: i64) -> i64 {
     const SECOND: i64 = 1_000_000_000;
@@ -341,7 +341,7 @@ fn busy_wait(nanoseconds: i64) {
     unsafe { raw::k_busy_wait(microseconds) };
 }
 
-/// Flags as the poll structure has them; they are all below 2¹⁵.
+/// Converts flags to the type of the poll structure; they are all below 2¹⁵.
 #[allow(clippy::cast_possible_truncation, reason = "see above")]
 const fn bits(flags: u32) -> i16 {
     (flags as u16).cast_signed()

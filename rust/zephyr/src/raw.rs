@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! The bindings, fenced: nothing but what bindgen wrote, and only for the other modules of this crate.
+//! The bindings of bindgen, and nothing else, for the other modules of this crate only.
 #![allow(
     dead_code,
     missing_docs,
@@ -14,7 +14,7 @@
     clippy::undocumented_unsafe_blocks,
     reason = "bindgen wrote it"
 )]
-// Zephyr has empty structures, which Rust does not count as C types; no function that is called here takes one.
+// Zephyr has empty structures, which are not C types for Rust; no function that is called here takes one.
 #![allow(improper_ctypes, reason = "see above")]
 
 include!(concat!(env!("OUT_DIR"), "/bindings.rs"));

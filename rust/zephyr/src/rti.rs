@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! The RTI of an image: Kconfig has its sizes, which the compiler works out.
+//! The RTI of an image: Kconfig has its sizes, which the compiler computes.
 
 pub use lf_embedded::rti::{AUTHENTICATOR, ClockSync, Description, longest};
 use lf_embedded::rti::{ImageRti, Parts};
@@ -15,21 +15,22 @@ const SOCKETS: usize = LF_RTI_CONNECTIONS + 1 + if cfg!(CONFIG_NET_UDP) { 1 } el
 /// The platform of an RTI.
 type RtiPlatform = ZephyrPlatform<SOCKETS>;
 
-/// The static memory of an RTI with buffers of so many bytes.
+/// The static memory of an RTI with buffers of this size.
 pub type Memory<const BYTES: usize> = lf_embedded::rti::Memory<
     RtiPlatform,
     Parts<LF_RTI_FEDERATES, LF_RTI_CONNECTIONS, LF_RTI_UPSTREAM, LF_RTI_IN_TRANSIT, BYTES>,
 >;
 
-/// The RTI of an image, and what it knows of its federation.
+/// The RTI of an image, and its description of the federation.
 pub type Image = (&'static dyn ImageRti<RtiPlatform>, &'static Description);
 
-/// Bytes of the buffer of each connection in each direction; Kconfig may ask for more than the federation needs.
+/// Returns the size of the buffer of each connection in each direction; Kconfig may ask for more than the federation
+/// needs.
 pub const fn buffer_bytes(description: &Description) -> usize {
     description.buffer_bytes(LF_RTI_FEDERATES, LF_RTI_BUFFER_SIZE)
 }
 
-/// Lets federates connect; says on the console on which port.
+/// Accepts federates; prints the port on the console.
 pub(crate) fn listen(rti: &'static dyn ImageRti<RtiPlatform>, description: &Description) -> Result<(), RtiError> {
     let port = settings::own_rti_port().map_err(RtiError::Settings)?;
     let port = rti.listen(description, RtiPlatform::without_wake(), port, settings::federation_id())?;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 //! The wake-up of the program's event loop: an event descriptor, which is polled together with the sockets. An RTI has
-//! none, for nobody has anything to tell it but over its sockets.
+//! none, because it receives everything over its sockets.
 
 use core::ffi::c_int;
 use core::sync::atomic::{AtomicI32, Ordering};
@@ -13,8 +13,8 @@ use crate::{net, raw};
 /// The descriptor, negative before there is one. It is never closed, so that any thread can use it at any time.
 static DESCRIPTOR: AtomicI32 = AtomicI32::new(-1);
 
-/// Ends the event loop's wait, now or at its next start. May be called from any thread and from interrupts; a no-op
-/// before there is an event loop.
+/// Ends the event loop's wait, now or at its next start. May be called from any thread and from interrupts; does
+/// nothing before there is an event loop.
 pub fn wake() {
     let descriptor = DESCRIPTOR.load(Ordering::Acquire);
     if descriptor >= 0 {
@@ -24,7 +24,7 @@ pub fn wake() {
     }
 }
 
-/// The descriptor to poll; the first call makes it.
+/// Returns the descriptor to poll; the first call makes it.
 pub(crate) fn descriptor() -> Result<c_int, NetError> {
     let descriptor = DESCRIPTOR.load(Ordering::Acquire);
     if descriptor >= 0 {
@@ -39,9 +39,9 @@ pub(crate) fn descriptor() -> Result<c_int, NetError> {
     Ok(descriptor)
 }
 
-/// Takes the wake-ups back, so that the next wait waits.
+/// Clears the wake-ups, so that the next wait waits.
 pub(crate) fn clear(descriptor: c_int) {
     let mut count = 0;
-    // SAFETY: it takes any descriptor, and the pointer is that of a local. It fails only when there is nothing to take.
+    // SAFETY: it takes any descriptor, and the pointer is that of a local. It fails only when there is no wake-up.
     let _ = unsafe { raw::zvfs_eventfd_read(descriptor, &raw mut count) };
 }

@@ -10,7 +10,7 @@ use serde_json::Value;
 
 use crate::run::{Finished, Run};
 
-/// Far longer than any of the programs takes on a busy computer, and less than [`PATIENCE`](crate::PATIENCE), so that
+/// Far longer than any of the programs takes on a busy computer, and less than [`TIME_OUT`](crate::TIME_OUT), so that
 /// it is the run that says that it hangs.
 pub const TIME_LIMIT: &str = "--timeout=500s";
 

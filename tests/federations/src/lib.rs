@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //! What the end-to-end tests have in common: the `lfz` program, and processes that are watched.
 //!
-//! Tests wait for lines and for ends of processes, never for a time. [`PATIENCE`] only keeps a broken program from
+//! Tests wait for lines and for ends of processes, never for a time. [`TIME_OUT`] only keeps a broken program from
 //! blocking a test run for ever.
 #![forbid(unsafe_code)]
 
@@ -18,4 +18,4 @@ pub use processes::{Participant, wait_for_ends};
 pub use run::{Finished, Run, is_of_build};
 
 /// Far longer than anything takes here, compiling on a busy computer included.
-pub const PATIENCE: Duration = Duration::from_secs(600);
+pub const TIME_OUT: Duration = Duration::from_secs(600);

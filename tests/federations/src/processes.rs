@@ -7,7 +7,7 @@ use std::os::fd::OwnedFd;
 use rustix::event::{PollFd, PollFlags, Timespec, poll};
 use rustix::process::{Pid, PidfdFlags, Signal, kill_process, pidfd_open};
 
-use crate::PATIENCE;
+use crate::TIME_OUT;
 
 /// The variable that marks the processes of a run.
 pub(crate) const MARK: &str = "LF_FEDERATIONS_RUN";
@@ -62,10 +62,10 @@ pub(crate) fn marked(mark: &str, except: u32) -> Vec<Participant> {
 /// # Panics
 /// When one does not end.
 pub fn wait_for_ends(participants: &[Participant]) {
-    let patience = Timespec::try_from(PATIENCE).expect("it is a few minutes");
+    let time_out = Timespec::try_from(TIME_OUT).expect("it is a few minutes");
     for participant in participants {
         let mut ends = [PollFd::new(&participant.end, PollFlags::IN)];
-        let ended = poll(&mut ends, Some(&patience)).expect("a pidfd can be waited for");
+        let ended = poll(&mut ends, Some(&time_out)).expect("a pidfd can be waited for");
         assert_eq!(ended, 1, "{} still runs", participant.command);
     }
 }

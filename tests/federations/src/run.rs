@@ -11,7 +11,7 @@ use std::thread;
 
 use rustix::process::{Pid, Signal, kill_process};
 
-use crate::PATIENCE;
+use crate::TIME_OUT;
 use crate::processes::{self, Participant};
 
 static RUNS: AtomicU32 = AtomicU32::new(0);
@@ -117,7 +117,7 @@ impl Run {
     }
 
     fn next(&mut self) -> Option<String> {
-        match self.lines.recv_timeout(PATIENCE) {
+        match self.lines.recv_timeout(TIME_OUT) {
             Ok(line) => {
                 self.seen.push(line.clone());
                 Some(line)

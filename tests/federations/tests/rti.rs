@@ -9,7 +9,7 @@ use std::io::{self, Read, Write};
 use std::net::{Shutdown, SocketAddr, TcpStream, UdpSocket};
 use std::path::Path;
 
-use lf_federations::{Lfz, PATIENCE};
+use lf_federations::{Lfz, TIME_OUT};
 use lf_testkit::golden::replay::{Received, Rti, replay};
 use lf_wire::{Decoded, Limits, Message, decode};
 
@@ -74,7 +74,7 @@ impl Rti for Tcp {
     fn connect(&mut self, connection: u16) -> io::Result<()> {
         let stream = TcpStream::connect(("127.0.0.1", self.port))?;
         stream.set_nodelay(true)?;
-        stream.set_read_timeout(Some(PATIENCE))?;
+        stream.set_read_timeout(Some(TIME_OUT))?;
         self.connections.insert(connection, Connection { stream, bytes: Vec::new(), ended: false });
         Ok(())
     }
@@ -114,7 +114,7 @@ impl Rti for Tcp {
 
     fn bind(&mut self, federate: u16) -> io::Result<u16> {
         let socket = UdpSocket::bind(("127.0.0.1", 0))?;
-        socket.set_read_timeout(Some(PATIENCE))?;
+        socket.set_read_timeout(Some(TIME_OUT))?;
         let port = socket.local_addr()?.port();
         self.datagrams.insert(federate, (socket, None));
         Ok(port)

@@ -5,7 +5,7 @@
 use std::io::{Read, Write};
 use std::net::{Shutdown, TcpStream};
 
-use lf_federations::{Finished, Lfz, PATIENCE, Run};
+use lf_federations::{Finished, Lfz, Run, TIME_OUT};
 use lf_testkit::messages::encoded;
 use lf_wire::{
     DELAY_NONE, Decoded, Limits, Message, MessageType, NeighborStructure, RejectCode, Tag, UDP_PORT_CLOCK_SYNC_OFF,
@@ -37,7 +37,7 @@ impl Federate {
     fn connect(port: u16) -> Self {
         let stream = TcpStream::connect(("127.0.0.1", port)).expect("the RTI listens");
         stream.set_nodelay(true).expect("it is TCP");
-        stream.set_read_timeout(Some(PATIENCE)).expect("it is not zero");
+        stream.set_read_timeout(Some(TIME_OUT)).expect("it is not zero");
         Self { stream, bytes: Vec::new() }
     }
 

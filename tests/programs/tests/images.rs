@@ -5,7 +5,7 @@
 use std::sync::Mutex;
 use std::thread;
 
-use lf_embedded::federate::{Least, Sizes};
+use lf_embedded::federate::{MinBuffers, Sizes};
 use lf_embedded::rti::{self, ClockSync, ImageRti};
 use lf_linux::model::Interval;
 use lf_programs::alone::Alone::federate as alone;
@@ -34,12 +34,12 @@ static RTI: rti::Description = rti::Description {
 /// The RTI's number among the participants.
 const RTI_NUMBER: usize = 0;
 const PORT: u16 = 15045;
-/// What the system asks for: more than the sender needs, and less than the receiver does.
-const LEAST: Least = Least { input_bytes: 600, output_bytes: 1 };
+/// The system's minimum: more than the sender needs, and less than the receiver does.
+const LEAST: MinBuffers = MinBuffers { input_bytes: 600, output_bytes: 1 };
 
 type RtiMemory = rti::Memory<Virtual, rti::Parts<2, 3, 1, 4, { RTI.buffer_bytes(2, 64) }>>;
 
-/// What the settings of an image say: no federation of another name than the program's.
+/// The settings of an image: no other federation id than the program's.
 const JOIN: fn() -> Result<Join<'static>, SettingsError> =
     || Ok(Join { federation_id: b"", rti: Endpoint::new(address_of(RTI_NUMBER), PORT), others: &[] });
 

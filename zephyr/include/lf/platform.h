@@ -13,7 +13,7 @@
 #include <zephyr/kernel.h>
 #include <zephyr/net/socket.h>
 
-/* What the calls of the sockets report, whatever numbers the C library gives to errno. */
+/* What the calls of the sockets report, whatever numbers errno has in the C library. */
 enum lf_network_error {
 	LF_NETWORK_WOULD_BLOCK,
 	LF_NETWORK_IN_PROGRESS,
@@ -34,13 +34,13 @@ int lf_errno(void);
 enum lf_network_error lf_network_error(int error);
 
 /*
- * zsock_poll() with a time-out in ticks of the kernel instead of milliseconds; a negative one means for ever.
+ * zsock_poll() with a time-out in ticks of the kernel instead of milliseconds; a negative one means without limit.
  * Returns what zsock_poll() returns.
  */
 int lf_poll(struct zsock_pollfd *sockets, int count, int64_t timeout_ticks);
 
 /*
- * Fills the buffer with numbers that nobody can predict, as far as the board has a source of them. Returns 0, or a
+ * Fills the buffer with unpredictable numbers, as far as the board has a source of them. Returns 0, or a
  * negative errno.
  */
 int lf_random(uint8_t *buffer, size_t size);
@@ -70,7 +70,7 @@ extern struct k_mutex lf_console_lock;
  */
 void lf_thread_start(size_t index, void (*entry)(size_t index));
 
-/* Why a call for a device failed, whatever numbers the C library gives to errno. */
+/* Why a call for a device failed, whatever numbers errno has in the C library. */
 enum lf_device_problem {
 	LF_DEVICE_NO_DRIVER,
 	LF_DEVICE_NOT_READY,
@@ -115,7 +115,7 @@ int lf_pin_watch(size_t place, const struct gpio_dt_spec *pin, enum lf_edge edge
 /* Ends that. */
 void lf_pin_unwatch(size_t place);
 
-/* The program starts in so many nanoseconds; with CONFIG_LF_OSCILLOSCOPE. */
+/* The program starts in this many nanoseconds; with CONFIG_LF_OSCILLOSCOPE. */
 void lf_oscilloscope_starts(int64_t in_ns);
 
 /* Channels of PWM. */

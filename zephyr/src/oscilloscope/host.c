@@ -51,7 +51,7 @@ static int64_t nanoseconds(clockid_t clock)
 	return (int64_t)time.tv_sec * 1000000000 + time.tv_nsec;
 }
 
-/* As programs of the computer do, it reads the wall clock once and goes on with one that nobody sets. */
+/* As programs of the computer do, it reads the wall clock once and goes on with one that is never set. */
 static int64_t now(void)
 {
 	static int64_t offset;

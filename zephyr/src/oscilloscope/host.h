@@ -10,7 +10,7 @@
 #include <stdbool.h>
 #include <stdint.h>
 
-/* The program starts in so many nanoseconds. */
+/* The program starts in this many nanoseconds. */
 void lf_oscilloscope_set_start(int64_t in_ns);
 
 /* How many nanoseconds have passed since then, by the computer's clock; negative before the start. */

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /*
- * The image's side: it is wired to all emulated pins. gpio_emul calls at each change of an output, whoever drives it,
+ * The image's side: it is wired to all emulated pins. gpio_emul calls at each change of an output, whatever drives it,
  * and at interrupts of inputs. Levels are logical where the devicetree has a name for the pin.
  */
 

@@ -10,7 +10,7 @@ use std::time::Duration;
 
 use clap::{Args, Parser, Subcommand, ValueEnum};
 
-use crate::oscilloscope;
+use crate::pins;
 use crate::time;
 use lf_compiler::maxwait::parse_time;
 use lf_linux::devices::moves::Reader;
@@ -168,7 +168,7 @@ that do not say whose pin they mean although an image may have it, are errors."
         federate: String,
         /// All federates, and what each takes of a script: `a=all,b=pins,c=nothing`. If it is left out, the federate is
         /// alone and takes pins.
-        #[arg(long, value_name = "LIST", value_delimiter = ',', value_parser = oscilloscope::reader)]
+        #[arg(long, value_name = "LIST", value_delimiter = ',', value_parser = pins::reader)]
         readers: Vec<Reader>,
     },
     /// Print how many nanoseconds a time is, for programs that do not read LF's units themselves.
@@ -242,13 +242,13 @@ pub struct PlanArgs {
 }
 
 impl PlanArgs {
-    /// Whether offsets are asked for, and not the plan.
+    /// Returns whether the user asks for offsets, and not for the plan.
     pub fn wants_offsets(&self) -> bool {
         self.stp.is_some() || self.latency.is_some() || self.clock_error.is_some() || self.execution.is_some()
     }
 }
 
-/// What the generated programs run on.
+/// The platform of the generated programs.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub enum Platform {
     /// Programs for this computer.

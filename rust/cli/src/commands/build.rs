@@ -144,7 +144,7 @@ federated reactor at example.com:4242 {
         description(&request.build().expect("crates for Zephyr are generated and not compiled"))
     }
 
-    /// What the west commands read; they refuse a description without it.
+    /// The west commands refuse a description without the parts that they read.
     #[test]
     fn the_west_commands_find_what_they_read() {
         let folder = tempfile::tempdir().expect("a temporary folder");

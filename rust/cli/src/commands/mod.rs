@@ -16,10 +16,10 @@ use std::process::ExitCode;
 
 use crate::args::{Cli, Command};
 use crate::descendants;
+use crate::edges;
 use crate::failure::Failure;
 use crate::guard;
-use crate::oscilloscope;
-use crate::scope;
+use crate::pins;
 use crate::terminal;
 
 pub(crate) use rti::listening_port;
@@ -49,12 +49,12 @@ fn execute_command(command: Command) -> Result<ExitCode, Failure> {
         Command::Build(arguments) => build::build(&arguments),
         Command::Run(arguments) => run::run(&arguments),
         Command::Clean(arguments) => clean::clean(&arguments),
-        Command::Scope(arguments) => scope::scope(&arguments),
+        Command::Scope(arguments) => edges::execute(&arguments),
         Command::Rti(arguments) => rti::rti(&arguments),
         Command::Trace(arguments) => trace::trace(&arguments),
         Command::Explain { crate_folder, codes } => codes::explain(crate_folder.as_deref(), &codes),
         Command::Supervise { file } => supervise::supervise(&file),
-        Command::Moves { script, federate, readers } => oscilloscope::print_moves(&script, &federate, &readers),
+        Command::Moves { script, federate, readers } => pins::print_moves(&script, &federate, &readers),
         Command::Nanoseconds { time } => {
             terminal::print(time.as_nanos()).map(|()| ExitCode::SUCCESS).map_err(Failure::from)
         }

@@ -11,7 +11,7 @@ use crate::args::RtiArgs;
 use crate::failure::Failure;
 use crate::terminal;
 
-/// What stands before the port in the line that says where the RTI listens, which the supervisor reads.
+/// The text before the port in the line that announces the RTI's port, which the supervisor reads.
 const LISTENING: &str = "listening on TCP port ";
 
 /// Runs the RTI until its federation is over.
@@ -32,7 +32,7 @@ pub(super) fn rti(arguments: &RtiArgs) -> Result<ExitCode, Failure> {
     let _ = rustix::thread::set_name(c"lfz");
     lf_linux::install_logger(LevelFilter::Info);
     let outcome = serve(&options, |port| {
-        // An RTI whose output nobody reads serves its federates all the same.
+        // An RTI whose output is not read serves its federates all the same.
         let _ = terminal::print(format_args!("{LISTENING}{port}"));
     });
     match outcome.map_err(|error| Failure::message(error.to_string()))? {
@@ -48,7 +48,7 @@ pub(super) fn rti(arguments: &RtiArgs) -> Result<ExitCode, Failure> {
     }
 }
 
-/// What a program asks of its RTI, in the stock RTI's words, and where it is ours also what that one does not know.
+/// Returns a program's options for its RTI, in the stock RTI's words, and for ours also those that the stock RTI lacks.
 pub(super) fn options_for(plan: &Plan, is_ours: bool) -> Vec<String> {
     let target = &plan.target;
     let mut options = vec!["--number_of_federates".to_owned(), plan.federates.len().to_string()];

@@ -14,7 +14,7 @@ use crate::failure::Failure;
 use crate::federation::{Federation, FederationId, Known, Process, Version, Word};
 use crate::guard;
 use crate::measure;
-use crate::oscilloscope::{self, Oscilloscope};
+use crate::pins::{self, PinRecording};
 use crate::supervisor::Interrupts;
 use crate::terminal;
 use crate::trace;
@@ -30,7 +30,7 @@ pub(super) fn run(arguments: &RunArgs) -> Result<ExitCode, Failure> {
         )));
     }
     if let Some(script) = &arguments.devices {
-        oscilloscope::check_script(script, &built.plan)?;
+        pins::check_script(script, &built.plan)?;
     }
     if let Some(folder) = &arguments.trace {
         trace::prepare(&built.plan, folder)?;
@@ -55,7 +55,7 @@ fn federation(built: &Built, arguments: &RunArgs) -> Result<Federation, Failure>
     let planned = built.plan.rti.as_ref();
     let name = planned.map_or(&built.plan.name, |rti| &rti.federation_id);
     let rti = planned.map(|rti| rti_process(built, rti, arguments)).transpose()?;
-    let oscilloscope = arguments.vcd.as_ref().map(|file| Oscilloscope::of(&built.plan, &built.out, file));
+    let recording = arguments.vcd.as_ref().map(|file| PinRecording::of(&built.plan, &built.out, file));
     let mut federates = Vec::new();
     for federate in &built.plan.federates {
         let name = &federate.name;
@@ -79,7 +79,7 @@ fn federation(built: &Built, arguments: &RunArgs) -> Result<Federation, Failure>
         if let Some(script) = &arguments.devices {
             words.extend(["--devices".into(), script.into()]);
         }
-        if let Some(file) = oscilloscope.as_ref().and_then(|oscilloscope| oscilloscope.file_of(name)) {
+        if let Some(file) = recording.as_ref().and_then(|recording| recording.file_of(name)) {
             words.extend(["--vcd".into(), file.into()]);
         }
         let is_alone = planned.is_none();
@@ -96,7 +96,7 @@ fn federation(built: &Built, arguments: &RunArgs) -> Result<Federation, Failure>
         rti,
         rti_port: rti_port.flatten(),
         federates,
-        oscilloscope,
+        oscilloscope: recording,
     })
 }
 

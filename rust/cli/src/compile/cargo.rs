@@ -14,7 +14,7 @@ use super::progress::Progress;
 use super::rustc::Diagnostic;
 use crate::guard;
 
-/// What to compile.
+/// The packages to compile, and how.
 pub(crate) struct Job<'a> {
     /// The folder of the workspace.
     pub(crate) workspace: &'a Path,
@@ -28,24 +28,24 @@ pub(crate) struct Job<'a> {
     pub(crate) build: &'a Path,
     /// Cargo's profile.
     pub(crate) profile: &'a str,
-    /// Whether rustc only looks at the code, and no program is made.
+    /// Whether rustc only checks the code, and makes no program.
     pub(crate) checks_only: bool,
-    /// Whether diagnostics that are printed as they are may have colours.
+    /// Whether diagnostics that are printed unchanged may have colours.
     pub(crate) coloured: bool,
 }
 
-/// What cargo and rustc said.
+/// The output of cargo and rustc.
 #[derive(Debug, Default)]
 pub(crate) struct BuildOutcome {
     /// Whether everything was compiled.
     pub(crate) success: bool,
-    /// Whether anything was compiled, because it was not there or not up to date.
+    /// Whether anything was compiled, because it was missing or not up to date.
     pub(crate) has_changed: bool,
     /// The executables, by package.
     pub(crate) executables: BTreeMap<String, PathBuf>,
-    /// What rustc said about the packages of the workspace, and the errors of others.
+    /// The diagnostics of rustc about the packages of the workspace, and the errors of others.
     pub(crate) diagnostics: Vec<Diagnostic>,
-    /// What cargo wrote beside that.
+    /// The rest of cargo's output.
     pub(crate) log: String,
 }
 
@@ -90,7 +90,7 @@ impl Job<'_> {
         }
         command.args(["--profile", self.profile]);
         command.env("CARGO_BUILD_BUILD_DIR", self.build);
-        // What is kept for that takes more room than the programs, and programs are small.
+        // The files for that take more room than the programs, and programs are small.
         if std::env::var_os("CARGO_INCREMENTAL").is_none() {
             command.env("CARGO_INCREMENTAL", "0");
         }
@@ -119,13 +119,13 @@ impl Job<'_> {
         }
     }
 
-    /// Whether a target is the library or the program of a package; names of libraries have `_` in place of `-`.
+    /// Returns whether a target is the library or the program of a package; names of libraries have `_` for `-`.
     fn has(&self, target: &Target) -> bool {
         self.packages.iter().any(|package| package.replace('-', "_") == target.name.replace('-', "_"))
     }
 
-    /// Whether a target is the program of a package. Of what these depend on, cargo compiles libraries only, so the
-    /// name says it, and no path has to.
+    /// Returns whether a target is the program of a package. Of its dependencies, cargo compiles libraries only, so the
+    /// name suffices, and the path does not matter.
     fn has_program(&self, target: &Target) -> bool {
         target.is_program() && self.packages.contains(&target.name)
     }

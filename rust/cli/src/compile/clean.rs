@@ -23,7 +23,7 @@ pub(crate) fn clean_program(file: &Path, places: &Places, freed: &mut Freed) -> 
         let folders = Folders::new(file, &name, platform, places)?;
         clean_out(&folders.out, freed)?;
         folders.store.forget_program(&folders.out, freed)?;
-        // What is empty now was made for it.
+        // Folders that are empty now were made for it.
         for folder in folders.out.ancestors().take(4).take_while(|_| places.out.is_none()) {
             if fs::remove_dir(folder).is_err() && folder.exists() {
                 break;
@@ -52,8 +52,8 @@ fn forget_images(folder: &Path, freed: &mut Freed) -> io::Result<()> {
     freed.remove(folder)
 }
 
-/// Removes what was generated in a folder and compiled or recorded there; a folder in which nothing was generated is
-/// somebody else's.
+/// Removes the generated files in a folder, and what was compiled or recorded there; a folder without generated files
+/// belongs to the user.
 fn clean_out(out: &Path, freed: &mut Freed) -> io::Result<()> {
     let Some(generated) = files::generated(out)? else { return Ok(()) };
     let locks = generated.iter().filter_map(|path| Some(format!("{}.lock", path.strip_suffix(".toml")?)));

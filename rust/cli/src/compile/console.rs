@@ -10,10 +10,10 @@ use lf_compiler::emit::SourceMap;
 use super::stored;
 use crate::failure::Failure;
 
-/// How a place in a file of Rust goes on behind the file's name.
+/// The text between a file's name and a line in a position of Rust.
 const MARK: &str = ".rs:";
 
-/// What is known of the code in an image.
+/// The code of an image, for its console.
 #[derive(Debug)]
 pub(crate) struct Console {
     /// The folder of the generated crate.

@@ -65,7 +65,7 @@ pub(crate) fn copy_newer(from: &Path, to: &Path) -> io::Result<()> {
     fs::copy(from, to).map(|_| ()).map_err(|error| named(&error, to))
 }
 
-/// A path that leads out of the folder would be a mistake that overwrites or removes somebody's file.
+/// A path that leads out of the folder would be a mistake that overwrites or removes a file of the user.
 fn check(path: &str) -> io::Result<()> {
     let inside = !path.is_empty() && Path::new(path).components().all(|part| matches!(part, Component::Normal(_)));
     if inside { Ok(()) } else { Err(io::Error::other(format!("`{path}` is no path in the output folder"))) }
@@ -98,7 +98,7 @@ fn named(error: &io::Error, path: &Path) -> io::Error {
     io::Error::new(error.kind(), format!("{}: {}", path.display(), reason(error)))
 }
 
-/// Why something cannot be written, as the end of a sentence.
+/// Returns why something cannot be written, as the end of a sentence.
 pub(super) fn reason(error: &io::Error) -> String {
     match error.kind() {
         ErrorKind::AlreadyExists | ErrorKind::NotADirectory => "it is a file, and no folder".to_owned(),

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-//! What to do about an error of rustc, where the program tells more than the generated code does.
+//! Advice about an error of rustc, if the program shows more than the generated code does.
 
 use super::scopes::{Kind, Scope, Thing};
 
 /// Calls that take an action.
 const SCHEDULING: [&str; 3] = [".schedule(", ".schedule_with_v(", ".schedule_physical("];
 
-/// What bodies in C call, and what does the same in Rust.
+/// Functions that bodies in C call, and their counterparts in Rust.
 const FUNCTIONS_OF_C: [(&str, &str); 17] = [
     ("SET", "ctx.set(PORT, VALUE)"),
     ("lf_set", "ctx.set(PORT, VALUE)"),
@@ -48,12 +48,12 @@ const DEVICES: [(&str, &str); 8] = [
     ("Output", "GPIO"),
 ];
 
-/// What rustc has said, as far as it matters here.
+/// The relevant parts of an error of rustc.
 pub(super) struct RustcError<'a> {
     /// The error's code, or nothing.
     pub(super) code: &'a str,
     pub(super) message: &'a str,
-    /// What is written beside the place.
+    /// The label at the position.
     pub(super) label: &'a str,
     /// The line of the program, and the bytes in it that are meant.
     pub(super) line: &'a str,
@@ -65,7 +65,7 @@ pub(super) struct RustcError<'a> {
 }
 
 impl RustcError<'_> {
-    /// What to do; it takes the place of rustc's own notes.
+    /// Returns the advice; it replaces rustc's own notes.
     pub(super) fn hint(&self) -> Option<String> {
         if let Some(symbol) = self.left_out_without {
             return Some(format!("the image is built without this: add `{symbol}=y` to prj.conf"));
@@ -91,7 +91,7 @@ impl RustcError<'_> {
         })
     }
 
-    /// What a body is given is there until the reaction has ended, and in its thread.
+    /// The parameters of a body live until the reaction has ended, and in its thread.
     fn context_elsewhere(&self) -> Option<String> {
         let is_sent = self.message.contains("cannot be sent between threads safely")
             || self.message.contains("cannot be shared between threads safely");
@@ -161,7 +161,7 @@ impl RustcError<'_> {
         Some(format!("bodies call it `{variable}`; {rest}"))
     }
 
-    /// What the signature gives the body only to look at.
+    /// The body can only read this parameter.
     fn not_mutable(&self) -> Option<String> {
         if !self.label.contains("types differ in mutability") {
             return None;
@@ -194,7 +194,7 @@ impl RustcError<'_> {
     }
 }
 
-/// How the signature of a reaction names something.
+/// Returns the declaration of something in the signature of a reaction.
 fn declare(scope: &Scope, thing: &Thing, before: &str) -> String {
     let (written, what) = (&thing.written, thing.kind.text());
     let of = if written.contains('.') { String::new() } else { format!(" of `{}`", scope.reactor) };

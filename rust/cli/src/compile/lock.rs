@@ -15,7 +15,7 @@ use lf_compiler::plan::Plan;
 use super::files;
 use crate::terminal;
 
-/// What begins a package in a lock file.
+/// The beginning of a package in a lock file.
 const PACKAGE: &str = "[[package]]\n";
 
 /// The file of a program; none for a program without dependencies of its own.
@@ -131,7 +131,7 @@ mod tests {
         assert_eq!(kept.matches("[[package]]").count(), 2, "{kept}");
         assert!(kept.starts_with(HEAD) && !kept.contains("0.0.0+12"), "{kept}");
 
-        // What agrees stays as it is, and what does not is written anew.
+        // A lock that agrees stays unchanged, and another one is written anew.
         lock.give(&tested, out).expect("nothing to do");
         assert_eq!(fs::read_to_string(out.join("Cargo.lock")).expect("it is there"), full);
         fs::write(&own, kept.replace("0.2.1", "0.2.9")).expect("it can be written");

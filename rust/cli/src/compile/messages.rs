@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! What `cargo build --message-format=json` prints.
+//! The output of `cargo build --message-format=json`.
 
 use std::path::PathBuf;
 
@@ -22,7 +22,7 @@ pub(super) enum CargoMessage {
     Other,
 }
 
-/// What cargo calls a target: a library or a program of a package.
+/// A target in cargo's sense: a library or a program of a package.
 #[derive(Debug, Deserialize)]
 pub(super) struct Target {
     pub(super) name: String,
@@ -31,7 +31,7 @@ pub(super) struct Target {
 }
 
 impl Target {
-    /// Whether it is a program, and neither a library nor a build script.
+    /// Returns whether it is a program, and neither a library nor a build script.
     pub(super) fn is_program(&self) -> bool {
         self.kind.iter().any(|kind| kind == "bin")
     }

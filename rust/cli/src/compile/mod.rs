@@ -47,7 +47,7 @@ use runtime::Runtime;
 /// The board of federates for which nothing names one: a Linux program, which every computer can build.
 const BOARD_DEFAULT: &str = "native_sim/native/64";
 
-/// What to build.
+/// The program to build, and how.
 pub(crate) struct Request<'a> {
     /// The main file.
     pub(crate) file: &'a Path,
@@ -61,11 +61,11 @@ pub(crate) struct Request<'a> {
     pub(crate) deployment: Option<&'a Path>,
     /// Folders and profile.
     pub(crate) places: &'a Places,
-    /// Whether rustc only looks at the programs for this computer.
+    /// Whether rustc only checks the programs for this computer.
     pub(crate) checks_only: bool,
 }
 
-/// What was built.
+/// The results of a build.
 #[derive(Debug)]
 pub(crate) struct Built {
     /// The plan of the whole program.
@@ -78,7 +78,7 @@ pub(crate) struct Built {
     pub(crate) participants: Vec<Participant>,
     /// The executables of those for this computer, by federate.
     pub(crate) programs: BTreeMap<String, PathBuf>,
-    /// How many errors and warnings the compiler had for the program, rustc's not included.
+    /// The number of errors and warnings that the compiler had for the program, rustc's not included.
     pub(crate) counts: (usize, usize),
 }
 
@@ -229,7 +229,7 @@ impl<'a> Request<'a> {
     }
 }
 
-/// Whether a federate is a program of this computer; what is no federate is the image of the RTI.
+/// Returns whether a federate is a program of this computer; a participant that is no federate is the image of the RTI.
 fn is_on_host(name: &str, plan: &Plan, deployment: &Deployment) -> bool {
     let is_federate = plan.federates.iter().any(|federate| federate.name == name);
     is_federate && deployment.place(name).platform == PlacePlatform::Host
@@ -264,7 +264,7 @@ fn generate(file: &Path, program: &Program, deployment: &Deployment, folders: &F
     Ok(emitted)
 }
 
-/// What to do where it is the folder's name that cargo does not take.
+/// Returns advice if cargo does not accept the folder's name.
 fn hint_of_folder(out: &Path) -> String {
     // Cargo takes the paths of the packages in a workspace for patterns.
     let is_pattern = out.to_string_lossy().contains(['*', '?', '[']);

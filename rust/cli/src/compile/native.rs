@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! What the C compiler says, as the build script of a generated crate has passed it on to cargo.
+//! The C compiler's messages, as the build script of a generated crate has passed them on to cargo.
 
 use lf_compiler::plan::{Plan, Reaction};
 
@@ -53,7 +53,7 @@ fn missing_function(line: &str) -> Option<&str> {
     symbol.split(|c: char| !c.is_alphanumeric() && c != '_').next()
 }
 
-/// What stands between a place and a message, and the level that it is.
+/// The text between a position and a message, and its level.
 const LEVELS: [(&str, &str); 4] =
     [(": fatal error: ", "error"), (": error: ", "error"), (": warning: ", "warning"), (": note: ", "note")];
 

@@ -152,7 +152,7 @@ fn resolved(path: &Path) -> io::Result<PathBuf> {
     Ok(found)
 }
 
-/// Why a folder cannot be used, with the option that names another one.
+/// Returns why a folder cannot be used, with the option that names another one.
 pub(super) fn named_by(option: &str, error: &io::Error) -> io::Error {
     io::Error::new(error.kind(), format!("{error}; name another folder with {option}"))
 }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! What the user sees while cargo works: a moving line on a terminal, a line at the start and at the end otherwise.
+//! The progress of cargo for the user: a moving line on a terminal, a line at the start and at the end otherwise.
 
 use std::io::{self, IsTerminal};
 use std::time::{Duration, Instant};
@@ -11,7 +11,7 @@ use crate::terminal;
 /// The progress of one build.
 pub(crate) struct Progress {
     bar: Option<ProgressBar>,
-    /// What is said at the end.
+    /// The text at the end.
     done: String,
     started: Instant,
 }
@@ -40,7 +40,7 @@ impl Progress {
         }
     }
 
-    /// Cargo waits, as its words say: who sees no moving line is told, too.
+    /// Shows that cargo waits, in its words, also without a moving line.
     pub(crate) fn wait(&self, text: &str) {
         if self.bar.is_none() {
             terminal::remark(text.trim());

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-//! What cargo says when it cannot find the crates that a program depends on, said of the place that names them.
+//! Cargo's errors about crates that it cannot find, at the position in the program that names them.
 
 use lf_compiler::plan::{Dependency, Plan};
 
 use super::rustc::Diagnostic;
 
-/// What there is to say about the program in what cargo wrote; nothing where that is about none of its dependencies.
+/// Returns the diagnostic for an error of cargo about the program's dependencies; `None` for other errors.
 pub(super) fn diagnostic(log: &str, plan: &Plan) -> Option<Diagnostic> {
     let mut lines = log.lines().skip_while(|line| !line.starts_with("error: "));
     let message = lines.next()?.strip_prefix("error: ")?;
@@ -19,7 +19,7 @@ pub(super) fn diagnostic(log: &str, plan: &Plan) -> Option<Diagnostic> {
     Some(diagnostic)
 }
 
-/// Whether a line is not about generated packages, which the user has not made.
+/// Returns whether a line is not about generated packages, which the user has not made.
 fn says_something(line: &str) -> bool {
     let about_packages = ["required by package", "... required by", "Caused by:", "location searched"];
     !line.is_empty() && !about_packages.iter().any(|start| line.starts_with(start))

@@ -22,7 +22,7 @@ use crate::failure::Failure;
 /// Counts what cargo has compiled, in the folder of a runtime and in those of programs that have taken it over.
 const GENERATION: &str = "generation";
 
-/// What packages are called that have no code of their own.
+/// The name of packages without code of their own.
 const PACKAGE: &str = "program-without-code";
 
 /// Packages that depend on what those of a program depend on in this repository, and on nothing else.
@@ -32,7 +32,7 @@ pub(super) struct Runtime {
 }
 
 impl Runtime {
-    /// What the packages of these participants need.
+    /// Returns the dependencies of the packages of these participants.
     ///
     /// # Errors
     /// When their manifests cannot be read.
@@ -61,7 +61,7 @@ impl Runtime {
         Ok(Self { workspace: workspace.to_string(), manifests: manifests.into_iter().collect() })
     }
 
-    /// What tells programs apart that need other runtimes.
+    /// Returns the identity of the runtimes that a program needs.
     pub(super) fn needs(&self) -> String {
         self.manifests.concat() + &self.workspace
     }
@@ -136,7 +136,7 @@ fn take_over(from: &Path, to: &Path) -> io::Result<()> {
         let entry = entry?;
         let (name, path) = (entry.file_name(), entry.path());
         let text = name.to_string_lossy();
-        // What belongs to the folder itself, and what was made of packages without code.
+        // Files of the folder itself, and of packages without code.
         if text == "incremental" || [PACKAGE, "program_without_code"].iter().any(|own| text.contains(own)) {
             continue;
         }
@@ -150,8 +150,8 @@ fn take_over(from: &Path, to: &Path) -> io::Result<()> {
     Ok(())
 }
 
-/// What rustc and linkers make is a hard link, because they replace it when they make it anew; what cargo writes is a
-/// copy that is as old, because it tells by the times of files what is out of date.
+/// Takes over a file. Files of rustc and linkers become hard links, because they are replaced when they are made anew;
+/// cargo's files become copies of the same age, because cargo compares ages.
 fn take_over_file(from: &Path, to: &Path) -> io::Result<()> {
     let (origin, present) = (fs::metadata(from)?, fs::metadata(to));
     let is_same = |present: &fs::Metadata| {

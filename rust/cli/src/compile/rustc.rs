@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-//! What rustc says about generated code, said about the LF program instead: the same words, at the line where the
-//! user wrote what they are about.
+//! Converts rustc's diagnostics about generated code to diagnostics about the LF program: the same words, at the line
+//! of the user's text.
 
 use std::collections::HashSet;
 use std::fmt::Write as _;
@@ -57,7 +57,7 @@ struct SpanLine {
 }
 
 impl Span {
-    /// What it covers, if that is in one line and a name or a type.
+    /// Returns the covered text, if that is in one line and a name or a type.
     fn word(&self) -> Option<String> {
         let [line] = &self.text[..] else { return None };
         let length = line.highlight_end.checked_sub(line.highlight_start)?;
@@ -91,11 +91,12 @@ pub(crate) struct LfPlace {
     pub(crate) line: usize,
     /// The column, in characters.
     pub(crate) column: usize,
-    /// Whether the LF file has there what rustc looked at, and not only the declaration that it was generated for.
+    /// Whether the LF file contains the text that rustc examined, and not only the declaration that it was generated
+    /// for.
     pub(crate) verbatim: bool,
 }
 
-/// What has to be known about the program to speak about it.
+/// The parts of the program that diagnostics refer to.
 pub(crate) trait Origin {
     /// The place in the LF program behind a place in a generated file, which is named as rustc names it.
     fn place(&self, generated: &str, line: usize, column: usize) -> Option<LfPlace>;
@@ -114,7 +115,7 @@ struct Mapped {
 }
 
 impl Diagnostic {
-    /// What another compiler has said about a place in a file.
+    /// Returns another compiler's diagnostic about a position in a file.
     pub(crate) fn at(level: &str, message: &str, (file, line, column): (&str, usize, usize)) -> Self {
         let span = Span {
             file_name: file.to_owned(),
@@ -144,23 +145,23 @@ impl Diagnostic {
         self.children.iter_mut().for_each(|child| child.resolve(folder));
     }
 
-    /// The whole in the words of whoever says it.
+    /// Returns the complete text in its compiler's words.
     pub(crate) fn rendered(&self) -> &str {
         self.rendered.as_deref().unwrap_or_default()
     }
 
-    /// Whether the program does not compile because of it.
+    /// Returns whether the program does not compile because of it.
     pub(crate) fn is_error(&self) -> bool {
         self.level.starts_with("error")
     }
 
-    /// Whether it says that the target does not have this part of the standard library.
+    /// Returns whether it reports that the target lacks this part of the standard library.
     pub(crate) fn misses(&self, name: &str) -> bool {
         let is_code = self.code.as_ref().is_some_and(|code| code.code == "E0463");
         is_code && self.message.contains(&format!("`{name}`"))
     }
 
-    /// Whether it only counts other diagnostics.
+    /// Returns whether it only counts other diagnostics.
     fn is_summary(&self) -> bool {
         self.spans.is_empty()
             && (self.message.starts_with("aborting due to")
@@ -169,13 +170,13 @@ impl Diagnostic {
                 || self.level == "failure-note")
     }
 
-    /// Whether the user can do something about it: a warning about scaffolding is not the program's.
+    /// Returns whether the user can do something about it: a warning about scaffolding is not the program's.
     fn concerns_user(&self, origin: &dyn Origin) -> bool {
         let in_program = |span: &Span| map(span, origin).is_some_and(|mapped| mapped.place.verbatim);
         !self.is_summary() && (self.is_error() || self.spans.iter().any(|span| span.is_primary && in_program(span)))
     }
 
-    /// Whether it is an error at something that the user wrote.
+    /// Returns whether it is an error at the user's text.
     fn is_at_text(&self, origin: &dyn Origin) -> bool {
         let is_there = |span: &Span| map(span, origin).is_some_and(|mapped| mapped.place.verbatim);
         self.is_error() && self.spans.iter().any(|span| span.is_primary && is_there(span))
@@ -223,7 +224,7 @@ impl Diagnostic {
         })
     }
 
-    /// What to do, where the program tells more than the generated code.
+    /// Returns advice, if the program shows more than the generated code.
     fn hint(&self, primary: &Mapped, origin: &dyn Origin) -> Option<String> {
         let LfPlace { path, line, .. } = &primary.place;
         let text = origin.text(path)?;
@@ -241,12 +242,12 @@ impl Diagnostic {
         said.hint()
     }
 
-    /// Whether a note is of use without the code that it is about: not where the name of a file in a folder of cargo
-    /// is all of it, or "here" is in the runtime.
+    /// Returns whether a note is meaningful without the code that it is about: not if it consists of the name of a file
+    /// in a folder of cargo, or "here" is in the runtime.
     fn says_something(&self, origin: &dyn Origin) -> bool {
         let about_files = ["the full name for the type has been written to", "consider using `--verbose`"];
         let is_known = self.spans.iter().any(|span| map(span, origin).is_some_and(|mapped| mapped.place.verbatim));
-        // What can be imported is told in any case: that goes into a preamble.
+        // Imports are always suggested: they go into a preamble.
         let news: Vec<&str> = self.spans.iter().filter_map(|span| span.suggested_replacement.as_deref()).collect();
         let changes_others = !is_known && !news.is_empty() && !news.iter().any(|new| new.starts_with("use "));
         let is_elsewhere = !is_known && self.message.ends_with(" defined here");
@@ -294,8 +295,8 @@ impl Diagnostic {
         }
     }
 
-    /// What a suggestion puts in place of something. Of one that adds or removes something, the lines as they are then,
-    /// because a part of an expression tells nothing.
+    /// Returns the replacements of a suggestion. For one that adds or removes something, returns the complete lines,
+    /// because a part of an expression is not clear by itself.
     fn replacements(&self, origin: &dyn Origin) -> Vec<String> {
         let all: Vec<(&Span, &str)> =
             self.spans.iter().filter_map(|span| Some((span, span.suggested_replacement.as_deref()?))).collect();
@@ -339,7 +340,7 @@ struct Rendered {
     /// Nothing where it is not about the program's text.
     place: Option<LfPlace>,
     is_error: bool,
-    /// What is common to diagnostics of one mistake.
+    /// The common part of diagnostics of one mistake.
     cause: String,
     text: String,
 }

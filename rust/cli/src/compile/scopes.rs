@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! What bodies have in sight, and what their reactors have beside that.
+//! The names that are in scope in bodies, and the other names of their reactors.
 
 use lf_compiler::plan::{Plan, PortDirection, Reaction, ReactorClass, SourceCode, Tardy};
 use serde::{Deserialize, Serialize};
@@ -17,18 +17,18 @@ pub(crate) struct Scope {
     things: Vec<Thing>,
 }
 
-/// What the signature of a reaction can name.
+/// A name that the signature of a reaction can contain.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub(crate) struct Thing {
     /// As bodies call it.
     pub(crate) name: String,
     /// As signatures call it.
     pub(crate) written: String,
-    /// What it is.
+    /// Its kind.
     pub(crate) kind: Kind,
 }
 
-/// What a thing is.
+/// The kind of a name.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub(crate) enum Kind {
     Input,
@@ -60,17 +60,17 @@ impl Scope {
         plan.classes.iter().flat_map(of_class).collect()
     }
 
-    /// Whether a line is one of the body's.
+    /// Returns whether a line is one of the body's.
     pub(crate) fn has(&self, path: &str, line: usize) -> bool {
         self.path == path && (self.lines.0..=self.lines.1).contains(&line)
     }
 
-    /// What signatures can name, by the name that bodies have for it.
+    /// Returns what a signature can name, by its name in bodies.
     pub(crate) fn thing(&self, name: &str) -> Option<&Thing> {
         self.things.iter().find(|thing| thing.name == name)
     }
 
-    /// Whether the signature names it.
+    /// Returns whether the signature names it.
     pub(crate) fn has_variable(&self, name: &str) -> bool {
         self.variables.iter().any(|(variable, _)| variable == name)
     }
@@ -88,12 +88,12 @@ impl Kind {
         matches!(self, Self::ChildInput | Self::ChildOutput)
     }
 
-    /// Whether a reaction can have it among its effects.
+    /// Returns whether a reaction can have it among its effects.
     pub(crate) fn is_effect(self) -> bool {
         matches!(self, Self::Output | Self::Action | Self::Watchdog | Self::ChildInput)
     }
 
-    /// Whether a reaction can be triggered by it.
+    /// Returns whether it can trigger a reaction.
     pub(crate) fn is_trigger(self) -> bool {
         matches!(self, Self::Input | Self::Action | Self::Watchdog | Self::Timer | Self::ChildOutput)
     }

@@ -30,10 +30,10 @@ impl SourceProvider for Files {
     }
 }
 
-/// The text of a file that people write.
+/// Returns the text of a file that people write.
 ///
 /// # Errors
-/// Why there is none, as the end of a sentence. Devices and pipes are not read, because they may have no end.
+/// The reason, as the end of a sentence. Devices and pipes are not read, because they may have no end.
 pub(crate) fn read_text(path: &Path) -> Result<String, String> {
     let reason = |error: std::io::Error| match error.kind() {
         ErrorKind::NotFound => "it does not exist".to_owned(),
@@ -41,7 +41,7 @@ pub(crate) fn read_text(path: &Path) -> Result<String, String> {
         ErrorKind::PermissionDenied => "it may not be read".to_owned(),
         _ => error.to_string(),
     };
-    // Opening a pipe would wait for somebody who writes to it.
+    // Opening a pipe would wait for a writer.
     let found = fs::metadata(path).map_err(reason)?;
     if found.is_dir() {
         return Err("it is a folder".to_owned());
@@ -59,7 +59,7 @@ pub(crate) fn read_text(path: &Path) -> Result<String, String> {
 /// A program without errors.
 #[derive(Debug)]
 pub(crate) struct Program {
-    /// What the compiler worked out.
+    /// The compiler's result.
     pub(crate) plan: Plan,
     /// Its warnings, and the texts of its files.
     pub(crate) diagnostics: Diagnostics,

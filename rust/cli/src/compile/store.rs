@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-//! What cargo keeps of all programs, in one folder:
+//! The store of cargo's files of all programs, in one folder:
 //!
 //! - `runtime/KEY`: the crates of this repository, compiled once for all programs that need them alike. Its lock is
 //!   held while cargo brings them up to date, and while a program takes them over.
-//! - `programs/KEY`: the intermediate results of one program, in which files of the former are, as hard links. Its lock
-//!   is held while the program is compiled, so different programs are compiled side by side.
+//! - `programs/KEY`: the intermediate results of one program, with hard links to files of the former. Its lock is held
+//!   while the program is compiled, so different programs are compiled side by side.
 //!
 //! Of both only the latest are kept, and of programs only those whose generated crates are still there.
 
@@ -20,11 +20,11 @@ use rustix::fs::{FlockOperation, flock};
 use super::files;
 use crate::terminal;
 
-/// How many compiled runtimes are kept: they differ by target language, features and the kind of build. Each takes
+/// The maximum number of compiled runtimes: they differ by target language, features and the kind of build. Each takes
 /// about 200 MB.
 const RUNTIMES_MAX: usize = 8;
 
-/// How many programs' intermediate results are kept, at some 5 MB each, beside what they share.
+/// The maximum number of programs with intermediate results, at some 5 MB each, beside shared files.
 const PROGRAMS_MAX: usize = 64;
 
 /// Says whose intermediate results a folder has: the folder of the generated crates.
@@ -36,7 +36,7 @@ pub(crate) struct Store {
     folder: PathBuf,
 }
 
-/// A folder in the store that nobody else uses meanwhile.
+/// A folder in the store that no other process uses meanwhile.
 #[derive(Debug)]
 pub(super) struct Locked {
     pub(super) folder: PathBuf,
@@ -44,12 +44,12 @@ pub(super) struct Locked {
     _lock: File,
 }
 
-/// How many bytes of the disk are free now that were not, and what is still in use.
+/// The bytes that were freed on the disk, and the folders that are still in use.
 #[derive(Debug, Default, PartialEq, Eq)]
 pub(crate) struct Freed {
     /// In bytes.
     pub(crate) size: u64,
-    /// Folders that somebody builds in.
+    /// Folders with a running build.
     pub(crate) busy: Vec<PathBuf>,
 }
 
@@ -97,7 +97,7 @@ impl Store {
         Ok(())
     }
 
-    /// Locks a folder of its kind, and removes those that nobody has used for the longest time.
+    /// Locks a folder of its kind, and removes those that were not used for the longest time.
     fn lock(&self, kind: &str, key: &str, count_max: usize, what: &str) -> io::Result<Locked> {
         let parent = self.folder.join(kind);
         let folder = parent.join(key);
@@ -108,7 +108,7 @@ impl Store {
             terminal::remark(format_args!("Waiting until another lfz has compiled {what}"));
             flock(&lock, FlockOperation::LockExclusive)?;
         }
-        // Somebody may have removed it before it was locked.
+        // Another process may have removed it before it was locked.
         fs::create_dir_all(&folder)?;
         lock.set_modified(SystemTime::now())?;
         let mut others = entries(&parent)?;
@@ -143,7 +143,7 @@ fn not_written(path: &Path, error: &io::Error) -> io::Error {
     io::Error::new(error.kind(), format!("cannot write {path}: {reason}; name another folder with --target-dir"))
 }
 
-/// Whether the program of a folder is not there any more.
+/// Returns whether the program of a folder does not exist any more.
 fn is_orphan(folder: &Path) -> bool {
     fs::read_to_string(folder.join(OWNER)).is_ok_and(|out| !Path::new(&out).exists())
 }
@@ -166,7 +166,7 @@ fn entries(parent: &Path) -> io::Result<Vec<(PathBuf, SystemTime)>> {
     Ok(folders)
 }
 
-/// Removes a folder of the store, unless somebody builds in it.
+/// Removes a folder of the store, unless a build uses it.
 fn remove_unused(folder: &Path, freed: &mut Freed) -> io::Result<()> {
     let path = lock_of(folder);
     let lock = match File::options().read(true).open(&path) {
@@ -180,7 +180,7 @@ fn remove_unused(folder: &Path, freed: &mut Freed) -> io::Result<()> {
         freed.busy.push(folder.to_owned());
         return Ok(());
     }
-    // The lock's file stays: whoever waits for it would otherwise lock a file that nobody else sees.
+    // The lock's file stays: a process that waits for it would otherwise lock a deleted file.
     freed.remove(folder)
 }
 
@@ -201,7 +201,7 @@ impl Freed {
             }
             fs::remove_dir(path)
         } else {
-            // What another name still has is not free yet.
+            // A file with another name is not free yet.
             self.size += if metadata.nlink() == 1 { metadata.blocks() * 512 } else { 0 };
             fs::remove_file(path)
         };

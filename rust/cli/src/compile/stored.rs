@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Crates that somebody else compiles, such as Zephyr's build: beside each lies what has to be known to say about the
-//! LF program what rustc says about the crate.
+//! Crates that another build compiles, such as Zephyr's: beside each lies a file by which rustc's diagnostics about the
+//! crate are converted to diagnostics about the LF program.
 
 use std::collections::BTreeMap;
 use std::fs;
@@ -20,7 +20,7 @@ use crate::failure::Failure;
 /// The file in the folder of a generated crate.
 const FILE: &str = "source-map.json";
 
-/// What stands in it.
+/// The content of that file.
 #[derive(Debug, Serialize, Deserialize)]
 struct Stored {
     /// The LF files as they were when the crate was generated, by the paths that the compiler was given, and files of
@@ -46,8 +46,8 @@ pub(super) fn file(program: &Program, emitted: &Emitted, folder: &str) -> Result
     Ok((format!("{folder}/{FILE}"), text + "\n"))
 }
 
-/// What rustc has said about generated crates, about the LF program instead; the files are cargo's messages in JSON.
-/// Warnings about other crates are left out.
+/// Converts rustc's diagnostics about generated crates to diagnostics about the LF program; the files are cargo's
+/// messages in JSON. Warnings about other crates are left out.
 ///
 /// # Errors
 /// When a file cannot be read.
@@ -83,7 +83,7 @@ pub(crate) fn explain(messages: &[PathBuf]) -> Result<String, Failure> {
     Ok(without_std + &rustc::render_all(&diagnostics, &crates, false).text)
 }
 
-/// What is said of a crate that needs what images do not have.
+/// Returns the error about a crate that needs what images lack.
 fn needs_std(name: &str) -> String {
     format!(
         "error: the crate `{name}` needs `std`, which images do not have\n  hint: where it is one of \
@@ -109,7 +109,7 @@ fn read(path: &Path) -> Result<String, Failure> {
 struct Crates(BTreeMap<PathBuf, Option<Stored>>);
 
 impl Crates {
-    /// Whether a crate was generated; what lies beside it is read once.
+    /// Returns whether a crate was generated; the file beside it is read once.
     fn know(&mut self, folder: &Path) -> Result<bool, Failure> {
         if !self.0.contains_key(folder) {
             self.0.insert(folder.to_owned(), load(&folder.join(FILE))?);

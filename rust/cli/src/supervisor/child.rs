@@ -14,7 +14,7 @@ use super::output::Stream;
 /// A line that does not end is shown in pieces of this size, in bytes, so that it does not pile up here.
 const LINE_LENGTH_MAX: usize = 64 * 1024;
 
-/// What a participant is for, which decides whether the run waits for it.
+/// The role of a participant, which decides whether the run waits for it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Role {
     /// A part of the program.
@@ -23,7 +23,7 @@ pub(crate) enum Role {
     Rti,
 }
 
-/// What a participant reads, and how its output is shown.
+/// The input of a participant, and the form of its output.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Streams {
     /// It reads nothing; its lines are shown as they become whole, so that those of several do not mix.
@@ -57,7 +57,7 @@ struct Running {
     end: OwnedFd,
 }
 
-/// How a process ended.
+/// The end of a process.
 pub(super) struct End {
     pub(super) success: bool,
     /// 128 + n for signal n.
@@ -98,17 +98,17 @@ impl Child {
         Ok(Self { name, role, process, running, standard, error, status_line, has_told: false, streams })
     }
 
-    /// Whether the run waits for it.
+    /// Returns whether the run waits for it.
     pub(super) fn is_running(&self) -> bool {
         self.is_there() && !self.has_told
     }
 
-    /// Whether a line of its output has told its end.
+    /// Returns whether a line of its output has announced its end.
     pub(super) fn has_told(&self) -> bool {
         self.has_told
     }
 
-    /// Whether there is a process.
+    /// Returns whether there is a process.
     pub(super) fn is_there(&self) -> bool {
         self.running.is_some()
     }
@@ -122,7 +122,7 @@ impl Child {
         Some(End::with_status(code))
     }
 
-    /// What to wait for: the end (`None`) and the output.
+    /// Returns the descriptors to wait for: the end (`None`) and the output.
     pub(super) fn descriptors(&self) -> impl Iterator<Item = (Option<Stream>, BorrowedFd<'_>)> {
         let end = self.running.iter().map(|running| (None, running.end.as_fd()));
         let standard = self.standard.iter().map(|lines| (Some(Stream::Standard), lines.source.as_fd()));
@@ -130,7 +130,7 @@ impl Child {
         end.chain(standard).chain(error)
     }
 
-    /// Whether its output is shown as it comes.
+    /// Returns whether its output is shown as it comes.
     pub(super) fn is_shown_as_it_comes(&self) -> bool {
         self.streams == Streams::Own
     }
@@ -174,7 +174,7 @@ impl Child {
         (!rest.is_empty()).then_some(rest)
     }
 
-    /// Signals the process group, or the process where it has none. An error means that there is nobody left.
+    /// Signals the process group, or the process if it has none. An error means that there is no process left.
     pub(super) fn signal(&self, signal: Signal) {
         if let Some(Running { pid, has_group, .. }) = self.running {
             let _ = if has_group { kill_process_group(pid, signal) } else { kill_process(pid, signal) };

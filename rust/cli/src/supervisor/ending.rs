@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-//! When and how a run ends: the first cause decides the exit status, and what has to stop is asked, then told, then
-//! forced. Nothing here touches a process or a clock.
+//! The end of a run: the first cause decides the exit status; the processes are asked to stop, then terminated, then
+//! killed. This module touches neither processes nor clocks.
 //!
 //! Ends are not seen in the order in which they happen: a process that is killed closes its connections before its own
 //! end can be seen, and by then the RTI may have ended because of it. Participants that end because of another one have
-//! the status [`CONSEQUENCE`]. So as long as nobody has been sent a signal, an end with another status came first.
+//! the status [`CONSEQUENCE`]. So as long as no process has been sent a signal, an end with another status came first.
 
 use std::io;
 use std::time::{Duration, Instant};
@@ -12,7 +12,7 @@ use std::time::{Duration, Instant};
 /// The status of a participant that ends because another one has; it may also be that of the first one.
 const CONSEQUENCE: u8 = 1;
 
-/// How long a run may take, and how long its parts may take to end.
+/// The time limits of a run and of its end.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Limits {
     /// The whole run, from its start; `None` for as long as it likes.
@@ -29,7 +29,7 @@ impl Default for Limits {
     }
 }
 
-/// How a run has ended.
+/// The outcome of a run.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Ending {
     /// All participants ended well.
@@ -40,7 +40,7 @@ pub(crate) enum Ending {
     Interrupted(u8),
     /// The time limit was reached.
     TimedOut,
-    /// Whoever read the output has closed it.
+    /// The reader of the output has closed it.
     OutputClosed,
 }
 
@@ -57,7 +57,7 @@ impl Ending {
     }
 }
 
-/// What to do to all participants that still run.
+/// The action for all participants that still run.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Action {
     Terminate,
@@ -66,7 +66,7 @@ pub(super) enum Action {
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Stage {
-    /// Nobody has to stop.
+    /// No process has to stop.
     Running,
     /// The others may end by themselves until then.
     Waiting(Instant),
@@ -92,12 +92,12 @@ impl Plan {
         Self { limits, deadline, stage: Stage::Running, ending: Ending::Success }
     }
 
-    /// Whether there is a cause for the run to end early.
+    /// Returns whether there is a cause for the run to end early.
     pub(super) fn is_ending(&self) -> bool {
         self.stage != Stage::Running
     }
 
-    /// Whether the participants have been sent a signal.
+    /// Returns whether the participants have been sent a signal.
     pub(super) fn is_stopping(&self) -> bool {
         matches!(self.stage, Stage::Terminating(_) | Stage::Killing)
     }
@@ -146,14 +146,14 @@ impl Plan {
         }
     }
 
-    /// The output cannot be written any more: nobody reads it, or there is no room for it.
+    /// Handles that the output cannot be written any more: its reader is gone, or there is no room for it.
     pub(super) fn output_lost(&mut self, error: &io::Error, now: Instant) -> Action {
         let is_closed = error.kind() == io::ErrorKind::BrokenPipe;
         self.cause(if is_closed { Ending::OutputClosed } else { Ending::Failed(1) });
         self.terminate(now)
     }
 
-    /// What has become due, and why; `None` when nothing has. `names` are those that have not ended.
+    /// Returns the action that has become due, and why; `None` if there is none. `names` are those that have not ended.
     pub(super) fn due(&mut self, now: Instant, names: impl Fn() -> String) -> Option<(Action, String)> {
         match self.stage {
             Stage::Running | Stage::Waiting(_) if self.deadline.is_some_and(|deadline| deadline <= now) => {

@@ -35,12 +35,12 @@ impl Interrupts {
         Ok(Self { sources })
     }
 
-    /// Whether a signal asks to stop for a while.
+    /// Returns whether a signal asks to stop for a while.
     pub(super) fn is_suspension(signal: u8) -> bool {
         i32::from(signal) == SIGTSTP
     }
 
-    /// Stops this process, and returns when somebody lets it go on, as the shell's `fg` does.
+    /// Stops this process, and returns when it is continued, as by the shell's `fg`.
     pub(super) fn suspend() {
         // An error means that it goes on at once.
         let _ = signal_hook::low_level::emulate_default_handler(SIGTSTP);
@@ -53,7 +53,7 @@ impl Interrupts {
         Self { sources: vec![(signal, stream)] }
     }
 
-    /// What to wait for.
+    /// Returns the descriptors to wait for.
     pub(super) fn descriptors(&self) -> impl Iterator<Item = BorrowedFd<'_>> {
         self.sources.iter().map(|(_, stream)| stream.as_fd())
     }

@@ -34,7 +34,7 @@ pub(crate) struct Supervisor {
     output: Output,
 }
 
-/// What is ready after a wait.
+/// The descriptors that are ready after a wait.
 #[derive(Default)]
 struct Ready {
     signals: bool,
@@ -218,14 +218,16 @@ impl Supervisor {
         let mut others = self.children.iter().filter(|child| child.is_running()).peekable();
         let is_last = others.peek().is_none();
         if !end.success {
-            // Who was told to stop may end as it likes; who ends by itself says something about the program.
+            // A process that was told to stop may end with any status; one that ends by itself says something about the
+            // program.
             if !self.plan.is_stopping() {
                 let rest = if is_last { "" } else { "; waiting for the others to end" };
                 self.output.note(&format!("{} {}{rest}", ended.name, end.how));
             }
             self.plan.failed(end.exit_code, Instant::now());
         } else if !is_last && (ended.role == Role::Rti || others.all(|child| child.role == Role::Rti)) {
-            // The RTI and the last federates end at the same time, in any order; who stays much longer hangs.
+            // The RTI and the last federates end at the same time, in any order; a process that stays much longer
+            // hangs.
             self.plan.federation_over(Instant::now());
         }
     }

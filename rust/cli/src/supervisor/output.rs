@@ -29,9 +29,9 @@ pub(crate) struct Output {
     speaker: Option<String>,
     /// In characters.
     name_width: usize,
-    /// What is known of the code of participants that do not say themselves where in the program it is, by their names.
+    /// The consoles of participants that do not name positions in the program themselves, by their names.
     consoles: BTreeMap<String, Console>,
-    /// Why something could not be written, until that has been dealt with.
+    /// The error of the last output, until it has been handled.
     lost: Option<io::Error>,
 }
 
@@ -61,7 +61,7 @@ impl Output {
         Self { consoles, ..self }
     }
 
-    /// Why something could not be written, so that there is no point in going on.
+    /// Returns the error of the output, so that there is no point in going on.
     pub(super) fn take_error(&mut self) -> Option<io::Error> {
         self.lost.take()
     }
@@ -71,8 +71,8 @@ impl Output {
         self.write(stream, bytes);
     }
 
-    /// Shows one line of a participant, given without its end, with sentences in place of codes and places in the
-    /// program in place of those in generated code.
+    /// Shows one line of a participant, without its end, with sentences for codes and positions in the program for
+    /// those in generated code.
     pub(super) fn line(&mut self, index: usize, name: &str, stream: Stream, line: &[u8]) {
         let colour = Some(COLOURS[index % COLOURS.len()]);
         let prefix = if self.speaker.is_none() { String::new() } else { self.prefix(name, colour, stream) };

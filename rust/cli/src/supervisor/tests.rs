@@ -201,7 +201,7 @@ fn a_simulator_counts_as_ended_with_the_program_in_it_and_stays_until_all_have_e
     bench.simulate("long", &format!("echo $$; echo status 0; {FOREVER}"));
     let simulator = Pid::from_raw(bench.line().parse().expect("a process id")).expect("ids are positive");
     let end = pidfd_open(simulator, PidfdFlags::empty()).expect("it runs");
-    // It goes on, so that nobody else ends before it.
+    // It goes on, so that no other process ends before it.
     bench.start("a", &format!("kill -0 {} && echo it is there", simulator.as_raw_nonzero()));
     assert_eq!(bench.supervisor.finish().expect("no error"), Ending::Success);
     assert!(bench.standard.text().contains("long | status 0\n"), "{}", bench.standard.text());
@@ -254,7 +254,7 @@ fn a_wanted_line_that_cannot_come_any_more_is_not_waited_for() {
     assert_eq!(bench.supervisor.finish().expect("no error"), Ending::Failed(1));
 }
 
-/// How a run ends whose standard output fails in this way, and what is said about it.
+/// Returns the outcome of a run whose standard output fails in this way, and its messages.
 fn with_failing_output(error: fn() -> io::Error) -> (Ending, String) {
     struct Failing(fn() -> io::Error);
     impl Write for Failing {

@@ -10,8 +10,8 @@ use super::network_buffers::Connections;
 use crate::deployment::{Deployment, Mac, Place, Platform};
 use crate::plan::{ClockSync, Federate, Logging, Plan, Rti, TriggerKind};
 
-/// Connections of which it is not known yet whose they are, at most (`rust/runtime/src/federate/visitors.rs`).
-const VISITORS: usize = 2;
+/// Connections whose peer has not sent its id, at most (`rust/runtime/src/federate/accept_queue.rs`).
+const UNIDENTIFIED_MAX: usize = 2;
 
 /// Lines of a Kconfig fragment.
 struct Fragment(String);
@@ -179,7 +179,7 @@ fn network(fragment: &mut Fragment, place: &Place) {
 /// that have not said whose they are, and one for the datagrams of clock synchronization.
 fn federate_sockets(plan: &Plan, federate: &Federate) -> usize {
     let (peers_in, peers_out) = (federate.peers_in().len(), federate.peers_out().len());
-    let listening = if peers_in > 0 { 1 + VISITORS } else { 0 };
+    let listening = if peers_in > 0 { 1 + UNIDENTIFIED_MAX } else { 0 };
     1 + peers_in + listening + peers_out + usize::from(has_datagrams(plan))
 }
 

@@ -1,17 +1,17 @@
 // SPDX-License-Identifier: Apache-2.0
-//! From a federate's own clock to the federation's physical time.
+//! The correction from a federate's own clock to the federation's physical time.
 
 use lf_model::time::{Instant, Interval};
 
 use super::DATAGRAMS;
 use super::line::{BILLION, Line, scale};
 
-/// The fastest that a [`ClockCorrection`] makes up for an error: 50 ms in a second, in parts per thousand million.
+/// The fastest rate at which a [`ClockCorrection`] removes an error: 50 ms in a second, in parts per billion.
 ///
 /// Far below 1, so that time goes on while it is slowed down, and far above the drift of any quartz.
 pub const SLEW_PPB_MAX: i32 = 50_000_000;
 
-/// The largest drift that a [`ClockCorrection`] corrects: 100 ms in a second, in parts per thousand million.
+/// The largest drift that a [`ClockCorrection`] corrects: 100 ms in a second, in parts per billion.
 ///
 /// Quartzes drift by less than a thousandth of it, oscillators without one by a tenth, and a clock whose frequency is
 /// configured wrong by anything.
@@ -20,24 +20,24 @@ pub const DRIFT_PPB_MAX: i32 = 100_000_000;
 /// One second, in the type of a rate.
 const PPB: i32 = 1_000_000_000;
 
-/// How the federation's physical time follows from a federate's own clock.
+/// Computes the federation's physical time from a federate's own clock.
 ///
-/// The initial synchronization, before anybody has been told the time, *makes* a correction
-/// ([`ClockCorrection::with_offset`]); this is the only step. Whatever is learnt afterwards only changes the rate
-/// ([`ClockCorrection::slew`], [`ClockCorrection::set_drift`]), and no rate is below zero: physical time never runs
-/// backwards. In integers throughout, exact to 1 ns per change of rate.
+/// The initial synchronization *creates* a correction ([`ClockCorrection::with_offset`]) before the time is used; this
+/// is the only step. Later information only changes the rate ([`ClockCorrection::slew`],
+/// [`ClockCorrection::set_drift`]), and no rate is below zero, so physical time never runs backwards. All arithmetic is
+/// in integers, exact to 1 ns per change of rate.
 ///
-/// Between changes, physical time is one rising line, or two where an error comes to be made up for, and is rounded
-/// down once: so it does not run backwards by a rounding either, and [`ClockCorrection::local`] is exact.
+/// Between changes, physical time is one rising line, or two while an error is removed, and is rounded down once. So
+/// rounding never makes it run backwards either, and [`ClockCorrection::local`] is exact.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub struct ClockCorrection {
-    /// Where the present stretch of constant rate began, by the own clock.
+    /// The beginning of the present stretch of constant rate, by the own clock.
     local: i64,
-    /// The same place, in physical time.
+    /// The same instant in physical time.
     physical: i64,
-    /// How much faster physical time is than the own clock, at all times, in parts per thousand million.
+    /// The rate by which physical time is always faster than the own clock, in parts per billion.
     drift_ppb: i32,
-    /// How much of an error is still to be made up for.
+    /// The part of an error that is still to be removed.
     error: i64,
 }
 
@@ -51,17 +51,17 @@ impl ClockCorrection {
     /// No correction: physical time is the own clock.
     pub const NONE: Self = Self { local: 0, physical: 0, drift_ppb: 0, error: 0 };
 
-    /// Physical time is the own clock plus `offset`.
+    /// Returns a correction that adds `offset` to the own clock.
     pub const fn with_offset(offset: Interval) -> Self {
         Self { local: 0, physical: offset.as_nanos(), drift_ppb: 0, error: 0 }
     }
 
-    /// Whether `next` follows from this one by a step, and not by a change of rate.
+    /// Returns whether `next` follows from this one by a step, and not by a change of rate.
     pub fn is_step(&self, next: &Self) -> bool {
         self.physical(Instant::from_nanos(next.local)).as_nanos() != next.physical
     }
 
-    /// Physical time at `local` of the own clock.
+    /// Returns physical time at `local` of the own clock.
     ///
     /// Later readings of the own clock give later or equal physical times, as long as they are not before the last
     /// change of rate.
@@ -80,7 +80,7 @@ impl ClockCorrection {
         Instant::from_nanos(self.physical.saturating_add(advanced))
     }
 
-    /// The earliest reading of the own clock at which physical time has reached `physical`, to wait for.
+    /// Returns the earliest reading of the own clock at which physical time has reached `physical`, to wait for.
     pub fn local(&self, physical: Instant) -> Instant {
         let ahead = physical.as_nanos().saturating_sub(self.physical);
         let elapsed = if !DATAGRAMS {
@@ -88,7 +88,7 @@ impl ClockCorrection {
         } else if ahead <= 0 {
             unscale(ahead, self.drift_ppb)
         } else {
-            // First the error is made up for, then time goes on without.
+            // The error is removed first; then time goes on without it.
             let slewing = unscale(self.error.saturating_abs(), SLEW_PPB_MAX - PPB);
             let meanwhile = unscale(ahead, self.slewing_ppb());
             if meanwhile < slewing {
@@ -100,11 +100,11 @@ impl ClockCorrection {
         Instant::from_nanos(self.local.saturating_add(elapsed))
     }
 
-    /// From `now` of the own clock on, goes as fast as the line says, and makes up for what it is off from it: for what
-    /// is more than the line's bounds leave open, and one of `attenuation` parts of the rest.
+    /// Adopts the line's rate from `now` of the own clock on, and removes the error from it: at once what exceeds the
+    /// line's bounds, and 1/`attenuation` of the rest.
     ///
-    /// It does so at the rate [`SLEW_PPB_MAX`]. Called after each exchange, what is left of the error becomes less and
-    /// less, and that a line changes a little with each exchange is hardly seen.
+    /// Removes it at the rate [`SLEW_PPB_MAX`]. Called after each exchange, this reduces the error step by step and
+    /// smooths the small changes of the line.
     pub fn steer(&mut self, now: Instant, line: &Line, attenuation: u16) {
         self.set_drift(now, line.drift_ppb);
         let offset = self.physical(now).as_nanos().saturating_sub(now.as_nanos());
@@ -114,17 +114,17 @@ impl ClockCorrection {
         self.slew(now, Interval::from_nanos(error - small + small / i64::from(attenuation.max(1))));
     }
 
-    /// From `now` of the own clock on, makes up for `error`: positive when physical time is behind the RTI's.
+    /// Removes `error` from `now` of the own clock on: positive when physical time is behind the RTI's.
     ///
-    /// The error is made up for at the rate [`SLEW_PPB_MAX`]; what was left of an earlier error is replaced.
+    /// Removes it at the rate [`SLEW_PPB_MAX`]; the rest of an earlier error is dropped.
     pub fn slew(&mut self, now: Instant, error: Interval) {
         self.begin_stretch(now);
         self.error = error.as_nanos();
     }
 
-    /// From `now` of the own clock on, physical time is faster than the own clock by `ppb` parts per thousand million.
+    /// Makes physical time faster than the own clock by `ppb` parts per billion, from `now` of the own clock on.
     ///
-    /// Rates beyond ±[`DRIFT_PPB_MAX`] are taken as that.
+    /// Limits the rate to ±[`DRIFT_PPB_MAX`].
     pub fn set_drift(&mut self, now: Instant, ppb: i32) {
         self.begin_stretch(now);
         self.drift_ppb = ppb.clamp(-DRIFT_PPB_MAX, DRIFT_PPB_MAX);
@@ -139,25 +139,25 @@ impl ClockCorrection {
         self.physical = physical;
     }
 
-    /// How much of the error has been made up for after `elapsed` of this stretch.
+    /// Returns the part of the error that is removed after `elapsed` of this stretch.
     fn made_up(&self, elapsed: i64) -> i64 {
         let most = scale(elapsed.max(0), SLEW_PPB_MAX);
         self.error.clamp(most.saturating_neg(), most)
     }
 
-    /// Whether nothing of the error is being made up for after `elapsed` of this stretch.
+    /// Returns whether the error is removed completely after `elapsed` of this stretch.
     fn is_made_up(&self, elapsed: i64) -> bool {
         self.error == 0 || elapsed < 0 || self.made_up(elapsed) == self.error
     }
 
-    /// How much faster physical time is than the own clock while the error is made up for.
+    /// Returns the rate by which physical time is faster than the own clock while the error is removed.
     fn slewing_ppb(&self) -> i32 {
         self.drift_ppb.saturating_add(if self.error < 0 { -SLEW_PPB_MAX } else { SLEW_PPB_MAX })
     }
 }
 
-/// The least number to which its product by `ppb` / 10⁹ is to be added to come to `nanos`: `nanos` / (1 + `ppb` / 10⁹),
-/// rounded up, without overflow for any rate between -1 and 1.
+/// Returns the smallest number x with x + x × `ppb` / 10⁹ ≥ `nanos`, that is `nanos` / (1 + `ppb` / 10⁹) rounded up,
+/// without overflow for any rate between -1 and 1.
 #[cfg_attr(target_pointer_width = "32", inline(never))]
 fn unscale(nanos: i64, ppb: i32) -> i64 {
     let rate = BILLION.saturating_add(ppb.into()).max(1);

@@ -1,16 +1,17 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Clock synchronization between a federate and the RTI.
 //!
-//! The RTI's clock is the federation's. An exchange is four instants: the RTI sends T1, which the federate receives at
-//! T2 by its own clock; the federate sends T3; the RTI receives it at T4, by its own clock, and tells the federate.
+//! The RTI's clock is the federation's. An exchange consists of four instants: the RTI sends T1, which the federate
+//! receives at T2 by its own clock; the federate sends T3; the RTI receives it at T4, by its own clock, and sends T4 to
+//! the federate.
 //!
-//! Before the start there are some exchanges over TCP, from which the [`Estimator`] works out how far the federate's
-//! clock is behind; the correction begins with that. With `clock-sync: on`, rounds over UDP follow as long as the
-//! federation runs: the RTI begins one per period and federate ([`Poll`]), the [`Responder`] takes part in them, and
-//! the [`Tracker`] works out offset and drift. [`ClockCorrection`] turns readings of the federate's own clock into the
+//! Before the start there are some exchanges over TCP, from which the [`Estimator`] computes the offset of the
+//! federate's clock; the correction begins with that. With `clock-sync: on`, rounds over UDP follow while the
+//! federation runs: the RTI begins one per period and federate ([`Poll`]), the [`Responder`] answers, and the
+//! [`Tracker`] computes offset and drift. [`ClockCorrection`] converts readings of the federate's own clock to the
 //! federation's physical time.
 //!
-//! Nothing here reads a clock or knows which socket an exchange went over.
+//! This module neither reads a clock nor knows the socket of an exchange.
 
 mod correction;
 mod estimator;
@@ -32,12 +33,12 @@ pub use trouble::Trouble;
 
 /// Whether a correction can change while the federation runs. Otherwise it is an offset, and small.
 pub(crate) const DATAGRAMS: bool = cfg!(feature = "datagrams");
-/// The UDP port of an RTI, if it is free; federates answer to where a T1 came from.
+/// The UDP port of an RTI, if it is free; federates send their answer to the source of T1.
 pub const RTI_UDP_PORT: u16 = 15061;
-/// The period of the rounds of an RTI that is told none, as the stock RTI's.
+/// The default period of an RTI's rounds, as in the stock RTI.
 pub const PERIOD: Interval = Interval::from_millis(10);
-/// The `attenuation` of a federate that is told none.
+/// The default `attenuation` of a federate.
 pub const ATTENUATION: u16 = 10;
-/// The longest that the RTI waits for T3 before it begins the next round with a federate. What comes later than that
-/// can be taken for the answer to another T1.
+/// The longest time that the RTI waits for T3 before it begins the next round with a federate. A later T3 can be taken
+/// for the answer to another T1.
 pub const ROUND_TIME_OUT: Interval = Interval::from_secs(1);

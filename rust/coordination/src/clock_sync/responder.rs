@@ -1,14 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
 //! The federate's side of the rounds over UDP.
 //!
-//! A round is T1, T3, T4 and the coded probe, and any of them can be lost, come twice, or come after what was sent
-//! later. Nothing on the wire says to which round a datagram belongs, but its time does: the RTI begins a round only
-//! when the one before is over, so a T4 that is earlier than the T1 at hand belongs to an earlier round, and a T1 that
-//! is not later than the last one is a copy or a straggler. What is lost costs its own round and no other.
+//! A round is T1, T3, T4 and the coded probe. Each of them can be lost, come twice, or come after a later one. A
+//! datagram does not name its round, but its time does: the RTI begins a round only when the one before is over, so a
+//! T4 that is earlier than the current T1 belongs to an earlier round, and a T1 that is not later than the last one is
+//! a copy or a straggler. A lost datagram costs its own round and no other.
 //!
-//! Datagrams can be made up by any program that sends from the RTI's address. An RTI has one UDP port, so the rounds of
-//! the first one count, and others only when that has been silent for long; and times that are far off the own clock,
-//! which was set over TCP, are ignored. Both are told. It bounds what somebody can do who cannot be told from the RTI.
+//! Any program that can send from the RTI's address can forge datagrams. An RTI has one UDP port, so the rounds of the
+//! first port count, and another port counts only when the first has been silent for long; times that are far off the
+//! own clock, which was set over TCP, are ignored. Both are logged. This bounds the effect of a sender that cannot be
+//! told from the RTI.
 
 use lf_model::time::{Instant, Interval};
 use lf_wire::{Decoded, Limits, Message, decode};
@@ -17,43 +18,43 @@ use super::trouble::Trouble;
 use super::{Exchange, ROUND_TIME_OUT};
 use crate::Endpoint;
 
-/// No RTI begins rounds in quicker succession: a T1 that follows another one so closely is no new round, and is not
-/// answered, as in the stock federate.
+/// The shortest time between rounds of any RTI: a T1 that follows another one more closely is not a new round, and is
+/// not answered, as in the stock federate.
 const ROUND_MIN: Interval = Interval::from_millis(1);
 
-/// After how long without a round from the RTI's port those of another one are taken.
+/// The silence of the RTI's port after which rounds of another port count.
 const PORT_SILENCE: Interval = Interval::from_secs(10);
-/// How far a time may be off the own clock. It was set over TCP, and no oscillator takes it so far within an hour; a
-/// computer that was asleep is farther off, and its times are of no use.
+/// The largest accepted distance of a time from the own clock. The clock was set over TCP, and no oscillator drifts so
+/// far within an hour. The times of a computer that was asleep are farther off and cannot be used.
 const OFF_MAX: Interval = Interval::from_secs(60);
 
-/// What a datagram led to.
+/// The outcome of a datagram.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
 pub struct Heard {
-    /// A round is complete.
+    /// The complete round, if this datagram completed one.
     pub round: Option<Round>,
-    /// T3 is to be sent to where the datagram came from, at once; then [`Responder::answered`].
+    /// Whether to send T3 at once to the source of the datagram; call [`Responder::answered`] then.
     pub answer: bool,
-    /// Why it was ignored, if somebody should know.
+    /// The reason why it was ignored, if that should be logged.
     pub trouble: Option<Trouble>,
 }
 
-/// A complete round: its exchange, with what the coded probe said about the network.
+/// A complete round: its exchange, and what the coded probe showed about the network.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub struct Round {
     /// The exchange.
     pub exchange: Exchange,
-    /// How much farther apart, or closer together, T4 and the coded probe came than they were sent; `None` if the probe
-    /// was lost.
+    /// The time by which T4 and the coded probe came farther apart, or closer together, than they were sent; `None` if
+    /// the probe was lost.
     pub gap: Option<Interval>,
 }
 
-/// One round at a time, as far as it is.
+/// The progress of the current round.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 enum Stage {
     /// T1 is next.
     Idle,
-    /// T1 has come, T3 is to be sent.
+    /// T1 has come; T3 has to be sent.
     Asked,
     /// T3 was sent at this time; T4 is next.
     Answered(Instant),
@@ -61,11 +62,11 @@ enum Stage {
     Complete(Exchange, Instant),
 }
 
-/// Takes part in the RTI's rounds.
+/// Answers the RTI's rounds.
 #[derive(Clone, Debug)]
 pub struct Responder {
     stage: Stage,
-    /// The last T1: what it said, when it came, and from where.
+    /// The last T1: its time, its arrival, and its source.
     last: Option<(Instant, Instant, Endpoint)>,
 }
 
@@ -76,19 +77,19 @@ impl Default for Responder {
 }
 
 impl Responder {
-    /// Before the first round.
+    /// Returns a responder before the first round.
     pub const fn new() -> Self {
         Self { stage: Stage::Idle, last: None }
     }
 
-    /// A datagram from the RTI's address has come; `now` is the time right after it was read, and `physical` what the
-    /// RTI's clock shows then as far as that is known.
+    /// Handles a datagram from the RTI's address; `now` is the time right after it was read, and `physical` the RTI's
+    /// clock then, as far as it is known.
     pub fn handle(&mut self, now: Instant, physical: Option<Instant>, from: Endpoint, datagram: &[u8]) -> Heard {
         let message = match decode(datagram, &Limits::NONE) {
             Ok(Decoded::Complete { message, len }) if len == datagram.len() => message,
             _ => return Heard::default(),
         };
-        if let Some(trouble) = self.doubt(now, physical, from, &message) {
+        if let Some(trouble) = self.check(now, physical, from, &message) {
             return Heard { trouble: Some(trouble), ..Heard::default() };
         }
         match message {
@@ -99,16 +100,17 @@ impl Responder {
         }
     }
 
-    /// T3 is being sent; `now` is the time right before. What delays it after this makes the exchange slower, and a
-    /// slow exchange counts less; a time after the sending could make a disturbed exchange look quick.
+    /// Records that T3 is sent; `now` is the time right before. A later delay makes the exchange slower, and a slow
+    /// exchange counts less; a time after the sending could make a disturbed exchange look fast.
     pub fn answered(&mut self, now: Instant) {
         if self.stage == Stage::Asked {
             self.stage = Stage::Answered(now);
         }
     }
 
-    /// Why a datagram is ignored: it is from another port than the rounds, or its time cannot be the RTI's.
-    fn doubt(&self, now: Instant, physical: Option<Instant>, from: Endpoint, message: &Message<'_>) -> Option<Trouble> {
+    /// Returns the reason to ignore a datagram: it is from another port than the rounds, or its time cannot be the
+    /// RTI's.
+    fn check(&self, now: Instant, physical: Option<Instant>, from: Endpoint, message: &Message<'_>) -> Option<Trouble> {
         let (Message::T1(time) | Message::T4(time) | Message::CodedProbe(time)) = *message else { return None };
         if let Some((_, came, sender)) = self.last
             && sender != from

@@ -1,27 +1,26 @@
 // SPDX-License-Identifier: Apache-2.0
-//! From a stream of exchanges to an offset and a drift.
+//! Tracks an offset and a drift by a stream of exchanges.
 //!
-//! Each exchange says two things that are certain. T1 cannot have come before it was sent, so the RTI's clock is ahead
-//! of the federate's by T1 − T2 at least; and T3 likewise, so it is ahead by T4 − T3 at most. How much is missing to
-//! the truth is what the network took, and of many messages in one direction one was quick. So a stretch of time keeps
-//! the highest lower bound and the lowest upper bound, which may come from different exchanges, and between them is its
-//! point: jitter on one way does not need a calm way back at the same moment, and the more exchanges there are, the
-//! less is left of it. This assumes what every method has to assume, that the quickest messages take equally long in
-//! both directions.
+//! Each exchange proves two bounds. T1 cannot have come before it was sent, so the RTI's clock is ahead of the
+//! federate's by at least T1 − T2; and likewise for T3, by at most T4 − T3. The distance from the truth is the time in
+//! the network, and among many messages in one direction one was fast. So a stretch of time keeps the highest lower
+//! bound and the lowest upper bound, which may come from different exchanges, and its point lies between them: jitter
+//! in one direction does not need a calm opposite direction at the same time, and more exchanges reduce it further.
+//! This assumes, as every method has to, that the fastest messages take equally long in both directions.
 //!
-//! Through the points of the last stretches goes a line, of which the slope is the drift: the median of the slopes
-//! between any two of them, so that a few wrong ones change nothing. Stretches whose bounds are far apart do not count.
+//! A line goes through the points of the last stretches, and its slope is the drift: the median of the slopes between
+//! any two points, so that a few wrong ones change nothing. Stretches with distant bounds do not count.
 //!
-//! How far the bounds of the points are apart, and how long the points, says how much of the drift is still in *doubt*.
-//! At the beginning it can be anything. A stretch is over when the doubt makes more of a difference within it than its
-//! bounds leave open: where the drift is unknown, each exchange is a point, and two of them tell a large drift. A slope
-//! that differs from the line's by less than the doubt is taken only when there is hardly any doubt.
+//! The distance of the bounds and the length of the points determine the *uncertainty* of the drift. At the beginning
+//! any drift is possible. A stretch is over when the uncertainty makes a larger difference within it than its bounds
+//! leave open: while the drift is unknown, each exchange is a point, and two of them prove a large drift. A slope that
+//! differs from the line's by less than the uncertainty counts only when the uncertainty is small.
 //!
-//! A clock that stood still for a moment, as that of a simulated board does while its computer is busy, makes bounds
-//! that exclude each other. Then the stretch's quickest exchange counts by itself. An exchange that contradicts the
-//! line is left out. When many do, or all do for some time, the line is wrong: all begins anew but for the slope, which
-//! is in doubt again. The more often this happens, the shorter stretches become, for where a rate changes quickly, what
-//! was long ago says nothing about now.
+//! A clock that stood still for a while, like that of a simulated board on a busy computer, makes bounds that exclude
+//! each other. Then the stretch's fastest exchange counts by itself. The tracker leaves out an exchange that
+//! contradicts the line. When many do, or all do for some time, the line is wrong: the tracker restarts and keeps only
+//! the slope, with full uncertainty. The more often this happens, the shorter the stretches become, because old
+//! exchanges say nothing about a rate that changes quickly.
 
 use lf_model::time::{Instant, Interval};
 
@@ -30,47 +29,47 @@ use super::line::{Line, scale};
 use super::responder::Round;
 use super::trouble::Trouble;
 
-/// How many stretches the line goes through.
+/// The number of stretches that the line goes through.
 const STRETCHES: usize = 16;
-/// Pairs of as many points, with that of the stretch under way.
+/// The number of pairs of points, with that of the current stretch.
 const PAIRS: usize = (STRETCHES + 1) * STRETCHES / 2;
-/// How long a stretch lasts.
+/// The length of a stretch.
 const STRETCH: Interval = Interval::from_secs(1);
-/// The same at least, where it is over because of the doubt.
+/// The minimum length of a stretch that the uncertainty ends.
 const STRETCH_MIN: Interval = Interval::from_millis(125);
-/// How many exchanges a stretch has, for only among several can a quick one be told from a slow one.
+/// The number of exchanges in a stretch, because only among several can a fast one be told from a slow one.
 const EXCHANGES: u16 = 8;
-/// How often both are halved at most.
+/// The maximum number of halvings of both.
 const HASTE_MAX: u8 = 3;
-/// So many stretches without a new beginning take back one of these.
+/// After this many stretches without a restart, one halving is undone.
 const CALM: u8 = 32;
-/// T4 and the coded probe of a calm network come as far apart as they were sent, but for this: the stock federate's
-/// guard band. Such an exchange is known to be good without others to compare it with.
+/// The tolerance by which T4 and the coded probe of a calm network come as far apart as they were sent: the stock
+/// federate's guard band. Such an exchange is good by itself, without others to compare it with.
 const GUARD_BAND: Interval = Interval::from_micros(100);
-/// Differences that are no sign of anything: clocks tick, and processors do not answer at once.
+/// Insignificant differences: clocks tick, and processors do not answer at once.
 const TOLERANCE_NS: i64 = 20_000;
-/// What an exchange may contradict the line by, in addition to twice the usual distance of the bounds.
+/// The tolerance for contradictions with the line, in addition to twice the usual distance of the bounds.
 const CONTRADICTION_NS: i64 = 100_000;
-/// How much the drift may have changed since it was found, or be wrong.
+/// The amount by which the drift may have changed since it was found, or be wrong.
 const DRIFT_SLACK_PPB: i32 = 50_000;
-/// So many more exchanges contradict the line than agree with it: it is wrong.
+/// If this many more exchanges contradict the line than agree with it, the line is wrong.
 const CONTRADICTIONS_MAX: u8 = 16;
-/// The same, where none has agreed for as long as a stretch lasts.
+/// The same number if none has agreed for the length of a stretch.
 const CONTRADICTIONS_LONG: u8 = 4;
-/// Where nothing is known, the clock may as well stand still.
+/// Without information, the clock may as well stand still.
 const ANY_DRIFT_PPB: i32 = 1_000_000_000;
-/// Hardly any doubt: a slope is taken whatever it is.
-const DOUBT_SMALL_PPB: i32 = 100_000;
+/// An uncertainty so small that any slope counts.
+const UNCERTAINTY_SMALL_PPB: i32 = 100_000;
 /// More drift than that of any oscillator: 10 ms in a second.
 const DRIFT_LARGE_PPB: i32 = 10_000_000;
-/// Times that are off by less are no trouble.
+/// An error below this is not reported.
 const ASTRAY_NS: i64 = 1_000_000;
-/// So many points tell a drift for sure, though the clock stood still between some of them.
+/// This many points prove a drift, though the clock stood still between some of them.
 const POINTS_SURE: usize = STRETCHES / 2;
 /// Points closer together than this are not compared.
 const PAIR_MIN_NS: i64 = 400_000_000;
 
-/// A bound of the offset, and when it held. Relative to the first exchange.
+/// A bound of the offset, and the time at which it held. Relative to the first exchange.
 #[derive(Clone, Copy, Debug)]
 struct Bound {
     at: i64,
@@ -83,14 +82,14 @@ struct Stretch {
     begun: i64,
     lower: Bound,
     upper: Bound,
-    /// The quickest exchange.
+    /// The fastest exchange.
     best: (Bound, Bound),
     count: u16,
-    /// Exchanges whose coded probe has shown a calm network.
+    /// The number of exchanges whose coded probe showed a calm network.
     pure: u16,
 }
 
-/// What a stretch says.
+/// The result of a stretch.
 #[derive(Clone, Copy, Debug)]
 struct Point {
     at: i64,
@@ -99,27 +98,27 @@ struct Point {
     width: i64,
 }
 
-/// Collects exchanges; see the module's description for what it makes of them.
+/// Collects exchanges; see the module's description for the line through them.
 #[derive(Clone, Debug)]
 pub struct Tracker {
-    /// Where own clock and offset are counted from: offsets between a clock since boot and one since 1970 do not leave
-    /// room for sums of them.
+    /// The origin of own clock and offset: offsets between a clock since boot and one since 1970 leave no room for sums
+    /// of them.
     origin: Option<(i64, i64)>,
     points: heapless::Deque<Point, STRETCHES>,
     open: Option<Stretch>,
     line: Option<Line>,
-    /// The line's slope, which outlives it.
+    /// The line's slope, which survives a restart.
     drift_ppb: i32,
-    /// How far from the truth that may be, by the points that it was found from.
-    doubt_ppb: i32,
-    /// How often the length of a stretch is halved.
+    /// The possible error of the slope, by the points that it was found from.
+    uncertainty_ppb: i32,
+    /// The number of halvings of a stretch's length.
     haste: u8,
-    /// How many stretches are over since that changed.
+    /// The number of stretches since that changed.
     calm: u8,
     contradictions: u8,
-    /// When an exchange last agreed with the line.
+    /// The time at which an exchange last agreed with the line.
     agreed: i64,
-    /// How far the line was off when all began anew.
+    /// The error of the line at the last restart.
     astray: i64,
     seen: u32,
     unused: u32,
@@ -133,7 +132,7 @@ impl Default for Tracker {
 }
 
 impl Tracker {
-    /// Without exchanges.
+    /// Returns a tracker without exchanges.
     pub const fn new() -> Self {
         Self {
             origin: None,
@@ -141,7 +140,7 @@ impl Tracker {
             open: None,
             line: None,
             drift_ppb: 0,
-            doubt_ppb: ANY_DRIFT_PPB,
+            uncertainty_ppb: ANY_DRIFT_PPB,
             haste: 0,
             calm: 0,
             contradictions: 0,
@@ -153,20 +152,20 @@ impl Tracker {
         }
     }
 
-    /// What the exchanges say; `None` as long as there are too few.
+    /// Returns the line through the exchanges; `None` if there are too few.
     pub fn line(&self) -> Option<Line> {
         self.line
     }
 
-    /// How many exchanges there were; how many of them were false or contradicted the others; and for how many the
-    /// coded probe has shown a calm network.
+    /// Returns the number of exchanges, the number of those that were false or contradicted the others, and the number
+    /// of those whose coded probe showed a calm network.
     pub fn counts(&self) -> (u32, u32, u32) {
         (self.seen, self.unused, self.pure)
     }
 
-    /// What is wrong with the federate's clock, as far as that is known.
+    /// Returns what is wrong with the federate's clock, as far as that is known.
     pub fn trouble(&self) -> Option<Trouble> {
-        let is_sure = self.points.len() >= POINTS_SURE && self.doubt_ppb <= DRIFT_LARGE_PPB;
+        let is_sure = self.points.len() >= POINTS_SURE && self.uncertainty_ppb <= DRIFT_LARGE_PPB;
         if is_sure && self.drift_ppb.saturating_abs() > DRIFT_LARGE_PPB {
             return Some(Trouble::Drift(self.drift_ppb));
         }
@@ -174,7 +173,7 @@ impl Tracker {
         is_unsteady.then_some(Trouble::Unsteady(Interval::from_nanos(self.astray)))
     }
 
-    /// Takes one exchange into account. Takes a bounded number of steps.
+    /// Records one exchange, in a bounded number of steps.
     pub fn record(&mut self, round: Round) {
         let Round { exchange, gap } = round;
         self.seen = self.seen.saturating_add(1);
@@ -188,7 +187,7 @@ impl Tracker {
         let drift_ppb = self.drift_ppb;
         if let Some(stretch) = self.open {
             let (lasts, point) = (lower.at.saturating_sub(stretch.begun), stretch.point(drift_ppb));
-            if lasts >= STRETCH_MIN.as_nanos() && scale(lasts, self.doubt_ppb) > point.width.saturating_abs() {
+            if lasts >= STRETCH_MIN.as_nanos() && scale(lasts, self.uncertainty_ppb) > point.width.saturating_abs() {
                 self.close(point);
             }
         }
@@ -204,13 +203,13 @@ impl Tracker {
         }
     }
 
-    /// The stretch under way is over, and this is its point.
+    /// Ends the current stretch with this point.
     fn close(&mut self, point: Point) {
         self.open = None;
         if self.points.is_full() {
             self.points.pop_front();
         }
-        // There is a place now.
+        // There is a free entry now.
         let _ = self.points.push_back(point);
         self.calm = self.calm.saturating_add(1);
         if self.calm >= CALM {
@@ -230,11 +229,11 @@ impl Tracker {
         (bound(t1, t2), bound(t4, t3))
     }
 
-    /// Whether the line is not between these bounds, nor near them. Begins anew when that is so too often.
+    /// Returns whether the line is neither between these bounds nor near them. Restarts when that happens too often.
     fn contradicts(&mut self, lower: Bound, upper: Bound) -> bool {
         let (Some(line), Some((own, offset))) = (self.line, self.origin) else { return false };
         let since = own.saturating_add(lower.at).saturating_sub(line.at.as_nanos());
-        let slack_ppb = DRIFT_SLACK_PPB.saturating_add(self.doubt_ppb);
+        let slack_ppb = DRIFT_SLACK_PPB.saturating_add(self.uncertainty_ppb);
         let margin = line.width.as_nanos().saturating_mul(2).saturating_add(CONTRADICTION_NS);
         let margin = margin.saturating_add(scale(since.saturating_abs(), slack_ppb));
         let on_line = |bound: Bound| {
@@ -257,16 +256,16 @@ impl Tracker {
         true
     }
 
-    /// Forgets all but the slope, because the line is so far off.
+    /// Restarts with nothing but the slope, because the line has this error.
     fn begin_anew(&mut self, off: i64) {
         self.points.clear();
         (self.origin, self.open, self.line) = (None, None, None);
-        self.doubt_ppb = ANY_DRIFT_PPB;
+        self.uncertainty_ppb = ANY_DRIFT_PPB;
         (self.haste, self.calm) = ((self.haste + 1).min(HASTE_MAX), 0);
         (self.contradictions, self.agreed, self.astray) = (0, 0, off);
     }
 
-    /// Lays the line through the points, and that of the stretch under way.
+    /// Fits the line to the points, and to that of the current stretch.
     fn fit(&mut self, under_way: Option<Point>) {
         let Some((own, offset)) = self.origin else { return };
         let all: heapless::Vec<Point, { STRETCHES + 1 }> = self.points.iter().copied().chain(under_way).collect();
@@ -277,17 +276,17 @@ impl Tracker {
         let (Some(first), Some(last)) = (near.first(), near.last()) else { return };
         if let Some(found) = slope_ppb(&near) {
             let widest = near.iter().fold(width, |widest, point| widest.max(point.width.saturating_abs()));
-            self.doubt_ppb = rate_ppb(widest, last.at.saturating_sub(first.at));
-            let is_settled = near.len() >= 3 && self.doubt_ppb <= DOUBT_SMALL_PPB;
-            if is_settled || found.abs_diff(self.drift_ppb) > self.doubt_ppb.unsigned_abs() {
+            self.uncertainty_ppb = rate_ppb(widest, last.at.saturating_sub(first.at));
+            let is_settled = near.len() >= 3 && self.uncertainty_ppb <= UNCERTAINTY_SMALL_PPB;
+            if is_settled || found.abs_diff(self.drift_ppb) > self.uncertainty_ppb.unsigned_abs() {
                 self.drift_ppb = found;
             }
         }
-        let (drift_ppb, doubt_ppb) = (self.drift_ppb, self.doubt_ppb);
+        let (drift_ppb, uncertainty_ppb) = (self.drift_ppb, self.uncertainty_ppb);
         let levels = near.iter().filter_map(|point| {
             let since = last.at.saturating_sub(point.at);
-            // What the doubt moves by more than the bounds leave open says nothing of where the clock is now.
-            let counts = scale(since, doubt_ppb) <= width;
+            // An uncertainty that moves a point by more than its bounds makes it useless for the offset now.
+            let counts = scale(since, uncertainty_ppb) <= width;
             counts.then(|| point.offset.saturating_add(scale(since, drift_ppb)))
         });
         let Some(level) = middle_mean(levels) else { return };
@@ -302,7 +301,7 @@ impl Tracker {
 
 impl Stretch {
     fn add(&mut self, lower: Bound, upper: Bound, pure: bool, drift_ppb: i32) {
-        // Bounds of different times are compared as if they were of one.
+        // Bounds of different times are compared as if they were of one time.
         let level = |bound: Bound| bound.offset.saturating_sub(scale(bound.at.saturating_sub(self.begun), drift_ppb));
         let (higher, deeper) = (level(lower) > level(self.lower), level(upper) < level(self.upper));
         if higher {
@@ -331,7 +330,7 @@ impl Stretch {
     }
 }
 
-/// The median of the slopes between any two points, in parts per thousand million; `None` if none are far enough apart.
+/// Returns the median of the slopes between any two points, in parts per billion; `None` if none are far enough apart.
 fn slope_ppb(points: &[Point]) -> Option<i32> {
     let mut slopes: heapless::Vec<i64, PAIRS> = heapless::Vec::new();
     for (index, one) in points.iter().enumerate() {
@@ -347,7 +346,7 @@ fn slope_ppb(points: &[Point]) -> Option<i32> {
     slopes.get(slopes.len() / 2).and_then(|slope| i32::try_from(*slope).ok())
 }
 
-/// So much in so long, in parts per thousand million and no more than [`ANY_DRIFT_PPB`]; exact to a part per million.
+/// Returns a slope in parts per billion, at most [`ANY_DRIFT_PPB`]; exact to a part per million.
 #[cfg_attr(target_pointer_width = "32", inline(never))]
 fn rate_ppb(rise: i64, run: i64) -> i32 {
     let limit = i64::from(ANY_DRIFT_PPB);
@@ -366,7 +365,7 @@ fn median(values: impl Iterator<Item = i64>) -> Option<i64> {
     values.get(values.len() / 2).copied()
 }
 
-/// The mean of the half in the middle.
+/// Returns the mean of the half in the middle.
 fn middle_mean(values: impl Iterator<Item = i64>) -> Option<i64> {
     let values = sorted(values);
     let quarter = values.len() / 4;

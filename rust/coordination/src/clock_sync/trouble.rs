@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! What can be wrong with a federate's clock, in words.
+//! The problems that a federate's clock can have, in words.
 
 use core::fmt;
 
@@ -8,21 +8,21 @@ use lf_texts::say;
 
 use super::correction::DRIFT_PPB_MAX;
 
-/// Why times of a federate are worse than those of others.
+/// The reason why a federate's times are worse than those of others.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum Trouble {
-    /// Its clock has a rate that no oscillator has: so much faster is the RTI's, in parts per thousand million.
+    /// Its clock has a rate that no oscillator has: the RTI's is this much faster, in parts per billion.
     Drift(i32),
-    /// The rate of its clock changes so quickly that times were off by this much.
+    /// The rate of its clock changes so quickly that times were wrong by this much.
     Unsteady(Interval),
     /// Rounds come from two UDP ports of the RTI's address; only those of the first one count.
     OtherPort {
-        /// The one whose rounds count.
+        /// The port whose rounds count.
         port: u16,
-        /// The other one.
+        /// The other port.
         other: u16,
     },
-    /// A time of the RTI's is so far off the own clock, and was ignored.
+    /// A time of the RTI's is this far off the own clock, and was ignored.
     FarOff(Interval),
 }
 

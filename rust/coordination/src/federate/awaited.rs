@@ -1,36 +1,36 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Zero-delay cycles: what a federate knows of its awaited inputs, and how far it may go within a tag.
 //!
-//! A provisional grant (PTAG) lets the federates of a cycle without delay be at one tag together. Each of them then
-//! runs its reactions up to the least level at which one could see an input of which it is not known yet what comes,
-//! and goes on when a message or `PORT_ABSENT` has told. This is MLAA, the maximum level allowed to advance.
+//! A provisional grant (PTAG) lets the federates of a cycle without delay be at one tag together. Each of them runs its
+//! reactions below the lowest level at which a reaction could see an unknown input, and goes on when a message or a
+//! `PORT_ABSENT` makes the input known. This is MLAA, the maximum level allowed to advance.
 
 use lf_model::time::Tag;
 
 use super::machine::Federate;
 use super::needs::Needs;
 
-/// With centralized coordination, an input from a federate in a cycle without delay: the same as this one's, or any
-/// where this one is in none, because the stock RTI grants tags provisionally to all federates upstream of a cycle.
-/// With decentralized coordination, any input that is the end of a logical connection.
+/// An input that a federate waits for. With centralized coordination it comes from a federate in a cycle without delay:
+/// the same as this one's, or any cycle if this federate is in none, because the stock RTI grants tags provisionally to
+/// all federates upstream of a cycle. With decentralized coordination it is the end of any logical connection.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub struct AwaitedInput {
     /// The network input.
     pub port: u16,
-    /// The least level of the reactions that see it.
+    /// The lowest level of the reactions that see it.
     pub level: u16,
 }
 
-/// Up to which tag it is known what comes at each awaited input.
+/// The tag up to which each awaited input is known.
 #[derive(Debug)]
 pub struct Awaited<'a> {
     inputs: &'a [AwaitedInput],
-    /// By awaited input.
+    /// The tag of each awaited input.
     known: &'a mut [Tag],
 }
 
 impl<'a> Awaited<'a> {
-    /// Nothing is known yet. `known` is storage of at least as many tags as there are inputs; `None` where it is
+    /// Returns a state in which no input is known. `known` is storage with at least one tag per input; `None` if it is
     /// shorter.
     pub fn new(inputs: &'a [AwaitedInput], known: &'a mut [Tag]) -> Option<Self> {
         let known = known.get_mut(..inputs.len())?;
@@ -38,20 +38,20 @@ impl<'a> Awaited<'a> {
         Some(Self { inputs, known })
     }
 
-    /// A message of this tag, or word that there is none, has come for a network input and has been handled. Nothing
-    /// earlier will come there, for what one federate sends arrives in order.
+    /// Records that a message or an absence with this tag has come for a network input and has been handled. Nothing
+    /// earlier follows, because messages of one federate arrive in order.
     pub fn learn(&mut self, port: u16, tag: Tag) {
         for (_, known) in self.inputs.iter().zip(&mut *self.known).filter(|(input, _)| input.port == port) {
             *known = (*known).max(tag);
         }
     }
 
-    /// Whether it is known what has come at an input up to this tag.
+    /// Returns whether an input is known up to this tag.
     pub fn is_known(&self, port: u16, tag: Tag) -> bool {
         self.known().filter(|(input, _)| input.port == port).all(|(_, known)| known >= tag)
     }
 
-    /// The first input of which it is not known what has come up to this tag.
+    /// Returns the first input that is not known up to this tag.
     pub fn first_unknown(&self, tag: Tag) -> Option<u16> {
         self.known().find(|(_, known)| *known < tag).map(|(input, _)| input.port)
     }
@@ -64,7 +64,7 @@ impl<'a> Awaited<'a> {
         self.inputs.iter().zip(self.known.iter().copied())
     }
 
-    /// Reactions of the federate's current tag may run that have a lower level than this; `None`: all of them may.
+    /// Returns the level below which reactions of the federate's current tag may run; `None` if all of them may.
     pub fn max_level(&self, federate: &Federate<'_, impl Needs>) -> Option<u16> {
         let current = federate.current();
         if federate.knows_all_inputs() {

@@ -13,31 +13,32 @@ use super::needs::Needs;
 use crate::Endpoint;
 use crate::clock_sync::{ClockCorrection, DATAGRAMS, Estimate, Estimator, Exchange, Line, Responder, Tracker, Trouble};
 
-/// What a datagram led to.
+/// The outcome of a datagram.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
 pub struct Received {
-    /// To be sent to where the datagram came from, at once; [`Federate::answer_leaves`] is told the time right before.
+    /// The answer to send at once to where the datagram came from. Call [`Federate::answer_leaves`] with the time right
+    /// before.
     ///
     /// [`Federate::answer_leaves`]: super::Federate::answer_leaves
     pub answer: Option<Message<'static>>,
-    /// [`Federate::clock`](super::Federate::clock) has another rate from now on.
+    /// Whether [`Federate::clock`](super::Federate::clock) has a new rate from now on.
     pub corrected: bool,
-    /// It came from somebody else than the RTI, and was ignored.
+    /// Whether the datagram came from a sender other than the RTI, and was ignored.
     pub stranger: bool,
-    /// What is wrong with the own clock, or with what it is told.
+    /// A problem of the federate's own clock, or of the times that it receives.
     pub trouble: Option<Trouble>,
 }
 
-/// What clock synchronization has found out.
+/// The results of clock synchronization.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
 pub struct ClockSyncReport {
-    /// How many rounds were complete.
+    /// The number of complete rounds.
     pub exchanges: u32,
-    /// How many of them were false, or contradicted the others.
+    /// The number of rounds that were false or contradicted the others.
     pub unused: u32,
-    /// For how many the coded probe has shown a calm network.
+    /// The number of rounds whose coded probe showed a calm network.
     pub calm: u32,
-    /// What they say.
+    /// Offset and drift, as far as they are known.
     pub line: Option<Line>,
 }
 
@@ -63,11 +64,11 @@ pub(super) struct Clock {
     correction: ClockCorrection,
     /// The exchanges before the start.
     pub(super) initial: Synchronization,
-    /// Where there can be rounds over UDP.
+    /// The rounds, where there can be rounds over UDP.
     rounds: [Rounds; DATAGRAMS as usize],
 }
 
-/// What takes part in the rounds over UDP, and what it finds out.
+/// The state of the rounds over UDP.
 #[derive(Clone, Debug)]
 struct Rounds {
     responder: Responder,
@@ -75,7 +76,7 @@ struct Rounds {
 }
 
 impl Clock {
-    /// A clock that shows this much less than physical time.
+    /// Returns a clock that shows this much less than physical time.
     pub(super) const fn new(offset: Interval) -> Self {
         Self {
             correction: ClockCorrection::with_offset(offset),
@@ -84,17 +85,17 @@ impl Clock {
         }
     }
 
-    /// From the own clock to the federation's physical time.
+    /// Returns the correction from the federate's own clock to the federation's physical time.
     pub(super) fn correction(&self) -> &ClockCorrection {
         &self.correction
     }
 
-    /// The clock is set, before anybody has been told the time.
+    /// Sets the clock, before its time is used for the first time.
     pub(super) fn set(&mut self, estimate: &Estimate) {
         self.correction = ClockCorrection::with_offset(estimate.offset);
     }
 
-    /// A datagram has come; `now` is the time right after it was read.
+    /// Handles a datagram; `now` is the time right after it was read.
     pub(super) fn handle_datagram(
         &mut self,
         config: &Config<'_, impl Needs>,
@@ -121,14 +122,14 @@ impl Clock {
         Received { answer, corrected, stranger: false, trouble }
     }
 
-    /// The answer to a datagram is being sent; `now` is the time right before.
+    /// Records that the answer to a datagram is sent at `now`, the time right before.
     pub(super) fn answer_leaves(&mut self, now: Instant) {
         if let Some(rounds) = self.rounds.first_mut() {
             rounds.responder.answered(now);
         }
     }
 
-    /// What the rounds have found out.
+    /// Returns the results of the rounds.
     pub(super) fn report(&self) -> ClockSyncReport {
         let Some(Rounds { tracker, .. }) = self.rounds.first() else { return ClockSyncReport::default() };
         let (exchanges, unused, calm) = tracker.counts();
@@ -136,19 +137,19 @@ impl Clock {
     }
 }
 
-/// The initial clock synchronization, as far as it is.
+/// The state of the initial clock synchronization.
 #[derive(Clone, Debug)]
 pub(super) struct Synchronization {
     estimator: Estimator,
-    /// T1 and T2 of the exchange under way.
+    /// T1 and T2 of the current exchange.
     begun: Option<(Instant, Instant)>,
     t3: T3,
 }
 
-/// The reply of the exchange under way.
+/// The reply of the current exchange.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum T3 {
-    /// It is to be sent.
+    /// It has to be sent.
     Due,
     /// It is in the out-buffer.
     Leaving,
@@ -161,33 +162,34 @@ impl Synchronization {
         Self { estimator: Estimator::new(), begun: None, t3: T3::Due }
     }
 
-    /// T3 has gone to the out-buffer.
+    /// Records that T3 has gone to the out-buffer.
     pub(super) fn t3_leaves(&mut self) {
         self.t3 = T3::Leaving;
     }
 
-    /// The out-buffer has been written.
+    /// Records that the out-buffer has been written.
     pub(super) fn written(&mut self, now: Instant) {
         if self.t3 == T3::Leaving {
             self.t3 = T3::Written(now);
         }
     }
 
-    /// T1 has come; whether it is its turn.
+    /// Handles T1; returns whether it was expected.
     pub(super) fn begin(&mut self, t1: Instant, t2: Instant) -> bool {
-        let turn = self.begun.is_none();
-        if turn {
+        let is_expected = self.begun.is_none();
+        if is_expected {
             self.begun = Some((t1, t2));
             self.t3 = T3::Due;
         }
-        turn
+        is_expected
     }
 
-    /// T4 has come; returns how many exchanges there were, or `None` if it is not its turn.
+    /// Handles T4; returns the number of exchanges so far, or `None` if it was not expected.
     pub(super) fn complete(&mut self, t4: Instant) -> Option<u16> {
         let t3 = match self.t3 {
             T3::Due => return None,
-            // The event loop has not said when T3 was written. The time that it took here then counts as on the way.
+            // The event loop has not said when T3 was written. Its time in this federate then counts as time on the
+            // way.
             T3::Leaving => self.begun?.1,
             T3::Written(t3) => t3,
         };
@@ -196,7 +198,7 @@ impl Synchronization {
         Some(self.estimator.seen())
     }
 
-    /// What the exchanges say, if there was one.
+    /// Returns the estimate from all exchanges, if there was one.
     pub(super) fn estimate(&self) -> Option<Estimate> {
         self.estimator.estimate()
     }

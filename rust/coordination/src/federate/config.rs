@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! What a federate is told about itself and the federation.
+//! The configuration of a federate and of its place in the federation.
 
 use core::marker::PhantomData;
 
@@ -11,38 +11,38 @@ use super::needs::{All, Needs};
 use crate::auth::Answer;
 use crate::{FederateId, IpAddress};
 
-/// How long after a failed attempt to reach the RTI the next one is made.
+/// The pause after a failed attempt to reach the RTI.
 pub const CONNECT_RETRY: Interval = Interval::from_millis(500);
-/// How long a federate tries to reach the RTI and to be accepted by it.
+/// The time within which a federate has to reach the RTI and to be accepted.
 pub const CONNECT_TIME_OUT: Interval = Interval::from_secs(60);
-/// How long a federate waits for the RTI's next clock synchronization message.
+/// The time within which the RTI has to send its next clock synchronization message.
 pub const CLOCK_SYNC_TIME_OUT: Interval = Interval::from_secs(10);
-/// How many initial exchanges the stock RTI makes if it is not told otherwise.
+/// The number of initial exchanges that the stock RTI makes by default.
 pub const CLOCK_SYNC_TRIALS: u16 = 10;
-/// How often a federate whose outputs depend on physical actions renews its NET.
+/// The interval at which a federate whose outputs depend on physical actions renews its NET.
 pub const ADVANCE_INTERVAL: Interval = Interval::from_millis(10);
 
-/// Which clock synchronization a federate takes part in.
+/// The clock synchronization that a federate takes part in.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum ClockSync {
     /// None: this federate's own clock is the physical time.
     Off,
     /// Exchanges over TCP before the start.
     Init {
-        /// How many exchanges. The number is not on the wire: it has to be that of the RTI, at least 1.
+        /// The number of exchanges. It is not on the wire and has to be the RTI's number, at least 1.
         trials: u16,
     },
-    /// The same, and then rounds over UDP as long as the federation runs.
+    /// Exchanges over TCP before the start, then rounds over UDP while the federation runs.
     On {
-        /// How many exchanges before the start, as with `Init`.
+        /// The number of exchanges before the start, as with `Init`.
         trials: u16,
-        /// With each round, one of so many parts of what the clock is off is made up for; at least 1.
+        /// Each round corrects 1/`attenuation` of the remaining error; at least 1.
         attenuation: u16,
     },
 }
 
 impl ClockSync {
-    /// How many exchanges there are before the start.
+    /// Returns the number of exchanges before the start.
     pub const fn trials(self) -> u16 {
         match self {
             Self::Off => 0,
@@ -51,68 +51,69 @@ impl ClockSync {
     }
 }
 
-/// How tags are kept in order between the federates.
+/// The way in which federates keep the order of tags.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
 pub enum Coordination {
     /// The RTI grants tags, and forwards messages.
     #[default]
     Centralized,
-    /// Messages go from federate to federate. A federate begins a tag when it knows all that comes before, or when the
-    /// time that it waits for that is over.
+    /// Federates send messages to each other. A federate begins a tag when it knows everything that comes before, or
+    /// when its wait for that is over.
     Decentralized,
 }
 
-/// What a federate is told about itself and the federation. See [`Config::new`] for the defaults.
+/// The configuration of a federate and of its place in the federation. See [`Config::new`] for the defaults.
 #[derive(Clone, Copy, Debug)]
 pub struct Config<'a, N = All> {
     /// This federate's id.
     pub id: FederateId,
     /// The federation's id; at most 255 bytes.
     pub federation_id: &'a [u8],
-    /// How this federate and the RTI prove to each other that they know the federation id, if they do.
+    /// The function by which this federate and the RTI prove that they know the federation id, if they authenticate.
     pub authentication: Option<Answer>,
-    /// How tags are kept in order.
+    /// The way in which federates keep the order of tags.
     pub coordination: Coordination,
-    /// The federates with a connection to this one, each with the least delay of these connections in ns, or
-    /// [`DELAY_NONE`](lf_wire::DELAY_NONE) where one has no `after`.
+    /// The federates with a connection to this one, each with the minimum delay of these connections in ns, or
+    /// [`DELAY_NONE`](lf_wire::DELAY_NONE) if one has no `after`.
     pub upstream: &'a [(u16, i64)],
     /// The federates to which this one has a connection.
     pub downstream: &'a [u16],
-    /// The port on which this federate awaits connections of others; `None` if none are to come.
+    /// The port on which this federate awaits connections of others; `None` if no federate sends to it directly.
     pub listening: Option<u16>,
     /// The federates to which this one sends directly, each once.
     pub peers: &'a [u16],
-    /// Which clock synchronization to take part in.
+    /// The clock synchronization to take part in.
     pub clock_sync: ClockSync,
-    /// The port on which this federate awaits the datagrams of clock synchronization; `None` if there is none, and then
-    /// [`ClockSync::On`] is as `Init`.
+    /// The port on which this federate awaits the datagrams of clock synchronization. Without one, [`ClockSync::On`]
+    /// acts like `Init`.
     pub udp_port: Option<u16>,
-    /// From where the RTI's datagrams come; `None` if that is not known, and then they may come from anywhere.
+    /// The address that the RTI's datagrams come from; `None` if it is not known, and then any address is accepted.
     pub rti: Option<IpAddress>,
-    /// What this federate's clock shows too much, as a test of clock synchronization, which has to find it out.
+    /// The offset by which this federate's clock is ahead, as a test of clock synchronization, which has to find it.
     pub test_offset: Interval,
-    /// The least delay from a physical action to an output to another federate; `None` when no physical action can
+    /// The minimum delay from a physical action to an output to another federate; `None` when no physical action can
     /// cause such an output.
     pub physical_delay: Option<Interval>,
-    /// How often the NET is renewed when physical actions bound it.
+    /// The interval at which the NET is renewed when physical actions bound it.
     pub advance_interval: Interval,
-    /// How long to wait for the ACK after each connection.
+    /// The time to wait for the ACK after each connection.
     pub connect_time_out: Interval,
-    /// How long to wait for the next message of the initial clock synchronization.
+    /// The time to wait for the next message of the initial clock synchronization.
     pub clock_sync_time_out: Interval,
-    /// What the program needs.
+    /// The capabilities that the program needs.
     pub needs: PhantomData<N>,
 }
 
 impl<'a> Config<'a> {
-    /// A federate without neighbors, with the initial clock synchronization and the stock programs' times.
+    /// Returns the configuration of a federate without neighbors, with the initial clock synchronization and the stock
+    /// programs' times.
     pub const fn new(id: FederateId, federation_id: &'a [u8]) -> Self {
         Self::with_needs(id, federation_id)
     }
 }
 
 impl<'a, N: Needs> Config<'a, N> {
-    /// The same for a program with these needs.
+    /// Returns the same configuration for a program with these needs.
     pub const fn with_needs(id: FederateId, federation_id: &'a [u8]) -> Self {
         Self {
             id,
@@ -135,13 +136,13 @@ impl<'a, N: Needs> Config<'a, N> {
         }
     }
 
-    /// The federates to which this one sends directly.
+    /// Returns the federates to which this one sends directly.
     pub(super) fn peers(&self) -> &'a [u16] {
         if N::PEERS { self.peers } else { &[] }
     }
 
-    /// An address that the RTI's computer sees, as this federate's sees it: a link-local one is at the interface that
-    /// leads to the RTI, unless the RTI is on this computer.
+    /// Returns an address on the RTI's computer as this federate's computer sees it: a link-local address is at the
+    /// interface that leads to the RTI, unless the RTI is on this computer.
     #[cfg(feature = "ipv6")]
     pub(super) fn as_seen_here(&self, address: core::net::Ipv6Addr, scope: u32) -> IpAddress {
         let leads_to_rti = match self.rti {
@@ -151,12 +152,12 @@ impl<'a, N: Needs> Config<'a, N> {
         IpAddress::v6(address, leads_to_rti.unwrap_or(scope))
     }
 
-    /// How this federate authenticates, if it does.
+    /// Returns the federate's way to authenticate, if it does.
     pub(super) fn answer(&self) -> Option<Answer> {
         if N::AUTHENTICATION { self.authentication } else { None }
     }
 
-    /// Whether a federate can work with this.
+    /// Checks that a federate can work with this configuration.
     ///
     /// # Errors
     /// What is wrong, in a sentence.
@@ -167,7 +168,7 @@ impl<'a, N: Needs> Config<'a, N> {
         if self.clock_sync != ClockSync::Off && self.clock_sync.trials() == 0 {
             return Err(ConfigError::NoTrials);
         }
-        // The federate that reached the timer would otherwise renew its NET without end at one instant.
+        // A federate that reached the timer would otherwise renew its NET without end at one instant.
         if self.physical_delay.is_some() && self.advance_interval.as_nanos() <= 0 {
             return Err(ConfigError::AdvanceInterval);
         }

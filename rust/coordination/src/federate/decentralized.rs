@@ -1,74 +1,73 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Decentralized coordination: how long a federate waits for what its inputs may bring.
+//! Decentralized coordination: how long a federate waits for its inputs.
 //!
-//! Nobody grants tags. What one federate sends comes in order, so a message, or word that there is none, tells of an
-//! input what has come up to its tag. A tag begins when all inputs are known up to just before it, or when the time
-//! that the others are waited for (`@maxwait`) is over. Within the tag, reactions from the level of an input on wait
-//! until it is known at that tag too, or until another time (`@absent_after`) is over: then it is taken as absent. What
-//! comes later than that is tardy.
+//! The RTI grants no tags. Messages of one federate come in order, so a message or an absence makes an input known up
+//! to its tag. A tag begins when all inputs are known up to just before it, or when the wait for the others
+//! (`@maxwait`) is over. Within the tag, reactions from the level of an input on wait until it is known at that tag
+//! too, or until a second wait (`@absent_after`) is over: then the federate takes it as absent. A message that comes
+//! later is tardy.
 //!
-//! Messages that have come but cannot be handled yet, because they are incomplete or their queue has no room, are the
-//! event loop's business; so is reading all that has come before it lets a time pass.
+//! The event loop handles messages that are incomplete or whose queue has no room. It also reads everything that has
+//! come before it lets a time pass.
 
 use lf_model::time::{Instant, Interval, Tag};
 
 use super::awaited::Awaited;
 
-/// Where reactions of the open tag have to wait.
+/// The point at which reactions of the open tag have to wait.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub struct Pause {
     /// Reactions below this level may run.
     pub level: u16,
-    /// The physical time at which the first input is to be taken as absent, by [`Awaited::assume_absent`]; FOREVER
-    /// when only word from others helps.
+    /// The physical time at which the first input counts as absent, by [`Awaited::assume_absent`]; FOREVER if only a
+    /// message or an absence helps.
     pub until: Instant,
 }
 
 impl Awaited<'_> {
-    /// The federation starts at `start`: nothing comes at an input before that and its connection's delay, which is
-    /// asked for by port.
+    /// Starts the federation at `start`. No input has a message before that and its connection's delay, which `delay`
+    /// returns for a port.
     pub fn start(&mut self, start: Tag, delay: impl Fn(u16) -> Option<Interval>) {
         for (input, known) in self.inputs() {
             *known = (*known).max(start.delayed(delay(input.port)).before());
         }
     }
 
-    /// Whether all is known that comes before this tag.
+    /// Returns whether all inputs are known before this tag.
     pub fn knows_before(&self, tag: Tag) -> bool {
         self.known().all(|(_, known)| known >= tag.before())
     }
 
-    /// The physical time from which on a tag may begin: `since`, and later by the longest wait of the inputs of which
-    /// it is not known what comes before it. FOREVER when only word from others helps.
+    /// Returns the physical time from which on a tag may begin: `since`, and later by the longest wait of the inputs
+    /// that are not known before it. FOREVER if only a message or an absence helps.
     ///
-    /// Waits count from the tag's time, or from later on if nobody could begin the tag at its time: `since`.
+    /// Waits count from `since`: the tag's time, or later if the federate could not begin the tag at its time.
     pub fn begin_time(&self, tag: Tag, since: Instant, max_wait: impl Fn(u16) -> Interval) -> Instant {
         let unknown = self.known().filter(|(_, known)| *known < tag.before());
         let wait = unknown.map(|(input, _)| max_wait(input.port)).max().unwrap_or(Interval::ZERO);
         wait_until(since, wait.max(Interval::ZERO))
     }
 
-    /// Where reactions of the open tag have to wait; `None` when all is known. `patience` is, by port, how long an
-    /// input is waited for within the tag.
-    pub fn pause(&self, current: Tag, since: Instant, patience: impl Fn(u16) -> Interval) -> Option<Pause> {
+    /// Returns the point at which reactions of the open tag have to wait; `None` if all inputs are known. `wait_limit`
+    /// returns how long to wait for a port within the tag.
+    pub fn pause(&self, current: Tag, since: Instant, wait_limit: impl Fn(u16) -> Interval) -> Option<Pause> {
         let unknown = || self.known().filter(|(_, known)| *known < current).map(|(input, _)| input);
         let level = unknown().map(|input| input.level).min()?;
-        let until = unknown().map(|input| wait_until(since, patience(input.port))).min()?;
+        let until = unknown().map(|input| wait_until(since, wait_limit(input.port))).min()?;
         Some(Pause { level, until })
     }
 
-    /// It is `now` by the federation's clock: the inputs of which it is not known what comes at the open tag, and whose
-    /// time is over, are taken as absent.
-    pub fn assume_absent(&mut self, current: Tag, since: Instant, now: Instant, patience: impl Fn(u16) -> Interval) {
+    /// Takes unknown inputs of the open tag as absent if their wait is over at `now` by the federation's clock.
+    pub fn assume_absent(&mut self, current: Tag, since: Instant, now: Instant, wait_limit: impl Fn(u16) -> Interval) {
         for (input, known) in self.inputs() {
-            if *known < current && wait_until(since, patience(input.port)) <= now {
+            if *known < current && wait_until(since, wait_limit(input.port)) <= now {
                 *known = current;
             }
         }
     }
 }
 
-/// A wait for ever does not end, not even at the end of time.
+/// Adds a wait to a time. A wait of FOREVER does not end, not even at the end of time.
 fn wait_until(time: Instant, wait: Interval) -> Instant {
     if wait == Interval::FOREVER { Instant::FOREVER } else { time + wait }
 }
@@ -84,7 +83,7 @@ mod tests {
 
     const START: Instant = Instant::from_nanos(1_000);
 
-    /// An input as a table has it: level, delay, maximum wait, absence after.
+    /// An input as a table row: level, delay, maximum wait, absence after.
     type Row = (u16, Option<i64>, i64, i64);
 
     fn rows() -> impl Strategy<Value = Vec<Row>> {
@@ -106,7 +105,7 @@ mod tests {
         let (inputs, mut known) = (inputs(&rows), [Tag::NEVER; 2]);
         let mut awaited = Awaited::new(&inputs, &mut known).expect("there is memory");
         awaited.start(tag(0, 0), |port| rows[usize::from(port)].1.map(Interval::from_nanos));
-        let (max_wait, patience) = (
+        let (max_wait, wait_limit) = (
             |port| Interval::from_nanos(rows[usize::from(port)].2),
             |port| {
                 Interval::from_nanos(rows[usize::from(port)].2)
@@ -115,14 +114,14 @@ mod tests {
         );
         assert_eq!(awaited.begin_time(tag(0, 0), tag(0, 0).time, max_wait), START);
         assert_eq!(
-            awaited.pause(tag(0, 0), tag(0, 0).time, patience),
+            awaited.pause(tag(0, 0), tag(0, 0).time, wait_limit),
             Some(Pause { level: 3, until: Instant::FOREVER })
         );
         awaited.learn(0, tag(0, 0));
-        assert_eq!(awaited.pause(tag(0, 0), tag(0, 0).time, patience), None);
-        // The next microstep needs word again; the other input is known for as long as its delay.
+        assert_eq!(awaited.pause(tag(0, 0), tag(0, 0).time, wait_limit), None);
+        // The next microstep needs a message or an absence again; the other input is known for as long as its delay.
         assert_eq!(awaited.begin_time(tag(0, 1), tag(0, 1).time, max_wait), START);
-        assert_eq!(awaited.pause(tag(0, 1), tag(0, 1).time, patience).map(|pause| pause.level), Some(3));
+        assert_eq!(awaited.pause(tag(0, 1), tag(0, 1).time, wait_limit).map(|pause| pause.level), Some(3));
         assert_eq!(awaited.begin_time(tag(2, 0), tag(2, 0).time, max_wait), Instant::FOREVER);
         awaited.learn(0, Tag::FOREVER);
         assert_eq!(awaited.begin_time(tag(10, 0), tag(10, 0).time, max_wait), START + Interval::from_nanos(10));
@@ -130,8 +129,8 @@ mod tests {
     }
 
     proptest! {
-        /// A tag never begins before its time, nor later than the longest wait after it; and it begins at its time
-        /// exactly when everything is known up to just before it, or what is not known is not waited for.
+        /// A tag never begins before its time, nor later than the longest wait after it. It begins at its time exactly
+        /// if all inputs are known up to just before it, or the unknown ones have no wait.
         #[test]
         fn tags_begin_when_they_should(
             rows in rows(),
@@ -160,28 +159,28 @@ mod tests {
             prop_assert!(begin > at.time || awaited.knows_before(at) || rows.iter().any(|row| row.2 == 0));
         }
 
-        /// Time alone lets every tag go on that is not waited for for ever, level by level, and what is taken as absent
-        /// once is known for the next tag to begin.
+        /// Time alone lets every tag go on whose waits are finite, level by level, and an input that counts as absent
+        /// is known for the next tag.
         #[test]
         fn time_lets_a_tag_go_on(rows in rows(), at in 0..60i64) {
             let (inputs, mut known) = (inputs(&rows), [Tag::NEVER; 5]);
             let mut awaited = Awaited::new(&inputs, &mut known).expect("there is memory");
             awaited.start(tag(0, 0), |port| rows[usize::from(port)].1.map(Interval::from_nanos));
-            let patience = |port| {
+            let wait_limit = |port| {
                 let row = rows[usize::from(port)];
                 Interval::from_nanos(row.2).saturating_add(Interval::from_nanos(row.3))
             };
             let current = tag(at, 0);
             let mut levels = Vec::new();
-            while let Some(pause) = awaited.pause(current, current.time, patience) {
+            while let Some(pause) = awaited.pause(current, current.time, wait_limit) {
                 levels.push(pause.level);
                 if pause.until == Instant::FOREVER {
                     prop_assert!(rows.iter().any(|row| row.2 == i64::MAX));
                     return Ok(());
                 }
-                awaited.assume_absent(current, current.time, pause.until - Interval::from_nanos(1), patience);
-                prop_assert_eq!(awaited.pause(current, current.time, patience), Some(pause));
-                awaited.assume_absent(current, current.time, pause.until, patience);
+                awaited.assume_absent(current, current.time, pause.until - Interval::from_nanos(1), wait_limit);
+                prop_assert_eq!(awaited.pause(current, current.time, wait_limit), Some(pause));
+                awaited.assume_absent(current, current.time, pause.until, wait_limit);
             }
             prop_assert!(levels.is_sorted() && levels.len() <= rows.len());
             prop_assert!(awaited.knows_before(current.next_microstep()));

@@ -1,18 +1,18 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Whether a federate has left in order that sent directly, and whose connection has ended without a word.
+//! The question whether a federate that sent directly has left in order, after its connection ended without a word.
 //!
-//! A federate of ours says of every direct connection that nothing more comes before it closes it. The stock one just
-//! closes, and so does the system of one that is killed. The RTI knows the difference, because it is told (RESIGN). Two
-//! questions that every RTI answers find out what it knows:
+//! A federate of this project sends a last message on every direct connection before it closes it. The stock federate
+//! just closes, and so does the system of a killed process. The RTI knows the difference, because a federate that
+//! leaves in order sends RESIGN. Two questions that every RTI answers find out what it knows:
 //!
-//! 1. Whether this RTI tells of departures. This federate advertises that it has no address, and asks for its own one.
+//! 1. Does this RTI report departures? This federate advertises that it has no address, and asks for its own address.
 //!    Our RTI keeps the address, because that advertisement has a meaning of its own (module `rti::stop`); a stock RTI
-//!    forgets it. Nobody else asks for addresses any more, as all connections are made before the start.
-//! 2. Where the other federate is. Our RTI knows the computer of each that is there, also of one that has no port, and
-//!    none of one that has left. After a loss it says FAILED instead, unless the others are to go on without the lost
-//!    one; then that has left, too.
+//!    forgets it. No other question for addresses is open by then, as all connections are made before the start.
+//! 2. Where is the other federate? Our RTI knows the computer of each federate that is there, also of one without a
+//!    port, and of none that has left. After a loss it sends FAILED instead, unless the others are to go on without the
+//!    lost federate; then that one has left, too.
 //!
-//! A stock RTI tells nobody of a loss. With it the end of a connection counts as a departure in order.
+//! A stock RTI reports no loss. With it the end of a connection counts as a departure in order.
 
 use lf_model::time::Instant;
 use lf_wire::{ADDRESS_PORT_UNKNOWN, Message};
@@ -20,12 +20,12 @@ use lf_wire::{ADDRESS_PORT_UNKNOWN, Message};
 use super::peers::ADDRESS_RETRY;
 use crate::{Deadline, FederateId};
 
-/// What this federate finds out about another one, one at a time.
+/// The question about one other federate at a time.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Departure {
-    /// Whether the RTI tells of departures, once it has shown that.
-    tells: Option<bool>,
-    /// This federate has advertised that it has no address.
+    /// Whether the RTI reports departures, once it has shown that.
+    reports: Option<bool>,
+    /// Whether this federate has advertised that it has no address.
     advertised: bool,
     question: Inquiry,
 }
@@ -36,16 +36,16 @@ enum Inquiry {
     None,
     Due(FederateId),
     Asked(FederateId),
-    /// The RTI has not seen this federate leave; it is asked again then.
+    /// The RTI has not seen this federate leave; the next question is due at this time.
     Again(FederateId, Instant),
     /// This federate has left.
     Left(FederateId),
 }
 
 impl Departure {
-    /// Whether it is known that this federate has left in order. If not, the RTI is asked.
+    /// Returns whether this federate is known to have left in order. If that is not known, asks the RTI.
     pub(super) fn has_left(&mut self, federate: FederateId) -> bool {
-        if self.tells == Some(false) {
+        if self.reports == Some(false) {
             return true;
         }
         match self.question {
@@ -59,17 +59,17 @@ impl Departure {
         false
     }
 
-    /// What the RTI is to be told or asked next, by the federate with this id.
+    /// Returns the next advertisement or question for the RTI, from the federate with this id.
     pub(super) fn due(&self, own: FederateId) -> Option<Message<'static>> {
         let Inquiry::Due(federate) = self.question else { return None };
-        Some(match self.tells {
+        Some(match self.reports {
             None if !self.advertised => Message::AddressAdvertisement { port: ADDRESS_PORT_UNKNOWN },
             None => query(own),
             Some(_) => query(federate),
         })
     }
 
-    /// The message of [`Departure::due`] has been transmitted.
+    /// Records that the message of [`Departure::due`] has been transmitted.
     pub(super) fn transmitted(&mut self, message: &Message<'_>) {
         match (message, self.question) {
             (Message::AddressQuery { .. }, Inquiry::Due(federate)) => self.question = Inquiry::Asked(federate),
@@ -77,24 +77,24 @@ impl Departure {
         }
     }
 
-    /// The RTI's answer about the federate that was asked for: whether it knows a port of it, and its computer. Without
-    /// effect when nothing was asked.
+    /// Handles the RTI's answer: whether it knows a port of the federate in question, and its computer. Has no effect
+    /// when no question is open.
     pub(super) fn answered(&mut self, now: Instant, has_port: bool, has_address: bool) {
         let Inquiry::Asked(federate) = self.question else { return };
-        self.question = match self.tells {
+        self.question = match self.reports {
             None => {
-                self.tells = Some(has_port);
+                self.reports = Some(has_port);
                 Inquiry::Due(federate)
             }
             Some(_) if has_address => Inquiry::Again(federate, now + ADDRESS_RETRY),
             Some(_) => Inquiry::Left(federate),
         };
-        if self.tells == Some(false) {
+        if self.reports == Some(false) {
             self.question = Inquiry::None;
         }
     }
 
-    /// When [`Departure::handle_timeout`] is to be called.
+    /// Returns the time at which to call [`Departure::handle_timeout`].
     pub(super) fn poll_timeout(&self) -> Deadline {
         match self.question {
             Inquiry::Again(_, time) => Deadline::At(time),
@@ -102,7 +102,7 @@ impl Departure {
         }
     }
 
-    /// Asks again, if it is time for that.
+    /// Repeats the question if that is due.
     pub(super) fn handle_timeout(&mut self, now: Instant) {
         if let Inquiry::Again(federate, time) = self.question
             && time <= now
@@ -140,7 +140,7 @@ mod tests {
         // Our RTI keeps the address of this federate.
         departure.answered(now, true, true);
         assert_eq!(transmit(&mut departure), Some(query(OTHER)));
-        // It is there, and nobody connects to it.
+        // It is there, and no federate connects to it.
         departure.answered(now, false, true);
         assert!(!departure.has_left(OTHER) && departure.due(OWN).is_none());
         let again = now + ADDRESS_RETRY;
@@ -149,7 +149,7 @@ mod tests {
         assert_eq!(transmit(&mut departure), Some(query(OTHER)));
         departure.answered(again, false, false);
         assert!(departure.has_left(OTHER));
-        // For the next one, nothing has to be found out about the RTI.
+        // For the next one, this federate knows already what the RTI reports.
         assert!(!departure.has_left(FederateId(2)));
         assert_eq!(transmit(&mut departure), Some(query(FederateId(2))));
     }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Why a federate cannot go on. Each error says in a sentence what to do.
+//! The errors that end a federate. Each says in a sentence what to do.
 
 use core::fmt;
 
@@ -41,13 +41,13 @@ impl fmt::Display for ConfigError {
 
 impl core::error::Error for ConfigError {}
 
-/// What to do about messages that do not fit the program of who gets them.
+/// Advice for messages that do not fit the receiver's program.
 pub const SAME_PROGRAM: Text = text!("check that all federates are built from the same program");
 
-/// Why a federate cannot go on.
+/// An error that ends a federate.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum FederateError {
-    /// The RTI does not take this federate.
+    /// The RTI rejects this federate.
     Rejected(RejectCode),
     /// The RTI could not prove that it knows the federation id.
     RtiNotAuthentic,
@@ -57,19 +57,19 @@ pub enum FederateError {
     NoClockSync,
     /// The RTI makes more initial exchanges than this federate expects.
     TrialsDiffer {
-        /// How many this federate expects.
+        /// The number that this federate expects.
         trials: u16,
     },
-    /// A federate to which this one sends directly cannot be connected to.
+    /// This federate cannot connect to a federate to which it sends directly.
     PeerUnreachable {
         /// The federate.
         federate: FederateId,
     },
-    /// A message that has no place here.
+    /// A message that is not allowed in this phase.
     Unexpected {
         /// Its type.
         message: MessageType,
-        /// Where the federate was.
+        /// The federate's phase.
         phase: Phase,
     },
     /// A tagged message for another federate.
@@ -90,7 +90,7 @@ pub enum FederateError {
     BeforeStart {
         /// The input it was for.
         port: u16,
-        /// How long before.
+        /// The time by which it is too early.
         by: Interval,
     },
     /// A message with a tag at which nothing can happen: at the end of time.
@@ -102,15 +102,15 @@ pub enum FederateError {
     RtiFailed,
     /// The connection to the RTI ended before this federate had resigned.
     RtiLost {
-        /// Where the federate was.
+        /// The federate's phase.
         phase: Phase,
     },
-    /// [`Federate::begin`](super::Federate::begin) with a tag that has not been granted: a mistake of the caller.
+    /// [`Federate::begin`](super::Federate::begin) with a tag that has not been granted: an error of the caller.
     NotGranted {
         /// The tag.
         tag: EventTag,
     },
-    /// [`Federate::begin`](super::Federate::begin) with a tag that is not later than the last: a mistake of the caller.
+    /// [`Federate::begin`](super::Federate::begin) with a tag that is not later than the last: an error of the caller.
     NotLater {
         /// The tag.
         tag: EventTag,
@@ -120,7 +120,7 @@ pub enum FederateError {
 }
 
 impl FederateError {
-    /// A message that has no place in this phase.
+    /// Returns the error for a message that is not allowed in this phase.
     pub(super) fn unexpected(message: &Message<'_>, phase: Phase) -> Self {
         Self::Unexpected { message: message.message_type(), phase }
     }
@@ -185,7 +185,7 @@ impl fmt::Display for FederateError {
 
 impl core::error::Error for FederateError {}
 
-/// A message came too late for this input: its number or the name of its connection.
+/// Writes that a message came too late for this input: its number or the name of its connection.
 ///
 /// # Errors
 /// Those of the formatter.
@@ -197,7 +197,7 @@ pub fn late(f: &mut fmt::Formatter<'_>, input: &dyn fmt::Display, tag: EventTag,
     )
 }
 
-/// A message came so long before the start for this input.
+/// Writes that a message came this long before the start for this input.
 ///
 /// # Errors
 /// Those of the formatter.
@@ -211,7 +211,7 @@ pub fn before_start(f: &mut fmt::Formatter<'_>, input: &dyn fmt::Display, by: In
     )
 }
 
-/// What to do about a rejection.
+/// Returns the advice for a rejection.
 fn advice(code: RejectCode) -> Text {
     match code {
         RejectCode::FederationIdMismatch => text!(

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-//! A federate as a whole: what its event loop calls, handed on to the parts.
+//! A federate as a whole: receives the calls of its event loop and passes them to the parts.
 //!
-//! Each part has a state of its own and knows none of the others; where one needs another, it is given it. What several
-//! of them have a say in (whether a tag may begin, which message is next) is put together here.
+//! Each part has a state of its own and knows none of the others; a part that needs another one receives it as an
+//! argument. Decisions that depend on several parts (whether a tag may begin, which message is next) are made here.
 
 use lf_model::time::{Instant, Tag};
 use lf_wire::Message;
@@ -37,13 +37,13 @@ pub struct Federate<'a, N: Needs = All> {
 }
 
 impl<'a, N: Needs> Federate<'a, N> {
-    /// A federate that has not connected.
+    /// Returns a federate that has not connected.
     ///
     /// # Errors
     /// When no federate can work with this configuration.
     pub fn new(config: Config<'a, N>) -> Result<Self, ConfigError> {
         config.check()?;
-        // Where nothing is granted, the RTI hears of no tags.
+        // Without grants, the RTI receives no tags.
         let is_centralized = config.coordination == Coordination::Centralized;
         let has_upstream = is_centralized && !config.upstream.is_empty();
         let has_downstream = is_centralized && !config.downstream.is_empty();
@@ -60,37 +60,37 @@ impl<'a, N: Needs> Federate<'a, N> {
         })
     }
 
-    /// Where this federate is.
+    /// Returns the phase that this federate is in.
     pub fn phase(&self) -> Phase {
         self.session.phase()
     }
 
-    /// Whether this tag may be begun now, as far as the federation is concerned.
+    /// Returns whether the federation allows this tag to begin now.
     ///
-    /// Physical time is not looked at. A federate that has sent much must also wait until the RTI has taken it.
+    /// Physical time does not matter here. A federate that has sent much must also wait until the RTI has taken it.
     pub fn may_advance(&self, tag: Tag) -> bool {
         self.phase() == Phase::Running && self.tags.allows(tag) && self.stop.allows(tag) && self.pace.allows()
     }
 
-    /// The connection to the RTI is there.
+    /// Handles a new connection to the RTI.
     ///
     /// With [`Config::authentication`], `nonce` has to be unpredictable and new for each connection; otherwise it is
-    /// not used. Ignored when the RTI has accepted this federate before: it cannot come back to the federation.
+    /// not used. Has no effect when the RTI has accepted this federate before: it cannot come back to the federation.
     pub fn handle_connected(&mut self, now: Instant, nonce: Nonce) {
         self.session.handle_connected(&self.config, now, nonce);
     }
 
-    /// The RTI is at this address, which is one of several that were tried.
+    /// Sets the RTI's address, one of several that were tried.
     pub fn set_rti(&mut self, address: IpAddress) {
         self.config.rti = Some(address);
     }
 
-    /// A message from the RTI has come.
+    /// Handles a message from the RTI.
     ///
-    /// `now` is the time at which its last byte was read; the clock synchronization is as good as it is.
+    /// `now` is the time at which its last byte was read; clock synchronization is only as exact as this time.
     ///
     /// # Errors
-    /// Why this federate cannot go on. It has then failed, and FAILED is to be sent where that is of use.
+    /// If this federate cannot go on. It has then failed: send FAILED if the connection still allows it.
     pub fn handle_message<'m>(&mut self, now: Instant, message: Message<'m>) -> Result<Event<'m>, FederateError> {
         let result = match self.phase() {
             Phase::Running => self.handle_running(now, message),
@@ -101,10 +101,10 @@ impl<'a, N: Needs> Federate<'a, N> {
         if let Ok(Event::Started(start)) = result {
             self.tags.start(start);
         }
-        self.heed(result)
+        self.fail_on_error(result)
     }
 
-    /// A message after the start.
+    /// Handles a message after the start.
     #[cfg_attr(target_pointer_width = "32", inline(never))]
     fn handle_running<'m>(&mut self, now: Instant, message: Message<'m>) -> Result<Event<'m>, FederateError> {
         let is_decentralized = self.config.coordination == Coordination::Decentralized;
@@ -118,7 +118,7 @@ impl<'a, N: Needs> Federate<'a, N> {
                 return unexpected;
             }
             Message::ProvisionalTagGrant(_) if !N::CYCLES => return unexpected,
-            // A grant says nothing to a federate that does not wait for any.
+            // A federate that waits for no grants ignores them.
             Message::TagGrant(_) if !N::INPUTS && !N::CYCLES => Event::None,
             Message::TagGrant(_) | Message::ProvisionalTagGrant(_) | Message::DownstreamNextEventTag(_)
                 if is_decentralized =>
@@ -135,7 +135,8 @@ impl<'a, N: Needs> Federate<'a, N> {
             }
             Message::TagGrant(tag) => {
                 let tag = from_wire(tag);
-                // The stock federate takes a grant that says nothing new with a warning, so this one does likewise.
+                // The stock federate accepts a grant that is not later than the last one, with a warning, so this one
+                // accepts it too.
                 if self.tags.grant(tag) { Event::Granted(tag) } else { Event::None }
             }
             Message::ProvisionalTagGrant(tag) => {
@@ -191,10 +192,10 @@ impl<'a, N: Needs> Federate<'a, N> {
         if federate == self.config.id { Ok(()) } else { Err(FederateError::WrongDestination { federate }) }
     }
 
-    /// A datagram has come on the port of [`Config::udp_port`](super::Config::udp_port); `now` is the time right after
+    /// Handles a datagram on the port of [`Config::udp_port`](super::Config::udp_port); `now` is the time right after
     /// it was read.
     ///
-    /// Never an error: what is lost, false or strange costs a round, and the clock goes on at its rate.
+    /// Never fails: a lost, false or strange datagram costs a round, and the clock goes on at its rate.
     pub fn handle_datagram(&mut self, now: Instant, from: Endpoint, datagram: &[u8]) -> Received {
         match self.phase() {
             Phase::Starting | Phase::Running | Phase::Resigning => {
@@ -204,44 +205,45 @@ impl<'a, N: Needs> Federate<'a, N> {
         }
     }
 
-    /// The answer to a datagram is being sent; `now` is the time right before.
+    /// Records that the answer to a datagram is sent at `now`, the time right before.
     pub fn answer_leaves(&mut self, now: Instant) {
         self.clock.answer_leaves(now);
     }
 
-    /// The federate of the last [`Event::PeerFound`] takes this one's messages.
+    /// Records that the federate of the last [`Event::PeerFound`] accepts this one's messages.
     pub fn peer_connected(&mut self, now: Instant) {
         self.session.peer_connected(&self.config, &self.clock, now);
     }
 
-    /// The connection that [`Event::PeerFound`] asked for could not be made, or ended before it was accepted. Its
-    /// address is asked for again after a while, for it may be another one.
+    /// Handles that the connection of [`Event::PeerFound`] could not be made, or ended before it was accepted. The
+    /// federate asks for the address again after a while, because it may have changed.
     ///
     /// # Errors
     /// When the time for it is over.
     pub fn peer_lost(&mut self, now: Instant) -> Result<(), FederateError> {
         let result = self.session.peer_lost(&self.config, now);
-        self.heed(result)
+        self.fail_on_error(result)
     }
 
-    /// Whether a federate whose direct connection has ended without a word has left in order, as far as the RTI can
-    /// tell. If that is not known yet, the RTI is asked: call it again whenever a message of the RTI has been handled.
+    /// Returns whether a federate whose direct connection has ended without a word has left in order, as far as the RTI
+    /// can tell. If the answer is not known, asks the RTI: call this function again whenever a message of the RTI has
+    /// been handled.
     ///
     /// After its own last tag a federate has nothing to lose, and does not ask.
     pub fn has_left(&mut self, federate: FederateId) -> bool {
         !N::PEERS || self.phase() != Phase::Running || self.departure.has_left(federate)
     }
 
-    /// The connection to the RTI has ended, or broken.
+    /// Handles the end or the break of the connection to the RTI.
     ///
     /// # Errors
     /// When this federate still needed it.
     pub fn handle_disconnected(&mut self) -> Result<Disconnected, FederateError> {
         let result = self.session.handle_disconnected();
-        self.heed(result)
+        self.fail_on_error(result)
     }
 
-    /// The time that [`Federate::poll_timeout`] named has come. Harmless at any other time.
+    /// Handles that the time of [`Federate::poll_timeout`] has come. Does nothing at any other time.
     ///
     /// # Errors
     /// When the RTI has let this federate wait too long.
@@ -252,12 +254,13 @@ impl<'a, N: Needs> Federate<'a, N> {
         self.tags.handle_timeout(now);
         self.departure.handle_timeout(now);
         let result = self.session.handle_timeout(&self.config, &mut self.clock, now);
-        self.heed(result)
+        self.fail_on_error(result)
     }
 
-    /// The next message for the RTI that is due and no longer than `room` bytes; `None` when there is none, or no room.
+    /// Returns the next message for the RTI that is due and no longer than `room` bytes; `None` if there is none, or no
+    /// room.
     ///
-    /// After at most nineteen calls without an event or command in between, `None` comes.
+    /// Without an event or command in between, at most nineteen calls return a message.
     pub fn poll_transmit(&mut self, room: usize) -> Option<Message<'a>> {
         let message = self.next_transmit().filter(|message| message.encoded_len() <= room)?;
         match message {
@@ -279,7 +282,7 @@ impl<'a, N: Needs> Federate<'a, N> {
         Some(message)
     }
 
-    /// Whether [`Federate::poll_transmit`] has a message, given room.
+    /// Returns whether [`Federate::poll_transmit`] has a message, given room.
     pub fn has_transmit(&self) -> bool {
         self.next_transmit().is_some()
     }
@@ -288,7 +291,7 @@ impl<'a, N: Needs> Federate<'a, N> {
         let phase = self.phase();
         let early = self.session.due(&self.config);
         if early.is_some() || phase == Phase::Failed {
-            // Once failed, a federate has nothing to promise.
+            // A federate that has failed has nothing to promise.
             return early;
         }
         if let Some(stop) = self.stop.due() {
@@ -303,36 +306,36 @@ impl<'a, N: Needs> Federate<'a, N> {
         match phase {
             Phase::Resigning => Some(Message::Resign),
             Phase::Running if N::PEERS && self.asks().is_some() => self.asks(),
-            // Last, so that it stands behind all that it is to tell of.
+            // The question comes last, so that it follows everything that the federate has to send.
             Phase::Running if self.pace.is_question_due() => Some(Pace::question(self.config.id)),
             _ => None,
         }
     }
 
-    /// What the RTI is to be asked about a federate that may have left. An answer does not say what it answers, so only
-    /// one question is under way.
+    /// Returns the question for the RTI about a federate that may have left. An answer does not name its question, so
+    /// only one question is open at a time.
     fn asks(&self) -> Option<Message<'static>> {
         let waits = self.phase() != Phase::Running || self.pace.is_asked();
         self.departure.due(self.config.id).filter(|_| !waits)
     }
 
-    /// All that [`Federate::poll_transmit`] gave has been written to the socket; `now` is the time after that.
+    /// Records that everything from [`Federate::poll_transmit`] has been written to the socket; `now` is the time after
+    /// that.
     pub fn handle_written(&mut self, now: Instant) {
         self.clock.initial.written(now);
     }
 
-    /// When [`Federate::handle_timeout`] is to be called, by this participant's own clock.
+    /// Returns the time at which to call [`Federate::handle_timeout`], by this participant's own clock.
     pub fn poll_timeout(&self) -> Deadline {
         self.session.poll_timeout().min(self.tags.poll_timeout()).min(self.departure.poll_timeout())
     }
 
-    /// Tells the next tag at which this federate has something to do, `FOREVER` for none; returns whether it may be
-    /// begun.
+    /// Announces the next tag at which this federate has something to do, `FOREVER` for none; returns whether it may
+    /// begin.
     ///
     /// Call it whenever the next tag has changed, also for an earlier one, and after each [`Event::Granted`] and
-    /// [`Event::StopGranted`]; calling it more often does no harm. A tag after the last one of this federate counts as
-    /// the last one. As long as a tag is open nothing is told, for it can still send. `now` is this participant's own
-    /// clock.
+    /// [`Event::StopGranted`]; more calls do no harm. A tag after the last one of this federate counts as the last one.
+    /// While a tag is open nothing is announced, because it can still send. `now` is this participant's own clock.
     pub fn next_event(&mut self, now: Instant, tag: Tag) -> bool {
         let tag = tag.min(self.stop.last_tag());
         if self.phase() != Phase::Running || !self.tags.next_event(tag) {
@@ -349,11 +352,11 @@ impl<'a, N: Needs> Federate<'a, N> {
         self.tags.announce(now, earliest, renewal);
     }
 
-    /// The event loop begins this tag.
+    /// Begins this tag.
     ///
     /// # Errors
-    /// When the tag is not later than the last, or has not been granted. This federate has then failed, for what it
-    /// does at such a tag could be wrong.
+    /// When the tag is not later than the last, or has not been granted. This federate has then failed, because its
+    /// behavior at such a tag could be wrong.
     pub fn begin(&mut self, tag: Tag) -> Result<(), FederateError> {
         let (relative, current) = (|tag| self.tags.relative(tag), self.tags.current());
         let result = if tag <= current {
@@ -364,14 +367,14 @@ impl<'a, N: Needs> Federate<'a, N> {
         } else {
             Err(FederateError::NotGranted { tag: relative(tag) })
         };
-        self.heed(result)
+        self.fail_on_error(result)
     }
 
-    /// The tag begun last is complete, and all its messages are in the out-buffer. `had_network_input`: whether a value
-    /// from another federate was present.
+    /// Completes the tag that was begun last; all its messages are in the out-buffer. `had_network_input`: whether a
+    /// value from another federate was present.
     ///
-    /// The RTI is told (LTC) if that is so, for it keeps account of the messages that are under way; and after a PTAG,
-    /// for others may have to wait within the tag.
+    /// The RTI receives an LTC if one was, because it tracks the messages in transit; and after a PTAG, because others
+    /// may have to wait within the tag.
     pub fn complete(&mut self, had_network_input: bool) {
         if self.phase() == Phase::Running {
             self.pace.completed();
@@ -379,28 +382,28 @@ impl<'a, N: Needs> Federate<'a, N> {
         }
     }
 
-    /// A tagged message has been put into the out-buffer.
+    /// Records that a tagged message has been put into the out-buffer.
     pub fn sent(&mut self) {
         self.tags.message_sent();
         self.pace.message_sent();
     }
 
-    /// Whether anything outside of the program can cause physical actions; it can before this is said.
+    /// Sets whether anything outside of the program can cause physical actions. Until the first call the answer is yes.
     ///
-    /// Where nothing can, physical time does not bound the next event: a physical action that a reaction causes comes
-    /// after that reaction's tag, which the RTI knows of.
+    /// If nothing can, physical time does not bound the next event: a physical action that a reaction causes comes
+    /// after that reaction's tag, which the RTI knows.
     pub fn set_physical_sources(&mut self, any: bool) {
         self.physical.set_sources(any);
     }
 
-    /// This federate's last tag by the program's time-out; the RTI is not asked.
+    /// Sets this federate's last tag by the program's time-out, without asking the RTI.
     pub fn limit_stop(&mut self, tag: Tag) {
         self.stop.limit(tag);
     }
 
-    /// The program wants to stop: asks for it at `tag`, or one microstep after the tag begun last where that is later.
+    /// Asks the RTI to stop the federation at `tag`, or one microstep after the tag begun last if that is later.
     ///
-    /// Until [`Event::StopGranted`], `tag` and later ones have to wait. Without effect when this federate has asked, or
+    /// Until [`Event::StopGranted`], `tag` and later ones have to wait. Has no effect if this federate has asked, or
     /// been asked, before.
     pub fn request_stop(&mut self, tag: Tag) {
         if self.phase() == Phase::Running {
@@ -408,8 +411,8 @@ impl<'a, N: Needs> Federate<'a, N> {
         }
     }
 
-    /// The last tag is complete: resigns. Before the start this is [`Federate::fail`], for the others wait for this
-    /// federate; without effect once it has ended.
+    /// Resigns after the last tag is complete. Before the start this is [`Federate::fail`], because the others wait for
+    /// this federate. Has no effect once it has ended.
     pub fn finish(&mut self) {
         match self.phase() {
             Phase::Running => {
@@ -421,17 +424,17 @@ impl<'a, N: Needs> Federate<'a, N> {
         }
     }
 
-    /// This federate ends because of an error of its own: FAILED is sent instead of RESIGN.
+    /// Ends this federate because of an error of its own: FAILED is sent instead of RESIGN.
     ///
-    /// Without effect once it has ended.
+    /// Has no effect once it has ended.
     pub fn fail(&mut self) {
         if !matches!(self.phase(), Phase::Ended | Phase::Failed) {
             self.end(None);
         }
     }
 
-    /// Gives a result on. After an error this federate has failed.
-    fn heed<T>(&mut self, result: Result<T, FederateError>) -> Result<T, FederateError> {
+    /// Returns the result unchanged. After an error this federate has failed.
+    fn fail_on_error<T>(&mut self, result: Result<T, FederateError>) -> Result<T, FederateError> {
         if let Err(error) = &result {
             self.end(Some(*error));
         }

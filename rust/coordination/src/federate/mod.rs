@@ -1,52 +1,51 @@
 // SPDX-License-Identifier: Apache-2.0
 //! One federate of a federation, from the first connection to its end.
 //!
-//! [`Federate`] is told what happens (`handle_*`) and what its event loop does (commands), and is asked for what to
-//! send and when it wants to be called (`poll_*`). All times given to it are readings of the participant's *own* clock,
-//! which never jumps; [`Federate::clock`] turns them into the federation's physical time.
+//! The event loop reports events to [`Federate`] (`handle_*`) and its own steps (commands), and asks it for messages to
+//! send and for the time of the next call (`poll_*`). All times are readings of the participant's *own* clock, which
+//! never jumps; [`Federate::clock`] converts them to the federation's physical time.
 //!
-//! # What the event loop has to do
+//! # Duties of the event loop
 //!
-//! 1. Connect by [`ConnectRetry`], then [`Federate::handle_connected`], with a nonce if it authenticates. Give every
-//!    decoded message to [`Federate::handle_message`], in order, and the end of the connection to
-//!    [`Federate::handle_disconnected`].
+//! 1. Connect by [`ConnectRetry`], then call [`Federate::handle_connected`], with a nonce if the federate
+//!    authenticates. Pass every decoded message to [`Federate::handle_message`], in order, and the end of the
+//!    connection to [`Federate::handle_disconnected`].
 //! 2. After *every* call that takes `&mut self`, move messages from [`Federate::poll_transmit`] to the connection's
-//!    out-buffer until it gives `None`; where room is short, go on when there is some. Nothing is lost by going on
-//!    late: the messages are worked out from state, and there is one place per kind. Data messages go straight into the
-//!    same out-buffer, and [`Federate::sent`] is told. Put all data messages of a tag into the out-buffer *before*
+//!    out-buffer until it returns `None`; if room is short, continue when there is some. A late call loses nothing: the
+//!    messages are computed from state, with one slot per kind. Data messages go straight into the same out-buffer,
+//!    followed by a call of [`Federate::sent`]. Put all data messages of a tag into the out-buffer *before*
 //!    [`Federate::complete`] and the following [`Federate::next_event`]: as both buffer and socket keep the order, no
-//!    LTC or NET can then overtake a message that it speaks for. A NET for tag t itself may go out before or after t's
+//!    LTC or NET can then overtake a message that it covers. A NET for tag t itself may go out before or after t's
 //!    messages.
-//! 3. When the out-buffer has become empty by a write, call [`Federate::handle_written`]: T3 of the clock
-//!    synchronization is the time after the write.
+//! 3. When a write has emptied the out-buffer, call [`Federate::handle_written`]: T3 of the clock synchronization is
+//!    the time after the write.
 //!
-//!    With [`ClockSync::On`], give each datagram to [`Federate::handle_datagram`] as soon as it has come, with the time
+//!    With [`ClockSync::On`], pass each datagram to [`Federate::handle_datagram`] as soon as it comes, with the time
 //!    right after it was read, and send the answer at once.
-//! 4. Call [`Federate::handle_timeout`] when [`Federate::poll_timeout`] says so; the deadline may change with each
-//!    call.
-//! 5. Once started: [`Federate::next_event`] whenever the next tag is another one; when it returns `true`, and the
-//!    tag's physical time has come, [`Federate::begin`], run the tag, [`Federate::complete`]. After a
-//!    [`Event::Granted`] or [`Event::StopGranted`], ask again.
+//! 4. Call [`Federate::handle_timeout`] at the time of [`Federate::poll_timeout`]; each call may change that time.
+//! 5. Once started, call [`Federate::next_event`] whenever the next tag changes. When it returns `true` and the tag's
+//!    physical time has come, call [`Federate::begin`], run the tag, and call [`Federate::complete`]. After an
+//!    [`Event::Granted`] or [`Event::StopGranted`], call [`Federate::next_event`] again.
 //!
-//!    In a cycle without delay, [`Federate::summons`] may name a tag that comes before the next event: it is begun like
-//!    any other, for federates downstream wait for the messages of this tag, or for word that there are none. Tell
-//!    [`Awaited`] of all that comes at awaited inputs, and run only reactions below [`Awaited::max_level`].
+//!    In a cycle without delay, [`Federate::demanded_tag`] may return a tag before the next event. Begin it like any
+//!    other, because federates downstream wait for the messages of this tag, or for their absence. Tell [`Awaited`] of
+//!    everything that comes at awaited inputs, and run only reactions below [`Awaited::max_level`].
 //!
-//!    With decentralized coordination nothing is granted, and [`Federate::begin`] takes any tag that a stop does not
-//!    forbid: [`Awaited`] says when a tag may begin, and how long its reactions wait. The RTI hears of no tags.
-//! 6. After the last tag [`Federate::finish`]; after an error of the program [`Federate::fail`]. After an error that
-//!    this state machine returns, or after either of them: send what `poll_transmit` still gives, and end the writing
-//!    direction of the connection at once, for the RTI holds up all others until then. Close it when the RTI has ended
-//!    its own direction: closing it while something is unread would reset it, and RESIGN could be lost. An error is
-//!    final; the federate then ignores whatever comes.
+//!    With decentralized coordination the RTI grants nothing, and [`Federate::begin`] accepts any tag that a stop does
+//!    not forbid: [`Awaited`] says when a tag may begin, and how long its reactions wait. The RTI receives no tags.
+//! 6. After the last tag call [`Federate::finish`]; after an error of the program [`Federate::fail`]. After either of
+//!    them, and after an error that this state machine returns, send what `poll_transmit` still returns, and end the
+//!    writing direction of the connection at once, because the RTI holds up all others until then. Close it when the
+//!    RTI has ended its own direction: closing it with unread bytes would reset it, and RESIGN could be lost. An error
+//!    is final; the federate then ignores whatever comes.
 //!
 //! # Parts
 //!
-//! [`Federate`] is made of parts, each with a state of its own: the way to the start and the end (`session`, with the
-//! messages that are due in `outbox` and the connections to others in `peers`), the clock (`clock_sync`), the state of
-//! tags (`tags`, with the rules for what the RTI has to be told in `net_rules`), physical actions (`physical`), how far
-//! it may run ahead of the RTI (`pace`), whether others have left in order (`departure`) and stops (`stop`). None of
-//! them knows the whole; `machine` hands on to them.
+//! [`Federate`] consists of parts, each with a state of its own: the way to the start and the end (`session`, with its
+//! due messages in `outbox` and the connections to others in `peers`), the clock (`clock_sync`), the state of tags
+//! (`tags`, with the rules for NETs in `net_rules`), physical actions (`physical`), how far the federate may run ahead
+//! of the RTI (`pace`), whether others have left in order (`departure`) and stops (`stop`). No part knows the whole;
+//! `machine` passes calls to them.
 
 mod awaited;
 mod clock_sync;

@@ -1,29 +1,30 @@
 // SPDX-License-Identifier: Apache-2.0
-//! What a program needs of a federate, known while it is compiled: what it does not need is not in its image.
+//! The capabilities that a program needs of a federate, known at compile time: an image carries no others.
 
 use core::fmt::Debug;
 
-/// What a program needs. A type stands for it, so that code that nobody needs is not even generated; on a computer,
-/// where programs of any kind are run by the same code, that is [`All`].
+/// The capabilities that a program needs. They are a type, so that the compiler generates no code for the others. A
+/// computer, where the same code runs programs of any kind, uses [`All`].
 pub trait Needs: Copy + Debug + 'static {
     /// Other federates send to it.
     const INPUTS: bool = true;
-    /// The RTI may grant tags provisionally: where federates are in a cycle without delay, and to take back at a stop
-    /// what it has granted to a federate with inputs.
+    /// The RTI may grant tags provisionally: to federates in a cycle without delay, and at a stop, to revoke what it
+    /// has granted to a federate with inputs.
     const CYCLES: bool = true;
-    /// The federate and the RTI prove to each other that they know the federation's id.
+    /// The federate and the RTI prove to each other that they know the federation id.
     const AUTHENTICATION: bool = true;
-    /// It sends to other federates past the RTI, or receives from them.
+    /// It sends to other federates directly, or receives from them.
     const PEERS: bool = true;
     /// Physical actions can cause outputs to other federates.
     const PHYSICAL: bool = true;
-    /// Its buffers may be too small, so it looks at them when it starts. Those of an image are made to measure.
+    /// Its buffers may be too small, so it checks them when it starts. Those of an image have the right size by
+    /// construction.
     const BUFFER_CHECK: bool = true;
-    /// It is said what the running federate waits for.
+    /// The running federate logs what it waits for.
     const WAITS: bool = true;
 }
 
-/// All that there is.
+/// All capabilities.
 #[derive(Clone, Copy, Debug)]
 pub struct All;
 

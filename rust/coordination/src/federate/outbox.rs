@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 //! The control messages of the handshake that are due.
 //!
-//! Not a queue, but one place per kind of message. So the outbox is bounded however rarely it is emptied. What is due
-//! later on, the parts that it is about keep in the same way: a later LTC or NET replaces one that has not gone out
-//! yet, for it says all that the earlier one said.
+//! The outbox is not a queue but one slot per kind of message, so it is bounded however rarely it is emptied. Later
+//! messages are kept in the same way by the parts that they belong to: a later LTC or NET replaces one that has not
+//! gone out yet, because it implies the earlier one.
 
 use lf_model::time::Instant;
 use lf_wire::{
@@ -26,8 +26,8 @@ pub(super) struct Outbox {
     pub(super) neighbor_structure: bool,
     pub(super) udp_port: bool,
     pub(super) t3: bool,
-    /// This federate stops in turn, see module `rti::stop`.
-    pub(super) in_turn: bool,
+    /// This federate stops last, see module `rti::stop`.
+    pub(super) ordered_stop: bool,
     /// The port on which others reach this federate.
     pub(super) advertisement: Option<u16>,
     pub(super) address_query: Option<FederateId>,
@@ -37,7 +37,7 @@ pub(super) struct Outbox {
 }
 
 impl Outbox {
-    /// The next message, without taking it out.
+    /// Returns the next message without removing it.
     pub(super) fn next<'a, N: Needs>(&self, config: &Config<'a, N>) -> Option<Message<'a>> {
         if N::AUTHENTICATION {
             if let Some(nonce) = self.fed_nonce {
@@ -68,7 +68,7 @@ impl Outbox {
         if self.t3 {
             return Some(Message::T3 { federate: config.id.0 });
         }
-        if self.in_turn {
+        if self.ordered_stop {
             return Some(Message::AddressAdvertisement { port: ADDRESS_PORT_UNKNOWN });
         }
         if let Some(port) = self.advertisement {
@@ -86,7 +86,7 @@ impl Outbox {
         self.failed.then_some(Message::Failed)
     }
 
-    /// Takes out a message that [`Outbox::next`] gave.
+    /// Removes a message that [`Outbox::next`] returned.
     pub(super) fn remove(&mut self, message: &Message<'_>) {
         match message {
             Message::FedNonce { .. } => self.fed_nonce = None,
@@ -95,7 +95,7 @@ impl Outbox {
             Message::NeighborStructure(_) => self.neighbor_structure = false,
             Message::UdpPort(_) => self.udp_port = false,
             Message::T3 { .. } => self.t3 = false,
-            Message::AddressAdvertisement { port: ADDRESS_PORT_UNKNOWN } => self.in_turn = false,
+            Message::AddressAdvertisement { port: ADDRESS_PORT_UNKNOWN } => self.ordered_stop = false,
             Message::AddressAdvertisement { .. } => self.advertisement = None,
             Message::AddressQuery { .. } => self.address_query = None,
             Message::Timestamp(_) => self.timestamp = None,
@@ -106,7 +106,7 @@ impl Outbox {
         }
     }
 
-    /// Nothing is due any more.
+    /// Removes all messages.
     pub(super) fn clear(&mut self) {
         *self = Self::default();
     }

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-//! How far a federate may run ahead of what the RTI has taken from it.
+//! A limit on how far a federate may run ahead of the RTI.
 //!
-//! What a federate has sent can lie unread in buffers on its way, and a federate without upstream federates hears of
-//! nothing that would slow it down. Then its answer to a stop request lies behind thousands of messages, which a
+//! Messages that a federate has sent can lie unread in buffers on their way, and a federate without upstream federates
+//! receives nothing that would slow it down. Then its answer to a stop request follows thousands of messages, which a
 //! receiver that has named a stop tag cannot take. So after some tags with messages a federate sends the RTI a question
-//! that every RTI answers in order: a `PORT_ABSENT` for itself, which comes back when everything before it has been
-//! taken. Meanwhile the federate goes on, but not far. The question names an input that nobody has and a tag at which
-//! nothing happens, so it means nothing else to anybody.
+//! that every RTI answers in order: a `PORT_ABSENT` for itself, which comes back when the RTI has taken everything
+//! before it. Meanwhile the federate goes on, up to a limit. The question names an input that does not exist and a tag
+//! at which nothing happens, so it has no other meaning.
 
 use lf_wire::{Message, Tag};
 
@@ -15,13 +15,13 @@ use crate::FederateId;
 /// The input that a question names.
 const NO_INPUT: u16 = u16::MAX;
 
-/// After so many tags with messages the RTI is asked.
+/// The number of tags with messages after which the federate asks the RTI.
 const ASK_AFTER: u16 = 8;
-/// How many tags with messages a federate begins at most before the RTI has answered. The queues of network inputs
-/// have room for these.
+/// The maximum number of tags with messages that a federate begins before the RTI has answered. The queues of network
+/// inputs have room for these.
 pub const TAGS_AHEAD_MAX: u16 = 16;
 
-/// What has been sent, and how much of it is known to have been taken.
+/// The number of tags with messages that the RTI may not have taken yet.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Pace {
     /// Tags with messages since the last question that was answered.
@@ -36,17 +36,17 @@ enum Question {
     #[default]
     None,
     Due,
-    /// It stands behind the messages of so many tags.
+    /// It follows the messages of this many tags.
     Asked(u16),
 }
 
 impl Pace {
-    /// A message of the open tag goes out.
+    /// Records that a message of the open tag goes out.
     pub(super) fn message_sent(&mut self) {
         self.sending = true;
     }
 
-    /// The open tag is complete.
+    /// Records that the open tag is complete.
     pub(super) fn completed(&mut self) {
         self.ahead += u16::from(core::mem::take(&mut self.sending));
         if self.ahead >= ASK_AFTER && self.question == Question::None {
@@ -54,32 +54,32 @@ impl Pace {
         }
     }
 
-    /// What a federate asks the RTI, and gets back.
+    /// Returns the question for the RTI, which the RTI sends back.
     pub(super) const fn question(federate: FederateId) -> Message<'static> {
         Message::PortAbsent { port: NO_INPUT, federate: federate.0, tag: Tag::NEVER }
     }
 
-    /// Whether a message is the answer to such a question of this federate.
+    /// Returns whether a message is the answer to such a question of this federate.
     pub(super) fn is_answer(message: &Message<'_>, own: FederateId) -> bool {
         matches!(*message, Message::PortAbsent { port: NO_INPUT, federate, tag: Tag::NEVER } if federate == own.0)
     }
 
-    /// Whether the RTI is to be asked.
+    /// Returns whether a question is due.
     pub(super) fn is_question_due(self) -> bool {
         self.question == Question::Due
     }
 
-    /// Whether the RTI owes an answer.
+    /// Returns whether the RTI owes an answer.
     pub(super) fn is_asked(self) -> bool {
         matches!(self.question, Question::Asked(_))
     }
 
-    /// The RTI is being asked.
+    /// Records that the question is sent.
     pub(super) fn asked(&mut self) {
         self.question = Question::Asked(self.ahead);
     }
 
-    /// The RTI has answered.
+    /// Handles the RTI's answer.
     pub(super) fn answered(&mut self) {
         if let Question::Asked(behind) = self.question {
             self.ahead = self.ahead.saturating_sub(behind);
@@ -87,7 +87,7 @@ impl Pace {
         }
     }
 
-    /// Whether another tag may be begun.
+    /// Returns whether another tag may begin.
     pub(super) fn allows(self) -> bool {
         self.ahead < TAGS_AHEAD_MAX
     }
@@ -129,7 +129,7 @@ mod tests {
     }
 
     proptest! {
-        /// Whatever happens, nobody gets further ahead than the limit, and an answer always lets it go on.
+        /// No sequence of steps gets a federate further ahead than the limit, and an answer always lets it go on.
         #[test]
         fn nobody_runs_away(steps in proptest::collection::vec(0..4u8, 0..200)) {
             let mut pace = Pace::default();

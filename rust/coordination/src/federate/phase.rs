@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Where a federate is between its start and its end.
+//! The phases of a federate between its start and its end.
 
 use core::fmt;
 
 use lf_texts::text;
 
-/// Where a federate is. The phases follow each other in this order; from each, [`Phase::Failed`] can come.
+/// The phase of a federate. The phases follow each other in this order; each can lead to [`Phase::Failed`].
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Debug)]
 pub enum Phase {
     /// Not connected yet.
@@ -18,7 +18,7 @@ pub enum Phase {
     Synchronizing,
     /// Connecting to the federates to which it sends directly.
     Meeting,
-    /// Waiting for the start time, which the RTI gives when all federates have come.
+    /// Waiting for the start time, which the RTI sends when all federates have joined.
     Starting,
     /// The start time is known: tags are granted, begun and completed.
     Running,

@@ -1,18 +1,18 @@
 // SPDX-License-Identifier: Apache-2.0
-//! How physical time bounds the next event of a federate whose physical actions can cause outputs to others.
+//! The bound that physical time sets on the next event of a federate whose physical actions can cause outputs.
 
 use lf_model::time::{Instant, Interval};
 
 use crate::clock_sync::ClockCorrection;
 
-/// What is known of the physical actions of a federate.
+/// The physical actions of a federate.
 #[derive(Clone, Debug)]
 pub(super) struct PhysicalActions {
-    /// The least delay from one to an output that others wait for, if there is such a path.
+    /// The minimum delay from one to an output that others wait for, if there is such a path.
     delay: Option<Interval>,
-    /// How long a bound that was told is good.
+    /// The time for which an announced bound is valid.
     interval: Interval,
-    /// Something outside of the program can cause them.
+    /// Whether something outside of the program can cause them.
     any_sources: bool,
 }
 
@@ -25,14 +25,14 @@ impl PhysicalActions {
         self.any_sources = any;
     }
 
-    /// The earliest physical time of an output that a physical action can cause from now on: one that comes now has at
-    /// least the time now + its delay.
+    /// Returns the earliest physical time of an output that a physical action can cause from now on: now plus the
+    /// delay.
     pub(super) fn earliest_output(&self, clock: &ClockCorrection, now: Instant) -> Option<Instant> {
         let delay = self.delay.filter(|_| self.any_sources)?;
         Some(clock.physical(now) + delay)
     }
 
-    /// When the bound is to be renewed, by the own clock: after the interval, or when physical time no longer bounds a
+    /// Returns when to renew the bound, by the own clock: after the interval, or when physical time no longer bounds a
     /// next event at `time`.
     pub(super) fn renewal(&self, clock: &ClockCorrection, now: Instant, time: Instant) -> Instant {
         let renewal = now + self.interval;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Where a federate is with the RTI. From the connection to the start: authentication, `FED_IDS` and ACK,
+//! The session of a federate with the RTI. From the connection to the start: authentication, `FED_IDS` and ACK,
 //! `NEIGHBOR_STRUCTURE` and `UDP_PORT`, initial clock synchronization, connections to others, start barrier. At the
 //! end: RESIGN, or FAILED.
 
@@ -18,16 +18,16 @@ use crate::auth::{Nonce, Proof};
 use crate::clock_sync::Estimate;
 use crate::{Deadline, IpAddress};
 
-/// The way from the connection to the start, and the end.
+/// The state of the session.
 #[derive(Clone, Debug)]
 pub(super) struct Session {
     phase: Phase,
     outbox: Outbox,
-    /// What the RTI has to authenticate.
+    /// The nonce that the RTI has to authenticate.
     nonce: Nonce,
     meeting: Meeting,
-    /// When to give up waiting for the RTI, before the start.
-    patience: Deadline,
+    /// The time at which to give up waiting for the RTI, before the start.
+    deadline: Deadline,
 }
 
 impl Session {
@@ -37,7 +37,7 @@ impl Session {
             outbox: Outbox::default(),
             nonce: Nonce::default(),
             meeting: Meeting::default(),
-            patience: Deadline::Never,
+            deadline: Deadline::Never,
         }
     }
 
@@ -45,22 +45,22 @@ impl Session {
         self.phase
     }
 
-    /// When [`Session::handle_timeout`] is to be called.
+    /// Returns the time at which to call [`Session::handle_timeout`].
     pub(super) fn poll_timeout(&self) -> Deadline {
-        self.patience
+        self.deadline
     }
 
-    /// The place of the federate to which a connection is to be made next.
+    /// Returns the index of the federate to connect to next.
     pub(super) fn next_peer_index(&self, config: &Config<'_, impl Needs>) -> Option<usize> {
         self.meeting.next_index(config.peers())
     }
 
-    /// The message that is due.
+    /// Returns the message that is due.
     pub(super) fn due<'a>(&self, config: &Config<'a, impl Needs>) -> Option<Message<'a>> {
         self.outbox.next(config)
     }
 
-    /// This message of [`Session::due`], or RESIGN, has been transmitted.
+    /// Records that this message of [`Session::due`], or RESIGN, has been transmitted.
     pub(super) fn transmitted(&mut self, message: &Message<'_>) {
         self.outbox.remove(message);
         if *message == Message::Resign {
@@ -68,7 +68,7 @@ impl Session {
         }
     }
 
-    /// The connection to the RTI is there. Ignored when the RTI has accepted this federate before.
+    /// Handles a new connection to the RTI. Has no effect when the RTI has accepted this federate before.
     pub(super) fn handle_connected(&mut self, config: &Config<'_, impl Needs>, now: Instant, nonce: Nonce) {
         if !matches!(self.phase, Phase::Disconnected | Phase::Authenticating | Phase::Introducing) {
             return;
@@ -82,10 +82,10 @@ impl Session {
             self.phase = Phase::Introducing;
             self.outbox.fed_ids = true;
         }
-        self.patience = Deadline::At(now + config.connect_time_out);
+        self.deadline = Deadline::At(now + config.connect_time_out);
     }
 
-    /// The connection to the RTI has ended, or broken.
+    /// Handles the end or the break of the connection to the RTI.
     pub(super) fn handle_disconnected(&mut self) -> Result<Disconnected, FederateError> {
         match self.phase {
             Phase::Disconnected | Phase::Authenticating | Phase::Introducing => {
@@ -102,14 +102,14 @@ impl Session {
         }
     }
 
-    /// The way to the RTI begins anew.
+    /// Returns to the phase before the connection.
     fn disconnected(&mut self) {
         self.phase = Phase::Disconnected;
         self.outbox.clear();
-        self.patience = Deadline::Never;
+        self.deadline = Deadline::Never;
     }
 
-    /// A message before the start.
+    /// Handles a message before the start.
     #[cfg_attr(target_pointer_width = "32", inline(never))]
     pub(super) fn handle_message<'m>(
         &mut self,
@@ -130,14 +130,14 @@ impl Session {
             }
             #[cfg(feature = "ipv6")]
             (_, Message::AddressQueryReplyIpv6 { .. }) => Ok(Event::None),
-            // Answers to nothing that this federate asked; they do no harm.
+            // Answers without a question of this federate do no harm.
             (_, Message::AddressQueryReply { .. }) => Ok(Event::None),
-            // Its id may be free soon: the RTI has not noticed the end of who had it, or a stranger claims it.
+            // The id may become free soon: the RTI has not noticed the end of its last owner, or a stranger claims it.
             (Phase::Authenticating | Phase::Introducing, Message::Reject(RejectCode::IdInUse)) => {
                 self.disconnected();
                 Ok(Event::IdInUse)
             }
-            // Also after the ACK: the stock RTI rejects with code 4 what comes in another order than it expects.
+            // Also after the ACK: the stock RTI rejects messages in an unexpected order with code 4.
             (_, Message::Reject(code)) => Err(FederateError::Rejected(code)),
             (Phase::Authenticating, Message::RtiResponse { nonce, hmac })
                 if config.answer().is_some() && self.outbox.fed_nonce.is_none() =>
@@ -169,33 +169,34 @@ impl Session {
         }
     }
 
-    /// The RTI has kept this federate waiting beyond [`Session::poll_timeout`].
+    /// Handles that the RTI has kept this federate waiting beyond [`Session::poll_timeout`].
     pub(super) fn handle_timeout(
         &mut self,
         config: &Config<'_, impl Needs>,
         clock: &mut Clock,
         now: Instant,
     ) -> Result<Event<'static>, FederateError> {
-        if !self.patience.is_due(now) {
+        if !self.deadline.is_due(now) {
             return Ok(Event::None);
         }
         match (self.phase, clock.initial.estimate()) {
             (Phase::Authenticating | Phase::Introducing, _) => Err(FederateError::NoAnswer),
             (Phase::Synchronizing, None) => Err(FederateError::NoClockSync),
-            // The RTI makes fewer exchanges than this federate was told; those that there were will do.
+            // The RTI makes fewer exchanges than this federate expected; those that there were will do.
             (Phase::Synchronizing, Some(estimate)) => Ok(self.synchronized(config, clock, now, estimate)),
             (Phase::Meeting, _) => {
                 self.meet(config, clock, now);
                 Ok(Event::None)
             }
             _ => {
-                self.patience = Deadline::Never;
+                self.deadline = Deadline::Never;
                 Ok(Event::None)
             }
         }
     }
 
-    /// The RTI has answered this federate's nonce. A right answer is repaid in kind, and the introduction follows.
+    /// Handles the RTI's answer to this federate's nonce. The federate answers the RTI's nonce in return, and
+    /// introduces itself.
     fn authenticate(
         &mut self,
         config: &Config<'_, impl Needs>,
@@ -223,10 +224,10 @@ impl Session {
     }
 
     fn expect_clock_sync(&mut self, config: &Config<'_, impl Needs>, now: Instant) {
-        self.patience = Deadline::At(now + config.clock_sync_time_out);
+        self.deadline = Deadline::At(now + config.clock_sync_time_out);
     }
 
-    /// One exchange is complete, `seen` in all.
+    /// Handles a complete exchange, the `seen`th.
     fn exchanged(
         &mut self,
         config: &Config<'_, impl Needs>,
@@ -255,19 +256,19 @@ impl Session {
         Event::ClockCorrected(estimate)
     }
 
-    /// Tells the RTI where this federate is, connects to others, and then tells the RTI the time, by which it chooses
-    /// the start time.
+    /// Sends the RTI this federate's address, connects to others, and then sends the RTI the time, from which it
+    /// chooses the start time.
     fn be_ready(&mut self, config: &Config<'_, impl Needs>, clock: &Clock, now: Instant) {
         self.outbox.t3 = false;
-        // Where nothing is granted, nothing can be taken back.
-        self.outbox.in_turn = config.coordination == Coordination::Centralized;
+        // Without grants, there is nothing to revoke.
+        self.outbox.ordered_stop = config.coordination == Coordination::Centralized;
         self.outbox.advertisement = config.listening;
         self.meet(config, clock, now);
     }
 
-    /// Asks for the next address, or goes on to the start barrier when all connections are there.
+    /// Asks for the next address, or goes on to the start barrier when all connections exist.
     fn meet(&mut self, config: &Config<'_, impl Needs>, clock: &Clock, now: Instant) {
-        self.patience = Deadline::Never;
+        self.deadline = Deadline::Never;
         let next = self.meeting.ask(config.peers());
         if next.is_some() {
             self.phase = Phase::Meeting;
@@ -288,14 +289,14 @@ impl Session {
         match self.meeting.handle_address(config.peers(), now, port, ip) {
             Address::Unasked => Event::None,
             Address::AskAgain(time) => {
-                self.patience = Deadline::At(time);
+                self.deadline = Deadline::At(time);
                 Event::None
             }
             Address::Found(federate, address) => Event::PeerFound { federate, address },
         }
     }
 
-    /// The federate of the last [`Event::PeerFound`] takes this one's messages.
+    /// Records that the federate of the last [`Event::PeerFound`] accepts this one's messages.
     pub(super) fn peer_connected(&mut self, config: &Config<'_, impl Needs>, clock: &Clock, now: Instant) {
         if self.phase == Phase::Meeting {
             self.meeting.connected();
@@ -303,27 +304,27 @@ impl Session {
         }
     }
 
-    /// The connection that [`Event::PeerFound`] asked for could not be made, or ended before it was accepted.
+    /// Handles that the connection of [`Event::PeerFound`] could not be made, or ended before it was accepted.
     pub(super) fn peer_lost(&mut self, config: &Config<'_, impl Needs>, now: Instant) -> Result<(), FederateError> {
         if self.phase == Phase::Meeting {
             let again = self.meeting.lost(config.peers(), now);
-            self.patience = Deadline::At(again.map_err(|federate| FederateError::PeerUnreachable { federate })?);
+            self.deadline = Deadline::At(again.map_err(|federate| FederateError::PeerUnreachable { federate })?);
         }
         Ok(())
     }
 
-    /// The last tag is complete.
+    /// Resigns after the last tag.
     pub(super) fn resign(&mut self) {
         self.phase = Phase::Resigning;
     }
 
-    /// This federate cannot go on because of this error, or of one of its own. Without effect once it has ended: the
-    /// RTI has been told already that it has done so in order.
+    /// Fails because of this error, or of one of the program. Has no effect once the federate has ended: the RTI knows
+    /// already that it has done so in order.
     pub(super) fn fail(&mut self, error: Option<FederateError>) {
         if self.phase == Phase::Ended {
             return;
         }
-        // Whoever rejected this federate does not know it, and who is gone does not hear it.
+        // An RTI that rejected this federate does not know it, and an RTI that is gone receives nothing.
         let tell = !matches!(error, Some(FederateError::Rejected(_) | FederateError::RtiLost { .. }));
         self.outbox.clear();
         self.outbox.failed = tell && self.phase != Phase::Disconnected;
@@ -331,6 +332,6 @@ impl Session {
             self.outbox.reject = Some(RejectCode::HmacMismatch);
         }
         self.phase = Phase::Failed;
-        self.patience = Deadline::Never;
+        self.deadline = Deadline::Never;
     }
 }

@@ -1,18 +1,18 @@
 // SPDX-License-Identifier: Apache-2.0
 //! The agreement on a common stop tag.
 //!
-//! Whoever asks to stop, or is asked, names the earliest tag at which it can, and from then on does not begin this tag
-//! or a later one until the RTI has said which tag it is: the latest of all that were named.
+//! A federate that asks to stop, or is asked, names the earliest tag at which it can stop. From then on it begins
+//! neither this tag nor a later one until the RTI has decided on the stop tag: the latest of all that were named.
 
 use lf_model::time::Tag;
 use lf_wire::Message;
 
 use crate::tag::to_wire;
 
-/// How far the agreement is.
+/// The state of the agreement.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 enum Agreement {
-    /// Nobody has asked.
+    /// No federate has asked.
     None,
     /// This federate has named a tag, in a request or a reply.
     Named(Tag),
@@ -20,14 +20,14 @@ enum Agreement {
     Granted(Tag),
 }
 
-/// The tag that this federate has named and is to tell. It does so once.
+/// The tag that this federate has named and still has to send, once.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 enum Due {
     Request(Tag),
     Reply(Tag),
 }
 
-/// When this federate stops, as far as is known.
+/// The time at which this federate stops, as far as it is known.
 #[derive(Clone, Debug)]
 pub(super) struct Stop {
     agreement: Agreement,
@@ -41,7 +41,7 @@ impl Stop {
         Self { agreement: Agreement::None, due: None, limit: Tag::FOREVER }
     }
 
-    /// The last tag, as far as is known.
+    /// Returns the last tag, as far as it is known.
     pub(super) fn last_tag(&self) -> Tag {
         match self.agreement {
             Agreement::Granted(tag) => self.limit.min(tag),
@@ -49,7 +49,7 @@ impl Stop {
         }
     }
 
-    /// The tag that all have agreed upon.
+    /// Returns the tag that all federates have agreed upon.
     pub(super) fn granted(&self) -> Option<Tag> {
         match self.agreement {
             Agreement::Granted(tag) => Some(tag),
@@ -57,22 +57,22 @@ impl Stop {
         }
     }
 
-    /// Whether a tag was named, and the RTI has not decided: grants from that tag on do not count before it has.
+    /// Returns whether a tag was named and the RTI has not decided. Until then grants from that tag on do not count.
     pub(super) fn is_open(&self) -> bool {
         matches!(self.agreement, Agreement::Named(_))
     }
 
-    /// Whether this tag may be begun as far as stopping is concerned.
+    /// Returns whether the agreement allows this tag to begin.
     pub(super) fn allows(&self, tag: Tag) -> bool {
         tag <= self.last_tag() && !matches!(self.agreement, Agreement::Named(named) if named <= tag)
     }
 
-    /// The program's own time-out; the earliest one counts.
+    /// Sets the program's own time-out; the earliest one counts.
     pub(super) fn limit(&mut self, tag: Tag) {
         self.limit = self.limit.min(tag);
     }
 
-    /// This federate wants to stop, at `earliest` or later. Without effect if it has named a tag before.
+    /// Asks to stop at `earliest` or later. Has no effect if this federate has named a tag before.
     pub(super) fn request(&mut self, earliest: Tag) {
         if self.agreement == Agreement::None {
             self.agreement = Agreement::Named(earliest);
@@ -80,8 +80,8 @@ impl Stop {
         }
     }
 
-    /// The RTI asks for a stop at `tag`; this federate can stop at `earliest` or later. Returns the tag that it names,
-    /// if it does so now: who has asked or replied before has named its tag already.
+    /// Handles the RTI's request to stop at `tag`; this federate can stop at `earliest` or later. Returns the tag that
+    /// it names, unless it has named one before.
     pub(super) fn asked(&mut self, tag: Tag, earliest: Tag) -> Option<Tag> {
         if self.agreement != Agreement::None {
             return None;
@@ -92,7 +92,7 @@ impl Stop {
         Some(named)
     }
 
-    /// The RTI has decided on `tag`; this federate can stop at `earliest` or later. Returns its last tag.
+    /// Handles the RTI's decision on `tag`; this federate can stop at `earliest` or later. Returns its last tag.
     ///
     /// The RTI takes the latest of all tags that were named, so `earliest` is later only if the RTI is mistaken. Then
     /// the federate stops as soon as it can, as the stock one does.
@@ -101,7 +101,7 @@ impl Stop {
         self.last_tag()
     }
 
-    /// The message that is due.
+    /// Returns the message that is due.
     pub(super) fn due(&self) -> Option<Message<'static>> {
         self.due.map(|due| match due {
             Due::Request(tag) => Message::StopRequest(to_wire(tag)),
@@ -109,7 +109,7 @@ impl Stop {
         })
     }
 
-    /// The message has been transmitted.
+    /// Records that the message has been transmitted.
     pub(super) fn transmitted(&mut self) {
         self.due = None;
     }

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-//! The state of tags of a federate: what was granted, provisionally granted and taken back; what was begun, completed
-//! and told; and when what was told, or left out, is to be told again.
+//! The state of tags of a federate: granted, provisionally granted and revoked tags; the current and the completed tag;
+//! the tags that were announced, and when to announce again what was left out.
 //!
-//! It knows nothing of connections, messages, clocks or stops: it is told of tags, and says which of them may be begun
-//! and which LTC and NET are due. Which NETs the RTI needs at all is the business of [`NetRules`].
+//! This part knows neither connections nor messages, clocks or stops: it receives tags, and says which of them may
+//! begin and which LTC and NET are due. [`NetRules`] decides which NETs the RTI needs at all.
 
 use lf_model::time::{EventTag, Instant, Interval, Tag};
 
@@ -11,15 +11,15 @@ use super::needs::Needs;
 use super::net_rules::NetRules;
 use crate::Deadline;
 
-/// How long a federate leaves out next event tags that it has not been asked for.
+/// The time for which a federate leaves out next event tags that the RTI did not request.
 const SILENCE: Interval = Interval::from_millis(10);
 
-/// What the tag of a message that has come means.
+/// The meaning of a message's tag.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub(super) enum Arrival {
-    /// The tag is to come, or is open and not all was known of its inputs.
+    /// The tag is to come, or is open and not all inputs were known there.
     InTime,
-    /// The tag is so long before the start.
+    /// The tag is this long before the start.
     BeforeStart(Interval),
     /// The tag is over.
     Late,
@@ -33,10 +33,11 @@ pub(super) struct Tags<N> {
     /// The last PTAG.
     provisional: Option<Tag>,
     /// The PTAG that this federate has not followed yet.
-    summons: Option<Tag>,
-    /// The tag from which on grants have been taken back, until it is confirmed that all before it is complete.
-    taken_back: Option<Tag>,
-    /// The RTI is to be told when the open tag is complete, for it has been granted by a PTAG.
+    demanded: Option<Tag>,
+    /// The tag from which on the RTI has revoked grants, until the federate confirms that everything before it is
+    /// complete.
+    revoked: Option<Tag>,
+    /// Whether the RTI expects an LTC when the open tag is complete, because it was granted by a PTAG.
     confirm: bool,
     /// The last LTC that was due.
     confirmed: Tag,
@@ -44,28 +45,27 @@ pub(super) struct Tags<N> {
     ltc: Option<Tag>,
     /// The last tag begun.
     current: Tag,
-    /// Whether it has not been completed.
+    /// Whether the current tag has not been completed.
     open: bool,
-    /// The next event, as last told and not begun since.
+    /// The next event that was announced last, unless it has begun.
     next: Option<Tag>,
-    /// The last bound of the NET by physical time, told while grants were provisional.
+    /// The last bound of the NET by physical time that was announced while grants were provisional.
     bound: Option<Tag>,
-    /// When the bound of the NET by physical time is to be renewed.
+    /// The time at which to renew the bound of the NET by physical time.
     renewal: Deadline,
-    /// When what was left out is to be told, because others may need it after all.
+    /// The time at which to announce what was left out, because others may need it after all.
     silence: Deadline,
 }
 
 impl<N: Needs> Tags<N> {
-    /// Nothing has been granted or begun. Whether there are federates that this one has to hear of, and that have to
-    /// hear of it.
+    /// Returns a state without grants and tags, of a federate with or without federates upstream and downstream.
     pub(super) const fn new(has_upstream: bool, has_downstream: bool) -> Self {
         Self {
             start: None,
             net: NetRules::new(has_upstream, has_downstream),
             provisional: None,
-            summons: None,
-            taken_back: None,
+            demanded: None,
+            revoked: None,
             confirm: false,
             confirmed: Tag::NEVER,
             ltc: None,
@@ -78,22 +78,22 @@ impl<N: Needs> Tags<N> {
         }
     }
 
-    /// Logical time begins.
+    /// Sets the start of logical time.
     pub(super) fn start(&mut self, start: Instant) {
         self.start = Some(start);
     }
 
-    /// When logical time begins; `None` as long as that is not known.
+    /// Returns the start of logical time; `None` while it is not known.
     pub(super) fn start_time(&self) -> Option<Instant> {
         self.start
     }
 
-    /// The last TAG, or what is before a later PTAG.
+    /// Returns the last TAG, or the tag before a later PTAG.
     pub(super) fn granted(&self) -> Tag {
         self.net.granted()
     }
 
-    /// The last PTAG, if nothing later has been granted.
+    /// Returns the last PTAG, if nothing later has been granted.
     pub(super) fn granted_provisionally(&self) -> Option<Tag> {
         self.provisional().filter(|tag| *tag > self.net.granted())
     }
@@ -108,23 +108,22 @@ impl<N: Needs> Tags<N> {
         self.current
     }
 
-    /// The tag to which a PTAG calls, unless it has been begun.
-    pub(super) fn summons(&self) -> Option<Tag> {
-        if N::CYCLES { self.summons.filter(|tag| *tag > self.current) } else { None }
+    /// Returns the tag that a PTAG demands, unless it has begun.
+    pub(super) fn demanded_tag(&self) -> Option<Tag> {
+        if N::CYCLES { self.demanded.filter(|tag| *tag > self.current) } else { None }
     }
 
-    /// Whether it is known of all inputs what comes at the current tag.
+    /// Returns whether all inputs are known at the current tag.
     pub(super) fn knows_all_inputs(&self) -> bool {
         self.net.allows(self.current)
     }
 
-    /// Whether this tag may be begun, as far as grants are concerned.
+    /// Returns whether grants allow this tag to begin.
     pub(super) fn allows(&self, tag: Tag) -> bool {
         tag > self.current && (self.net.allows(tag) || self.provisional() == Some(tag))
     }
 
-    /// The earliest tag at which this federate can still do something new: the start, as long as nothing has been
-    /// begun.
+    /// Returns the earliest tag at which this federate can still do something new: the start, before the first tag.
     pub(super) fn earliest(&self) -> Tag {
         match self.start {
             _ if self.current != Tag::NEVER => self.current.next_microstep(),
@@ -132,28 +131,28 @@ impl<N: Needs> Tags<N> {
         }
     }
 
-    /// A tag as people read it. Only tags after the start are of interest.
+    /// Converts a tag for people. It has to be after the start.
     pub(super) fn relative(&self, tag: Tag) -> EventTag {
         EventTag::relative(tag, self.start.unwrap_or_default())
     }
 
-    /// A TAG. Returns whether it is later than the last.
+    /// Handles a TAG. Returns whether it is later than the last.
     pub(super) fn grant(&mut self, tag: Tag) -> bool {
         self.net.grant(tag)
     }
 
-    /// A PTAG: nothing can come any more before this tag, but at it something may, from federates that are in a cycle
-    /// without delay with this one, and that may be waiting for it likewise.
+    /// Handles a PTAG: nothing comes before this tag any more, but messages may come at it, from federates in a cycle
+    /// without delay with this one, which may wait for it likewise.
     ///
     /// `stops` says that it is the tag of a stop, or that one is being agreed upon. The stop tag may have been granted
-    /// before it was one. Then this takes that back (see module `rti::stop`).
+    /// before it was one. Then this PTAG revokes that grant (see module `rti::stop`).
     #[cfg_attr(target_pointer_width = "32", inline(never))]
     pub(super) fn grant_provisionally(&mut self, tag: Tag, stops: bool) {
         if stops && tag > self.current && tag <= self.net.granted() {
-            self.net.take_back(tag);
+            self.net.revoke(tag);
             self.provisional = self.provisional.filter(|provisional| *provisional < tag);
-            self.summons = self.summons.filter(|summons| *summons < tag);
-            self.taken_back = Some(tag);
+            self.demanded = self.demanded.filter(|demanded| *demanded < tag);
+            self.revoked = Some(tag);
             return;
         }
         self.net.grant(tag.before());
@@ -161,30 +160,30 @@ impl<N: Needs> Tags<N> {
             self.provisional = self.provisional.max(Some(tag));
         }
         if tag > self.current {
-            // A federate that waits within an earlier tag learns what it waits for from what comes at the later one.
-            // A PTAG of for ever calls to no tag, and one that comes after a later one does not any more.
+            // A federate that waits within an earlier tag learns what it waits for from messages at the later one. A
+            // PTAG of FOREVER demands no tag, and neither does one that comes after a later one.
             if self.provisional == Some(tag) {
-                self.summons = Some(tag);
+                self.demanded = Some(tag);
             }
         } else if tag == self.current && self.open {
             self.confirm = true;
         } else {
-            // It has crossed with what was sent at this tag, or nothing was.
+            // It has crossed with the messages of this tag, or there were none.
             self.confirm_tag(tag);
         }
     }
 
-    /// A DNET.
+    /// Handles a DNET.
     pub(super) fn handle_dnet(&mut self, tag: Tag) {
         self.net.handle_dnet(tag);
     }
 
-    /// A message for this federate has come.
+    /// Handles a message for this federate.
     pub(super) fn message_received(&mut self, tag: Tag) -> Arrival {
         self.net.message_received(tag);
         let start = self.start.unwrap_or(Instant::NEVER);
-        // A message for the open tag may be in time, which depends on what has run, unless it was known of all inputs
-        // what comes.
+        // A message for the open tag may be in time, depending on the reactions that have run, unless all inputs were
+        // known.
         let over = tag < self.current || tag == self.current && (!self.open || self.knows_all_inputs());
         match over {
             _ if tag < Tag::at(start) => Arrival::BeforeStart(start.since(tag.time)),
@@ -193,13 +192,13 @@ impl<N: Needs> Tags<N> {
         }
     }
 
-    /// A message of the open tag goes out.
+    /// Records that a message of the open tag goes out.
     pub(super) fn message_sent(&mut self) {
         self.net.message_sent();
     }
 
-    /// The next event is at `tag`: to be followed by [`Tags::announce`]. Returns false, and does nothing, while a tag
-    /// is open, which can still make another next event, and if the tag has been begun.
+    /// Sets the next event; call [`Tags::announce`] then. Returns false, and does nothing, if the tag has begun or
+    /// while a tag is open, because that can still change the next event.
     pub(super) fn next_event(&mut self, tag: Tag) -> bool {
         let takes = !self.open && tag > self.current;
         if takes {
@@ -208,13 +207,13 @@ impl<N: Needs> Tags<N> {
         takes
     }
 
-    /// Works out the NET, if the rules say that it is to be told.
+    /// Computes the NET, if the rules require one.
     ///
     /// `physical` is the earliest physical time of an output that a physical action can cause, if one can; then
-    /// `renewal` says when to look at it again, as long as the next event is at the tag that it is given.
+    /// `renewal` returns when to compute it again, while the next event is at the tag in its argument.
     pub(super) fn announce(&mut self, now: Instant, physical: Option<Instant>, renewal: impl FnOnce(Tag) -> Instant) {
         let Some(tag) = self.next else {
-            // A tag is open, and after it the next event is told anyway.
+            // A tag is open, and the next event is announced after it anyway.
             self.renewal = Deadline::Never;
             return;
         };
@@ -226,9 +225,9 @@ impl<N: Needs> Tags<N> {
         match physical.and_then(|earliest| self.physical_bound(earliest, tag)) {
             None => {
                 self.renewal = Deadline::Never;
-                if N::CYCLES && self.taken_back == Some(tag) {
+                if N::CYCLES && self.revoked == Some(tag) {
                     // The RTI may remember what this federate would have confirmed at later tags.
-                    self.taken_back = None;
+                    self.revoked = None;
                     self.confirm_tag(tag.before());
                 }
                 self.net.next_event(tag);
@@ -238,7 +237,7 @@ impl<N: Needs> Tags<N> {
                     self.silence = Deadline::At(now + SILENCE);
                 }
             }
-            // Told a short while ago, and not renewed yet, so as not to flood the RTI.
+            // The bound was announced a short while ago and is not due again, so as not to flood the RTI.
             Some(_) if matches!(self.renewal, Deadline::At(_)) && !self.renewal.is_due(now) => {}
             Some(bound) => {
                 self.renewal = Deadline::At(renewal(tag));
@@ -248,23 +247,23 @@ impl<N: Needs> Tags<N> {
         }
     }
 
-    /// Whether nothing is to be told of a next event at `tag`, because the federates of a cycle without delay may be
-    /// called to an earlier tag: one to which a PTAG calls this federate, or a bound that has been told and not been
-    /// granted. The next event is told when that is over.
+    /// Returns whether a next event at `tag` must not be announced yet, because a PTAG may demand an earlier tag of the
+    /// federates of a cycle without delay: a tag that a PTAG demands of this federate, or a bound that was announced
+    /// and not granted. The next event is announced when that is over.
     ///
-    /// If it was told before, the RTI would take this federate for one that is beyond the earlier tag, and could call
-    /// the others to a later one before they have got what this one sends at the earlier one. The stock federate takes
-    /// such old word of an absent input for word of the later tag. It does not tell such bounds itself, but has an
-    /// event there. Nobody waits longer because of this: the event at `tag` cannot be granted before the earlier tag.
+    /// If it was announced before, the RTI would conclude that this federate is beyond the earlier tag, and could
+    /// demand a later tag of the others before they have received this federate's messages of the earlier one. The
+    /// stock federate takes such an old absence for an absence at the later tag. It does not announce such bounds
+    /// itself, but has an event there. No federate waits longer because of this: the event at `tag` cannot be granted
+    /// before the earlier tag.
     fn owes_tag_before(&self, tag: Tag) -> bool {
         let bound = self.bound.filter(|bound| self.net.is_last(*bound) && !self.net.allows(*bound));
-        N::CYCLES && self.summons().or(bound).is_some_and(|owed| owed < tag)
+        N::CYCLES && self.demanded_tag().or(bound).is_some_and(|owed| owed < tag)
     }
 
-    /// The tag before which no physical action can cause an output, if that is earlier than the next event.
+    /// Returns the tag before which no physical action can cause an output, if that is earlier than the next event.
     ///
-    /// The bound is one ns earlier than the earliest time, as the stock federate has it, but not before a tag that is
-    /// over.
+    /// The bound is one ns earlier than the earliest time, as in the stock federate, but not before a tag that is over.
     fn physical_bound(&self, earliest: Instant, tag: Tag) -> Option<Tag> {
         if earliest >= tag.time {
             return None;
@@ -273,24 +272,24 @@ impl<N: Needs> Tags<N> {
         (bound < tag).then_some(bound)
     }
 
-    /// A tag that [`Tags::allows`] is begun.
+    /// Begins a tag that [`Tags::allows`].
     pub(super) fn begin(&mut self, tag: Tag) {
         self.current = tag;
         self.open = true;
         self.confirm = self.provisional() == Some(tag);
-        if !N::CYCLES || self.summons != Some(tag) || self.next == Some(tag) {
-            // What is next is told at once. But who is only called to a tag waits for its time to tell again, for a
-            // bound that is told calls the whole cycle to its tag.
+        if !N::CYCLES || self.demanded != Some(tag) || self.next == Some(tag) {
+            // The next event is announced at once. But a federate of which only a PTAG demands the tag waits until the
+            // renewal, because a bound that it announces demands its tag of the whole cycle.
             self.renewal = Deadline::Never;
         }
-        self.summons = self.summons();
+        self.demanded = self.demanded_tag();
         self.bound = self.bound.filter(|bound| *bound > tag);
         self.net.begun(tag);
         self.next = None;
     }
 
-    /// The open tag is complete. The RTI is told (LTC) if `had_input` says that a message was present, for it keeps
-    /// account of those that are under way; and after a PTAG, for others may have to wait within the tag.
+    /// Completes the open tag. An LTC is due if `had_input` says that a message was present, because the RTI tracks
+    /// those in transit; and after a PTAG, because others may have to wait within the tag.
     pub(super) fn complete(&mut self, had_input: bool) {
         if core::mem::take(&mut self.open) && (had_input || N::CYCLES && self.confirm) {
             self.net.completed(self.current);
@@ -298,7 +297,7 @@ impl<N: Needs> Tags<N> {
         }
     }
 
-    /// A tag is over, and all its messages are in the out-buffer.
+    /// Makes the LTC of a tag due whose messages are all in the out-buffer.
     fn confirm_tag(&mut self, tag: Tag) {
         if tag > self.confirmed {
             self.confirmed = tag;
@@ -306,50 +305,50 @@ impl<N: Needs> Tags<N> {
         }
     }
 
-    /// The end: nothing will come from this federate any more.
+    /// Announces that nothing will come from this federate any more.
     pub(super) fn finish(&mut self) {
         self.halt();
         self.next = None;
         self.net.finish();
     }
 
-    /// Nothing is told any more at its time.
+    /// Stops all announcements by time.
     pub(super) fn halt(&mut self) {
         self.renewal = Deadline::Never;
         self.silence = Deadline::Never;
     }
 
-    /// The LTC that is due. It comes before the NET.
+    /// Returns the LTC that is due. It comes before the NET.
     pub(super) fn ltc(&self) -> Option<Tag> {
         self.ltc
     }
 
-    /// The LTC has been transmitted.
+    /// Records that the LTC has been transmitted.
     pub(super) fn ltc_transmitted(&mut self) {
         self.ltc = None;
     }
 
-    /// The NET that is due.
+    /// Returns the NET that is due.
     pub(super) fn net(&self) -> Option<Tag> {
         self.net.due()
     }
 
-    /// The NET has been transmitted.
+    /// Records that the NET has been transmitted.
     pub(super) fn net_transmitted(&mut self) {
         self.net.transmitted();
     }
 
-    /// When [`Tags::announce`] or [`Tags::handle_timeout`] is to be called.
+    /// Returns the time at which to call [`Tags::announce`] or [`Tags::handle_timeout`].
     pub(super) fn poll_timeout(&self) -> Deadline {
         self.renewal.min(self.silence)
     }
 
-    /// Whether [`Tags::announce`] is due, because the time for which a bound is good is over.
+    /// Returns whether [`Tags::announce`] is due, because the last bound is no longer valid.
     pub(super) fn is_renewal_due(&self, now: Instant) -> bool {
         self.renewal.is_due(now)
     }
 
-    /// What was left out for a while is told.
+    /// Announces what was left out for a while.
     pub(super) fn handle_timeout(&mut self, now: Instant) {
         if self.silence.is_due(now) {
             self.silence = Deadline::Never;

@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Memory of a buffer that grows for long messages and is given back after them.
+//! Memory of a buffer that grows for long messages and shrinks after them.
 
 use std::vec;
 use std::vec::Vec;
 
 use lf_wire::Storage;
 
-/// Memory of a buffer, on the heap. Empty buffers that have not been used much are short, and only a single message is
-/// a reason to be longer than usual.
+/// Memory of a buffer, on the heap. An empty buffer that was not used much is short, and only a single message makes it
+/// longer than usual.
 pub struct Growing {
     bytes: Vec<u8>,
     idle: usize,
@@ -16,9 +16,9 @@ pub struct Growing {
 }
 
 impl Growing {
-    /// Memory of `idle` bytes, which can become `max` or `usual` bytes long, whichever is more. Up to `usual` it stays
-    /// as long as it has become, so that one message after the other does not cost memory management.
-    /// What is to read needs an `idle` and a `usual` of at least 1, because nothing comes into a buffer without space.
+    /// Returns memory of `idle` bytes, which can grow to `max` or `usual` bytes, whichever is more. Up to `usual` it
+    /// keeps the length that it has reached, so that a stream of messages does not cost memory management. A buffer for
+    /// reading needs an `idle` and a `usual` of at least 1, because nothing comes into a buffer without space.
     pub fn new(idle: usize, usual: usize, max: usize) -> Self {
         let max = max.max(usual);
         let idle = idle.min(usual);
@@ -88,7 +88,7 @@ mod tests {
         (0..length).map(|at| u8::try_from((index * 31 + at) % 251).unwrap()).collect()
     }
 
-    /// Moves bytes from one buffer to the other in pieces, and checks each message that becomes whole.
+    /// Moves bytes from one buffer to the other in pieces, and checks each complete message.
     fn carry(
         out: &mut OutBuffer<Growing>,
         input: &mut InBuffer<Growing>,
@@ -124,8 +124,8 @@ mod tests {
     }
 
     proptest! {
-        /// Whatever their lengths and the pieces in which they come, messages go through both buffers unchanged, and
-        /// in the end no more memory is kept than usual.
+        /// Messages of any length and in any pieces go through both buffers unchanged, and in the end no more memory is
+        /// kept than usual.
         #[test]
         fn messages_go_through_buffers_that_grow_and_shrink(
             lengths in proptest::collection::vec(prop_oneof![0usize..40, 0usize..2000], 1..40),

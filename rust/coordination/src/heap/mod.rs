@@ -12,22 +12,21 @@ use crate::rti::{Connection, Node, PathWords, RtiStorage, Slot};
 
 pub use growing::Growing;
 
-/// How much an RTI can hold.
+/// The capacities of an RTI.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Sizes {
     /// Federates of the federation, at least 1.
     pub federates: usize,
-    /// Connections that can be open at once: one for each federate, and a few more so that wrong ones can be told why
-    /// they are refused.
+    /// Connections that can be open at once: one for each federate, and a few more, so that a rejected peer can learn
+    /// the reason.
     pub connections: usize,
-    /// The most upstream federates that one may have; as many as there are federates always suffice.
+    /// The maximum number of upstream federates of one federate; the number of federates always suffices.
     pub upstream: usize,
-    /// How many different tags of messages to one federate are remembered exactly while they are on their way, at
-    /// least 1.
+    /// The number of different tags of messages in transit to one federate that are stored exactly, at least 1.
     pub in_transit: usize,
 }
 
-/// The memory of an RTI. A copy, together with what the RTI says when it is suspended, is a copy of the RTI.
+/// The memory of an RTI. A copy, together with the state of a suspended RTI, is a copy of the RTI.
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
 pub struct Memory {
     slots: Vec<Slot>,
@@ -39,7 +38,7 @@ pub struct Memory {
 }
 
 impl Memory {
-    /// Fresh memory.
+    /// Returns fresh memory.
     pub fn new(sizes: Sizes) -> Self {
         let Sizes { federates, connections, upstream, in_transit } = sizes;
         Self {
@@ -52,12 +51,12 @@ impl Memory {
         }
     }
 
-    /// How many federates it is for.
+    /// Returns the number of federates.
     pub fn federates(&self) -> usize {
         self.slots.len()
     }
 
-    /// What the RTI borrows.
+    /// Returns the storage that the RTI borrows.
     pub fn storage(&mut self) -> RtiStorage<'_> {
         RtiStorage {
             slots: &mut self.slots,

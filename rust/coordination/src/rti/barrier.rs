@@ -1,33 +1,33 @@
 // SPDX-License-Identifier: Apache-2.0
-//! The start barrier: the federation starts when all federates have joined and told their clocks.
+//! The start barrier: the federation starts when all federates have joined and sent their clocks.
 //!
-//! Whoever has not come yet may be started by hand, at any time. A federate that has come and gone before the start has
-//! most likely failed, and the others would wait for it for ever. So they wait for a limited time from the first such
-//! loss on; then the RTI names those that are missing and ends the federation. When all that have left have come back,
-//! there is no limit any more.
+//! A federate that has not come yet may be started by hand, at any time. A federate that has come and gone before the
+//! start has most likely failed, and the others would wait for it without end. So they wait for a limited time from the
+//! first such loss on; then the RTI names the missing federates and ends the federation. When all that have left have
+//! come back, there is no limit any more.
 
 use lf_model::time::{Instant, Interval};
 use lf_wire::MessageType;
 
 use super::config::START_DELAY;
-use super::doubt::{CLOCK_MAX, CLOCK_MIN, Doubt};
-use super::notice::{Notice, Violation};
+use super::log_event::{RtiEvent, Violation};
 use super::outcome::Outcome;
 use super::outlet::Outlet;
 use super::storage::{Membership, Slot, id};
+use super::suspected_violation::{CLOCK_MAX, CLOCK_MIN, SuspectedViolation};
 use crate::FederateId;
 
-/// How far the clocks of two federates may be apart at the start without a word: a clock is told some time before the
-/// RTI reads it, and on a busy computer that can be a while.
+/// The distance of two federates' clocks at the start above which the RTI logs it. A federate reads its clock some time
+/// before the RTI receives it, and on a busy computer that can be a while.
 const CLOCKS_APART_MAX: Interval = Interval::from_secs(2);
 
-/// What is known of federates that have left before the start.
+/// The federates that have left before the start.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 pub(super) struct Barrier {
-    /// A federate has left, and nobody has looked at a clock since.
+    /// Whether a federate has left since the clocks were last checked.
     left: bool,
     deadline: Option<Instant>,
-    /// The time was over: the first federate that was missing, and how many were.
+    /// After the time is over: the first missing federate, and the number of missing ones.
     missing: Option<(FederateId, u16)>,
 }
 
@@ -40,13 +40,13 @@ impl Barrier {
         self.missing.map(|(first, missing)| Outcome::NotStarted { first, missing })
     }
 
-    /// The place of a federate is free again before the start.
+    /// Frees the slot of a federate that leaves before the start.
     pub(super) fn vacate(&mut self, slot: &mut Slot) {
         *slot = Slot { vacated: true, ..Slot::default() };
         self.left = true;
     }
 
-    /// A federate has taken its place.
+    /// Records that a federate has taken its slot.
     pub(super) fn occupy(&mut self, slots: &mut [Slot], federate: usize) {
         slots[federate].vacated = false;
         if !slots.iter().any(|slot| slot.vacated) {
@@ -54,20 +54,20 @@ impl Barrier {
         }
     }
 
-    /// Gives those that have left before the start a time to come back. To be called after everything that can make a
-    /// federate leave; `until` is `None` if there is no limit, or nothing to start any more.
+    /// Sets the time within which those that have left before the start may come back. Call it after everything that
+    /// can make a federate leave; `until` is `None` if there is no limit, or nothing to start any more.
     pub(super) fn limit(&mut self, until: Option<Instant>) {
         if core::mem::take(&mut self.left) {
             self.deadline = self.deadline.or(until);
         }
     }
 
-    /// The time to come back is over: names those that are missing.
+    /// Ends the time to come back: names the missing federates.
     pub(super) fn give_up(&mut self, slots: &[Slot], outlet: &mut impl Outlet) {
         let mut missing = None;
         for (index, slot) in slots.iter().enumerate() {
             if !matches!(slot.membership, Membership::Joined(_)) {
-                outlet.notice(Notice::Missing(id(index)));
+                outlet.log(RtiEvent::Missing(id(index)));
                 let (first, count) = missing.unwrap_or((id(index), 0_u16));
                 missing = Some((first, count.saturating_add(1)));
             }
@@ -76,8 +76,8 @@ impl Barrier {
     }
 }
 
-/// A federate tells its clock, which it does once; `now` is the RTI's. Returns the latest clock when it was the last to
-/// do so.
+/// Records a federate's clock, which it sends once; `now` is the RTI's. Returns the latest clock when it was the last
+/// one.
 pub(super) fn take_clock(
     slots: &mut [Slot],
     now: Instant,
@@ -97,16 +97,16 @@ pub(super) fn take_clock(
     Ok(clocks.reduce(|one, other| Some(one?.max(other?))).flatten())
 }
 
-/// The federate whose clock is far ahead of another one's, when all have told theirs. They have told them at different
-/// times, so each is compared with the RTI's clock at that time.
-pub(super) fn doubt_clocks(slots: &[Slot]) -> Option<(usize, Doubt)> {
+/// Returns the federate whose clock is far ahead of another one's, when all have sent theirs. They were sent at
+/// different times, so each is compared with the RTI's clock at that time.
+pub(super) fn check_clocks(slots: &[Slot]) -> Option<(usize, SuspectedViolation)> {
     let clocks = || (0..).zip(slots).map(|(federate, slot)| (slot.ahead, federate));
     let ((earliest, of), (latest, ahead)) = (clocks().min()?, clocks().max()?);
     let by = Interval::from_nanos(latest.as_nanos().saturating_sub(earliest.as_nanos()));
-    (by > CLOCKS_APART_MAX).then_some((ahead, Doubt::Ahead { of: id(of), by }))
+    (by > CLOCKS_APART_MAX).then_some((ahead, SuspectedViolation::Ahead { of: id(of), by }))
 }
 
-/// A second after the latest clock, rounded up to a multiple if there is one.
+/// Returns the start time: a second after the latest clock, rounded up to a multiple if there is one.
 pub(super) fn start_time(latest_clock: Instant, multiple: Option<Interval>) -> Instant {
     let earliest = latest_clock + START_DELAY;
     let Some(multiple) = multiple else { return earliest };
@@ -149,7 +149,7 @@ mod tests {
             assert_eq!(take_clock(&mut slots, 0, clock), Err(Violation::Clock(clock)));
         }
         assert_eq!(
-            [(0, 9), (1, 5)].map(|(place, clock)| take_clock(&mut slots, place, Instant::from_nanos(clock))),
+            [(0, 9), (1, 5)].map(|(index, clock)| take_clock(&mut slots, index, Instant::from_nanos(clock))),
             [Ok(None); 2]
         );
         let again = take_clock(&mut slots, 1, Instant::from_nanos(6));
@@ -163,13 +163,13 @@ mod tests {
         let (mut barrier, mut slots) = (Barrier::default(), [Slot::EMPTY; 2]);
         barrier.limit(Some(Instant::from_nanos(1)));
         assert_eq!(barrier.deadline(), None);
-        for (place, now) in [(0, 2), (1, 3)] {
-            barrier.vacate(&mut slots[place]);
+        for (index, now) in [(0, 2), (1, 3)] {
+            barrier.vacate(&mut slots[index]);
             barrier.limit(Some(Instant::from_nanos(now)));
             assert_eq!(barrier.deadline(), Some(Instant::from_nanos(2)));
         }
-        for (place, left) in [(0, Some(Instant::from_nanos(2))), (1, None)] {
-            barrier.occupy(&mut slots, place);
+        for (index, left) in [(0, Some(Instant::from_nanos(2))), (1, None)] {
+            barrier.occupy(&mut slots, index);
             assert_eq!(barrier.deadline(), left);
         }
     }

@@ -1,52 +1,52 @@
 // SPDX-License-Identifier: Apache-2.0
 //! The rounds of clock synchronization over UDP.
 //!
-//! From the start on, each federate that asks for it is polled once per period, one after the other and evenly spread,
-//! so that the answer of one does not wait behind those of others. The RTI only tells its time; what to make of it is
-//! the federates' business.
+//! From the start on, the RTI polls each federate that asks for it once per period, one after the other and evenly
+//! spread, so that the answer of one does not wait behind those of others. The RTI only sends its time; the federates
+//! compute the correction.
 
 use lf_model::time::{Instant, Interval};
 use lf_wire::{Decoded, Limits, Message, UDP_PORT_CLOCK_SYNC_INITIAL, UDP_PORT_CLOCK_SYNC_OFF, decode};
 
-use super::notice::Notice;
+use super::log_event::RtiEvent;
 use super::outlet::Outlet;
 use super::storage::{Membership, Slot};
 use crate::{Deadline, Endpoint};
 
-/// A datagram to be sent.
+/// A datagram to send.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Datagram {
-    /// To where.
+    /// Its destination.
     pub to: Endpoint,
-    /// What it says.
+    /// Its content.
     pub message: Message<'static>,
 }
 
-/// Whose turn is next, and when.
+/// The schedule of the rounds.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 pub(super) struct Rounds {
     next: Option<Instant>,
-    /// Nobody is left who takes part.
+    /// Whether no participant is left.
     over: bool,
     cursor: usize,
-    /// How many took part when the last period began.
+    /// The number of participants when the last period began.
     count: u16,
-    /// Strangers have been told of.
-    told: bool,
+    /// Whether strangers have been logged.
+    logged: bool,
 }
 
 impl Rounds {
-    /// When [`Rounds::poll`] has something to send, once the federation has a start.
+    /// Returns the time at which [`Rounds::poll`] has something to send, once the federation has a start.
     pub(super) fn poll_timeout(&self, start: Instant) -> Deadline {
         if self.over { Deadline::Never } else { Deadline::At(self.next.unwrap_or(start)) }
     }
 
-    /// The T1 that is to be sent at `now`, when it is time for it. At most one; looks at every federate at most once.
+    /// Returns the T1 to send at `now`, if one is due. At most one; looks at every federate at most once.
     pub(super) fn poll(&mut self, now: Instant, period: Interval, slots: &mut [Slot]) -> Option<Datagram> {
         let federate = self.next_to_poll(slots);
         let step = Interval::from_nanos(period.as_nanos() / i64::from(self.count.max(1))).max(Interval::from_nanos(1));
         let due = self.next.unwrap_or(now) + step;
-        // Rounds that were missed are not made up for: that would only be a burst.
+        // Missed rounds are not repeated: that would only make a burst.
         self.next = Some(if due > now { due } else { now + step });
         let Some((federate, to)) = federate else {
             self.over = true;
@@ -56,7 +56,7 @@ impl Rounds {
         begins.then_some(Datagram { to, message: Message::T1(now.as_nanos()) })
     }
 
-    /// A datagram has come; `now` is the time right after it was read. Gives T4 if it is a T3 that is awaited.
+    /// Handles a datagram; `now` is the time right after it was read. Returns T4 if it is an expected T3.
     pub(super) fn handle_datagram(
         &mut self,
         now: Instant,
@@ -72,8 +72,8 @@ impl Rounds {
             _ => None,
         };
         let Some(slot) = sender else {
-            if !core::mem::replace(&mut self.told, true) {
-                outlet.notice(Notice::Stranger(from));
+            if !core::mem::replace(&mut self.logged, true) {
+                outlet.log(RtiEvent::Stranger(from));
             }
             return None;
         };
@@ -81,7 +81,7 @@ impl Rounds {
         awaited.then_some(Datagram { to: from, message: Message::T4(now.as_nanos()) })
     }
 
-    /// The federate whose turn is next; `None` when nobody takes part.
+    /// Returns the federate to poll next; `None` without participants.
     fn next_to_poll(&mut self, slots: &[Slot]) -> Option<(usize, Endpoint)> {
         for _ in 0..slots.len() {
             let federate = self.cursor;
@@ -98,7 +98,7 @@ impl Rounds {
     }
 }
 
-/// Where a federate is to be reached, if it takes part.
+/// Returns the address of a federate, if it participates.
 fn takes_part(slot: &Slot) -> Option<Endpoint> {
     let is_there = matches!(slot.membership, Membership::Joined(_));
     let asks = !matches!(slot.udp_port, UDP_PORT_CLOCK_SYNC_INITIAL | UDP_PORT_CLOCK_SYNC_OFF);
@@ -107,7 +107,7 @@ fn takes_part(slot: &Slot) -> Option<Endpoint> {
 }
 
 impl Datagram {
-    /// The coded probe that follows a T4; `now` is the time right before it is sent.
+    /// Returns the coded probe that follows a T4; `now` is the time right before it is sent.
     #[must_use]
     pub fn coded_probe(self, now: Instant) -> Self {
         Self { message: Message::CodedProbe(now.as_nanos()), ..self }

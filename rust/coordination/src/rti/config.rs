@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! What the RTI is told about the federation.
+//! The configuration of the RTI.
 
 use core::fmt;
 
@@ -9,93 +9,94 @@ use lf_wire::{FEDERATION_ID_BYTES_MAX, Limits, message_bytes_max};
 
 use crate::auth::Authenticator;
 
-/// The federation id of a stock RTI that was given none.
+/// The default federation id of a stock RTI.
 pub const FEDERATION_ID_DEFAULT: &[u8] = b"Unidentified Federation";
-/// How long after the last clock the start is.
+/// The time from the last clock to the start.
 pub const START_DELAY: Interval = Interval::from_secs(1);
-/// How many clock synchronization exchanges there are at first, unless told otherwise.
+/// The default number of initial clock synchronization exchanges.
 pub const CLOCK_SYNC_TRIALS: u32 = 10;
-/// How long a connection may be silent before its handshake is complete, and after it resigned.
+/// The longest silence of a connection before its handshake is complete, and after it resigned.
 pub const CONNECTION_TIME_OUT: Interval = Interval::from_secs(10);
-/// How long a federate that has joined may be silent before it tells its clock: longer than federates try to connect
-/// with each other.
+/// The longest silence of a federate that has joined before it sends its clock: longer than federates try to connect to
+/// each other.
 pub const CLOCK_TIME_OUT: Interval = Interval::from_secs(90);
-/// How long all may take to answer a stop request.
+/// The time within which all federates have to answer a stop request.
 pub const STOP_REPLY_TIME_OUT: Interval = Interval::from_secs(30);
 
-/// How long the start waits for a federate that was there and has left.
+/// The time that the start waits for a federate that was there and has left.
 pub const START_BARRIER_TIME_OUT: Interval = Interval::from_secs(60);
-/// How many tags of messages a receiver may be behind its senders.
+/// The number of tags with messages by which a receiver may be behind its senders.
 pub const WINDOW: usize = 16;
 
-/// Which clock synchronization the RTI offers.
+/// The clock synchronization that the RTI offers.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum ClockSync {
     /// None, whatever the federates ask for.
     Off,
     /// Exchanges over TCP in the handshake of each federate that asks for it.
     Init {
-        /// How many. The number is not on the wire, the federates have to know it.
+        /// The number of exchanges. It is not on the wire, so the federates have to know it.
         trials: u32,
     },
-    /// The same, and then rounds over UDP, as long as the federation runs, with each federate that asks for them.
+    /// Exchanges over TCP, then rounds over UDP while the federation runs, with each federate that asks for them.
     On {
-        /// How many exchanges before the start, as with `Init`.
+        /// The number of exchanges before the start, as with `Init`.
         trials: u32,
-        /// How much time there is from one round with a federate to the next, longer than 0.
+        /// The time from one round with a federate to the next, longer than 0.
         period: Interval,
     },
 }
 
-/// What becomes of the others when a federate is lost after the start.
+/// The consequence for the others when a federate is lost after the start.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum AfterLoss {
     /// They go on, as if it had resigned; only the outcome says that something went wrong. This is what the stock RTI
     /// does after FAILED.
     GoOn,
-    /// They are told that the federation has failed.
+    /// They receive FAILED: the federation has failed.
     StopAll,
 }
 
-/// What the RTI is told about the federation. See [`Config::new`] for the defaults.
+/// The configuration of the RTI. See [`Config::new`] for the defaults.
 #[derive(Clone, Copy, Debug)]
 pub struct Config<'a> {
     /// The federation's id; at most 255 bytes. It is compared in full.
     pub federation_id: &'a [u8],
-    /// How federates have to prove that they know the federation id before they say who they are; `None` if they need
-    /// not.
+    /// The functions by which federates prove that they know the federation id before they send their id; `None` if
+    /// they need not.
     pub authentication: Option<Authenticator>,
-    /// Which clock synchronization there is.
+    /// The clock synchronization that the RTI offers.
     pub clock_sync: ClockSync,
     /// If given, the start time is rounded up to a multiple of this, which is positive.
     pub start_time_multiple: Option<Interval>,
-    /// Whether federates are told which of their NETs nobody needs (DNET).
+    /// Whether federates learn which of their NETs no other federate needs (DNET).
     pub dnet: bool,
-    /// What becomes of the others when a federate is lost after the start.
+    /// The consequence for the others when a federate is lost after the start.
     pub after_loss: AfterLoss,
-    /// How long a connection may be silent before its handshake is complete, and after it resigned.
+    /// The longest silence of a connection before its handshake is complete, and after it resigned.
     pub connection_time_out: Interval,
-    /// How long a federate that has joined may be silent before it tells its clock.
+    /// The longest silence of a federate that has joined before it sends its clock.
     pub clock_time_out: Interval,
-    /// How long all may take to answer a stop request.
+    /// The time within which all federates have to answer a stop request.
     pub stop_reply_time_out: Interval,
-    /// After how long it is said for whom the start waits, again and again after longer pauses; `None`: never.
+    /// The time after which the RTI logs which federates the start waits for, repeated after longer pauses; `None`:
+    /// never.
     pub start_report: Option<Interval>,
-    /// While the federation runs, it is said of each federate that waits for longer than this what it waits for;
+    /// While the federation runs, the RTI logs each federate that waits for longer than this, and what it waits for;
     /// `None`: never. Longer than 0.
     pub log_waits: Option<Interval>,
-    /// How long the start waits after the first loss of a federate before it; `None`: for ever.
+    /// The time that the start waits after the first loss of a federate before it; `None`: without end.
     pub start_barrier_time_out: Option<Interval>,
-    /// How many different tags with messages a federate may have before it while more are passed on to it from senders
-    /// that are past them; at least 1. If its memory for messages in transit is less, that counts. See the module
+    /// The number of different tags with messages in front of a federate at which more messages are held whose senders
+    /// are past these tags; at least 1. If the storage for messages in transit is smaller, that counts. See the module
     /// `window`.
     pub window: usize,
-    /// Longest payload that is forwarded, in bytes. Input and output buffers have to hold the whole message.
+    /// The longest payload that is forwarded, in bytes. Input and output buffers have to hold the whole message.
     pub payload_bytes_max: usize,
 }
 
 impl<'a> Config<'a> {
-    /// The stock RTI's defaults, for payloads up to the given length.
+    /// Returns the stock RTI's defaults, for payloads up to the given length.
     pub const fn new(federation_id: &'a [u8], payload_bytes_max: usize) -> Self {
         Self {
             federation_id,
@@ -115,12 +116,12 @@ impl<'a> Config<'a> {
         }
     }
 
-    /// Bytes of the longest message in a federation of so many federates: what each buffer has to hold.
+    /// Returns the length of the longest message in a federation of this many federates: every buffer has to hold it.
     pub const fn message_bytes_max(&self, federates: usize) -> usize {
         message_bytes_max(&self.limits(federates))
     }
 
-    /// What the RTI accepts from a peer in a federation of so many federates.
+    /// Returns the limits that a peer's messages have to meet in a federation of this many federates.
     pub(super) const fn limits(&self, federates: usize) -> Limits {
         Limits {
             payload_bytes_max: self.payload_bytes_max,
@@ -146,7 +147,7 @@ impl<'a> Config<'a> {
     }
 }
 
-/// Why there can be no RTI with this configuration or storage.
+/// The reason why this configuration or storage does not work.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum SetupError {
     /// The wire cannot carry the federation id.
@@ -154,11 +155,11 @@ pub enum SetupError {
         /// Its length in bytes.
         bytes: usize,
     },
-    /// The start time cannot be a multiple of nothing.
+    /// The multiple for the start time is zero or negative.
     StartTimeMultiple,
-    /// There would be no time between two rounds of clock synchronization.
+    /// The time between two rounds of clock synchronization is zero or negative.
     ClockSyncPeriod,
-    /// No message could ever be passed on.
+    /// The window is 0, so no message could be passed on.
     Window,
     /// There are no slots, or more than a federate id can name.
     Federates {
@@ -167,11 +168,11 @@ pub enum SetupError {
     },
     /// Part of the storage does not fit the number of federates.
     Storage {
-        /// Which part.
+        /// The part's name.
         part: &'static str,
-        /// How many entries it needs at least.
+        /// The minimum number of entries.
         needed: usize,
-        /// How many it has.
+        /// The number of entries that it has.
         found: usize,
     },
 }

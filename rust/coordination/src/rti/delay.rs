@@ -4,10 +4,10 @@
 use lf_model::time::{Instant, Interval, Microstep, Tag};
 use lf_wire::DELAY_NONE;
 
-/// The least delay of a path of connections: a time in nanoseconds, then microsteps.
+/// The minimum delay of a path of connections: a time in nanoseconds, then microsteps.
 ///
 /// No delay at all is (0, 0), one microstep is (0, 1). Joining paths is not commutative, because a delay with a time
-/// resets the microstep of what it delays.
+/// resets the microstep of the tag that it delays.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub(super) struct PathDelay {
     time: i64,
@@ -15,12 +15,12 @@ pub(super) struct PathDelay {
 }
 
 impl PathDelay {
-    /// There is no such path. Greater than every delay.
+    /// The value for a path that does not exist, greater than every delay.
     pub(super) const NO_PATH: Self = Self { time: i64::MAX, microsteps: u32::MAX };
     /// No delay.
     pub(super) const ZERO: Self = Self { time: 0, microsteps: 0 };
 
-    /// The delay of a connection as it stands in a neighbor structure: [`DELAY_NONE`] without `after`, 0 for a
+    /// Returns the delay of a connection by its number in a neighbor structure: [`DELAY_NONE`] without `after`, 0 for a
     /// microstep, else nanoseconds. `None` if it is neither.
     pub(super) const fn of_connection(wire: i64) -> Option<Self> {
         match wire {
@@ -32,12 +32,12 @@ impl PathDelay {
         }
     }
 
-    /// Its time in nanoseconds, and its microsteps.
+    /// Returns its time in nanoseconds, and its microsteps.
     pub(super) const fn parts(self) -> (i64, u32) {
         (self.time, self.microsteps)
     }
 
-    /// The delay of a time in nanoseconds and microsteps.
+    /// Returns the delay of a time in nanoseconds and microsteps.
     pub(super) const fn of_parts(time: i64, microsteps: u32) -> Self {
         Self { time, microsteps }
     }
@@ -46,7 +46,7 @@ impl PathDelay {
         self != Self::NO_PATH
     }
 
-    /// The delay of this path with `rest` after it.
+    /// Returns the delay of this path with `rest` after it.
     pub(super) fn then(self, rest: Self) -> Self {
         if !self.is_path() || !rest.is_path() {
             return Self::NO_PATH;
@@ -58,9 +58,9 @@ impl PathDelay {
         }
     }
 
-    /// The earliest tag at which a message arrives that is sent at `tag`.
+    /// Returns the earliest tag at which a message arrives that is sent at `tag`.
     ///
-    /// A microstep that cannot be counted any more stays where it is: too early is safe for a grant, too late is not.
+    /// A microstep at its maximum stays there: too early is safe for a grant, too late is not.
     pub(super) fn after(self, tag: Tag) -> Tag {
         if tag.time == Instant::NEVER {
             return Tag::NEVER;
@@ -75,7 +75,7 @@ impl PathDelay {
         }
     }
 
-    /// The latest tag up to which nothing can arrive any more if the sender has completed `tag`: as
+    /// Returns the latest tag up to which nothing can arrive any more if the sender has completed `tag`: like
     /// [`after`](Self::after), but one step earlier if there is a time, when the sender's next tag arrives.
     pub(super) fn after_strictly(self, tag: Tag) -> Tag {
         let delayed = self.after(tag);
@@ -83,7 +83,7 @@ impl PathDelay {
         if self.time > 0 && finite { Tag::at(delayed.time).before() } else { delayed }
     }
 
-    /// The latest tag of a sender that can matter for what a receiver does at `tag`. NEVER if there is none.
+    /// Returns the latest tag of a sender that can matter to a receiver at `tag`. NEVER if there is none.
     pub(super) fn before(self, tag: Tag) -> Tag {
         if tag.time == Instant::NEVER || tag < Tag::new(Instant::from_nanos(self.time), Microstep(self.microsteps)) {
             return Tag::NEVER;
@@ -100,12 +100,12 @@ impl PathDelay {
     }
 }
 
-/// The latest tag before `tag`. NEVER and FOREVER stay what they are.
+/// Returns the latest tag before `tag`. NEVER and FOREVER stay unchanged.
 pub(super) fn latest_before(tag: Tag) -> Tag {
     if tag == Tag::FOREVER { tag } else { tag.before() }
 }
 
-/// The earliest tag after `tag`. FOREVER stays what it is.
+/// Returns the earliest tag after `tag`. FOREVER stays unchanged.
 pub(super) fn earliest_after(tag: Tag) -> Tag {
     if tag.time == Instant::FOREVER { Tag::FOREVER } else { tag.next_microstep() }
 }
@@ -153,7 +153,7 @@ mod tests {
     }
 
     proptest! {
-        /// A message over a path arrives when it arrives over the pieces of the path one after the other.
+        /// A message over a path arrives when it arrives over the parts of the path one after the other.
         #[test]
         fn a_path_delays_like_its_pieces(tag in tag(), pieces in proptest::collection::vec(delay(), 0..5)) {
             let folded = pieces.iter().rev().fold(PathDelay::ZERO, |rest, piece| piece.then(rest));
@@ -161,7 +161,7 @@ mod tests {
             prop_assert_eq!(folded.after(tag), stepwise);
         }
 
-        /// A longer path is never faster, which the search for the least delay relies on.
+        /// A longer path is never faster, which the search for the minimum delay relies on.
         #[test]
         fn a_longer_path_is_not_faster(pieces in proptest::collection::vec(delay(), 1..5)) {
             let folded: Vec<_> = pieces.iter().rev().scan(PathDelay::ZERO, |rest, piece| {
@@ -171,13 +171,13 @@ mod tests {
             prop_assert!(folded.is_sorted());
         }
 
-        /// What a sender does after the tag that `before` names arrives after the tag that it was asked for.
+        /// Messages that a sender sends after the tag of `before` arrive after the tag in question.
         #[test]
         fn nothing_after_the_downstream_next_event_tag_matters(delay in delay(), tag in tag()) {
             prop_assert!(delay.after(earliest_after(delay.before(tag))) > tag);
         }
 
-        /// Completing a tag allows all that the next tag of the sender cannot reach.
+        /// Completing a tag allows every tag that the next tag of the sender cannot reach.
         #[test]
         fn a_completed_tag_allows_what_the_next_one_cannot_reach(time in 0..60i64, tag in tag()) {
             let delay = PathDelay::of_connection(if time == 0 { DELAY_NONE } else { time - 1 }).unwrap();

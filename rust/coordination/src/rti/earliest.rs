@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-//! The earliest that any federate at the other end of a row means for the federate of that row.
+//! The minimum over the federates at the other ends of a row, kept up to date by a tournament tree.
 //!
-//! A federate asks two things of the next events of others: when the first message can come from those upstream, and
-//! up to which tag those downstream need to know of its own events. Both are the least over a row, and both are asked
-//! far more often than they change. So the entries of each row play a tournament that is kept up to date: when a next
-//! event changes, only the games of that federate are played again, in the rows of those that it can matter to. That
-//! costs at most the logarithm of the length of each such row, and mostly one game, because whoever loses it as before
-//! changes nothing farther up.
+//! A federate asks two questions about the next events of others: when the first message can come from those upstream,
+//! and up to which tag those downstream need to know of its own events. Both answers are minimums over a row, and both
+//! are asked far more often than they change. So the entries of each row form a tournament tree: when a next event
+//! changes, only the games of that federate are played again, in the rows of those that it can matter to. That costs at
+//! most the logarithm of the length of each such row, and mostly one game, because a federate that loses it as before
+//! changes nothing higher up.
 //!
 //! The tournament of a row of k entries has k - 1 games, numbered from 1, whose winners are kept beside the entries.
 //! The players of game i are the winners of the games 2i and 2i + 1; the number k + p stands for entry p itself.
@@ -16,9 +16,9 @@ use lf_model::time::{Instant, Tag};
 use super::graph::{Graph, Row};
 use super::path::{self, Path};
 
-/// Which row of a federate.
+/// The row of a federate.
 #[derive(Clone, Copy, PartialEq, Eq)]
-enum Side {
+enum Direction {
     /// The paths that lead to it: when can a message come?
     Incoming,
     /// The paths that lead from it: which of its events matter?
@@ -26,23 +26,23 @@ enum Side {
 }
 
 impl Graph<'_> {
-    /// The next event of a federate; NEVER while none is known.
+    /// Returns the next event of a federate; NEVER while it is unknown.
     pub(super) fn next_event(&self, federate: usize) -> Tag {
         self.nodes[federate].next_event
     }
 
-    /// The next event of a federate is another one.
+    /// Sets the next event of a federate.
     pub(super) fn set_next_event(&mut self, federate: usize, tag: Tag) {
         if core::mem::replace(&mut self.nodes[federate].next_event, tag) == tag {
             return;
         }
-        self.play_at_other_ends(federate, Side::Outgoing);
+        self.play_at_other_ends(federate, Direction::Outgoing);
         if self.dnet {
-            self.play_at_other_ends(federate, Side::Incoming);
+            self.play_at_other_ends(federate, Direction::Incoming);
         }
     }
 
-    /// No next event of a federate that is there is later than `tag`.
+    /// Limits the next events of all federates that are there to `tag`.
     pub(super) fn limit_next_events(&mut self, tag: Tag) {
         for node in self.nodes.iter_mut().filter(|node| !node.tags.departed) {
             node.next_event = node.next_event.min(tag);
@@ -50,11 +50,11 @@ impl Graph<'_> {
         self.find_all_earliest();
     }
 
-    /// The earliest tag with which a message may still come from any federate upstream, however indirectly.
+    /// Returns the earliest tag with which a message may still come from any federate upstream, directly or indirectly.
     ///
-    /// A federate that has not announced anything is taken to have its next event at the start, from now on.
+    /// A federate that has not announced anything counts as having its next event at the start, from now on.
     pub(super) fn earliest_incoming(&mut self, federate: usize, start: Instant) -> Tag {
-        let earliest = self.earliest(federate, Side::Incoming);
+        let earliest = self.earliest(federate, Direction::Incoming);
         if earliest != Tag::NEVER {
             return earliest;
         }
@@ -65,49 +65,50 @@ impl Graph<'_> {
                 self.set_next_event(upstream, Tag::at(start));
             }
         }
-        self.earliest(federate, Side::Incoming)
+        self.earliest(federate, Direction::Incoming)
     }
 
-    /// The federate from which that message may come: the one because of which nothing later can be granted.
+    /// Returns the federate from which that message may come: the one that keeps the RTI from granting more.
     pub(super) fn earliest_source(&self, federate: usize) -> Option<usize> {
         let row = self.nodes[federate].incoming;
         (row.len > 0).then(|| self.other_end(row, self.winner(row, 1)))
     }
 
-    /// The latest tag of a federate that can matter to any other federate downstream, by its next event. Up to date
-    /// only if DNETs are sent.
+    /// Returns the latest tag of a federate that can matter to any other federate downstream, by its next event. Up to
+    /// date only if DNETs are sent.
     pub(super) fn earliest_needed(&self, federate: usize) -> Tag {
-        self.earliest(federate, Side::Outgoing)
+        self.earliest(federate, Direction::Outgoing)
     }
 
-    /// Plays all tournaments anew.
+    /// Plays all tournaments again.
     pub(super) fn find_all_earliest(&mut self) {
         for federate in 0..self.nodes.len() {
-            let sides: &[Side] = if self.dnet { &[Side::Incoming, Side::Outgoing] } else { &[Side::Incoming] };
-            for side in sides.iter().copied() {
-                let row = self.row(federate, side);
+            let directions: &[Direction] =
+                if self.dnet { &[Direction::Incoming, Direction::Outgoing] } else { &[Direction::Incoming] };
+            for direction in directions.iter().copied() {
+                let row = self.row(federate, direction);
                 for game in (1..row.len).rev() {
-                    self.play(federate, side, game);
+                    self.play(federate, direction, game);
                 }
             }
         }
     }
 
-    /// Plays the games of a federate again in the rows of those at the other ends of its own `side`.
-    fn play_at_other_ends(&mut self, federate: usize, side: Side) {
-        let row = self.row(federate, side);
-        let theirs = match side {
-            Side::Incoming => Side::Outgoing,
-            Side::Outgoing => Side::Incoming,
+    /// Plays the games of a federate again in the rows of those at the other ends of its own `direction`.
+    fn play_at_other_ends(&mut self, federate: usize, direction: Direction) {
+        let row = self.row(federate, direction);
+        let theirs = match direction {
+            Direction::Incoming => Direction::Outgoing,
+            Direction::Outgoing => Direction::Incoming,
         };
         for index in 0..row.len {
-            let Path { federate: other, place, .. } = Path::read(&self.paths[row.start + index]);
-            let (other, place) = (usize::from(other), usize::from(place));
-            let mut game = self.row(other, theirs).len.midpoint(place);
+            let Path { federate: other, reverse, .. } = Path::read(&self.paths[row.start + index]);
+            let (other, reverse) = (usize::from(other), usize::from(reverse));
+            let mut game = self.row(other, theirs).len.midpoint(reverse);
             while game > 0 {
                 let before = self.play(other, theirs, game);
-                // The same winner at the same tag changes nothing farther up.
-                if before != place && self.winner(self.row(other, theirs), game) == before {
+                // The same winner at the same tag changes nothing higher up.
+                if before != reverse && self.winner(self.row(other, theirs), game) == before {
                     break;
                 }
                 game /= 2;
@@ -115,11 +116,11 @@ impl Graph<'_> {
         }
     }
 
-    /// Plays one game. Returns who won it before.
-    fn play(&mut self, federate: usize, side: Side, game: usize) -> usize {
-        let row = self.row(federate, side);
+    /// Plays one game. Returns its previous winner.
+    fn play(&mut self, federate: usize, direction: Direction, game: usize) -> usize {
+        let row = self.row(federate, direction);
         let (one, other) = (self.winner(row, 2 * game), self.winner(row, 2 * game + 1));
-        let first = self.tag(federate, side, one) <= self.tag(federate, side, other);
+        let first = self.tag(federate, direction, one) <= self.tag(federate, direction, other);
         let words = &mut self.paths[row.start + game];
         let before = path::beside(words).into();
         let winner = if first { one } else { other };
@@ -128,36 +129,36 @@ impl Graph<'_> {
         before
     }
 
-    /// The winner of a game, as a place in the row.
+    /// Returns the winner of a game, as an index into the row.
     fn winner(&self, row: Row, game: usize) -> usize {
         match game.checked_sub(row.len) {
-            Some(place) => place,
+            Some(index) => index,
             None => path::beside(&self.paths[row.start + game]).into(),
         }
     }
 
-    /// The tag of the winner of a row; FOREVER if the row is empty.
-    fn earliest(&self, federate: usize, side: Side) -> Tag {
-        let row = self.row(federate, side);
-        if row.len == 0 { Tag::FOREVER } else { self.tag(federate, side, self.winner(row, 1)) }
+    /// Returns the tag of the winner of a row; FOREVER if the row is empty.
+    fn earliest(&self, federate: usize, direction: Direction) -> Tag {
+        let row = self.row(federate, direction);
+        if row.len == 0 { Tag::FOREVER } else { self.tag(federate, direction, self.winner(row, 1)) }
     }
 
-    /// What the next event at the other end of an entry means for the federate of the row.
-    fn tag(&self, federate: usize, side: Side, place: usize) -> Tag {
-        let Path { federate: other, delay, .. } = Path::read(&self.paths[self.row(federate, side).start + place]);
+    /// Returns the meaning of the next event at the other end of an entry for the federate of the row.
+    fn tag(&self, federate: usize, direction: Direction, index: usize) -> Tag {
+        let Path { federate: other, delay, .. } = Path::read(&self.paths[self.row(federate, direction).start + index]);
         let other = usize::from(other);
-        match side {
-            Side::Incoming => delay.after(self.nodes[other].next_event),
+        match direction {
+            Direction::Incoming => delay.after(self.nodes[other].next_event),
             // It knows its own events.
-            Side::Outgoing if other == federate => Tag::FOREVER,
-            Side::Outgoing => delay.before(self.nodes[other].next_event),
+            Direction::Outgoing if other == federate => Tag::FOREVER,
+            Direction::Outgoing => delay.before(self.nodes[other].next_event),
         }
     }
 
-    fn row(&self, federate: usize, side: Side) -> Row {
-        match side {
-            Side::Incoming => self.nodes[federate].incoming,
-            Side::Outgoing => self.nodes[federate].outgoing,
+    fn row(&self, federate: usize, direction: Direction) -> Row {
+        match direction {
+            Direction::Incoming => self.nodes[federate].incoming,
+            Direction::Outgoing => self.nodes[federate].outgoing,
         }
     }
 }
@@ -178,12 +179,15 @@ mod tests {
         ]
     }
 
-    fn plain(graph: &Graph<'_>, federate: usize, side: Side) -> Tag {
-        (0..graph.row(federate, side).len).map(|place| graph.tag(federate, side, place)).min().unwrap_or(Tag::FOREVER)
+    fn plain(graph: &Graph<'_>, federate: usize, direction: Direction) -> Tag {
+        (0..graph.row(federate, direction).len)
+            .map(|index| graph.tag(federate, direction, index))
+            .min()
+            .unwrap_or(Tag::FOREVER)
     }
 
     proptest! {
-        /// Whatever changes, one at a time or all at once, the winner has the least tag of its row.
+        /// After any changes, one at a time or all at once, the winner has the earliest tag of its row.
         #[test]
         fn the_winner_is_the_least_of_the_row(
             edges in edges(),
@@ -197,8 +201,8 @@ mod tests {
                         graph.set_next_event(usize::from(*federate), *tag);
                     }
                     for federate in 0..usize::from(FEDERATES) {
-                        for side in [Side::Incoming, Side::Outgoing] {
-                            prop_assert_eq!(graph.earliest(federate, side), plain(graph, federate, side));
+                        for direction in [Direction::Incoming, Direction::Outgoing] {
+                            prop_assert_eq!(graph.earliest(federate, direction), plain(graph, federate, direction));
                         }
                     }
                 }

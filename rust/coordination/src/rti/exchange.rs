@@ -1,14 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
 //! The exchanges of clock synchronization before the start: T1, T3 and T4, as often as was agreed, over TCP.
 //!
-//! A federate of the stock runtime throws all its exchanges away if one of them takes a third of a millisecond longer
-//! than the others, and then begins with the whole offset of its clock. So one federate has its *turn* at a time, from
-//! its first exchange to its last: those of others would hold it up, on this computer and on theirs. T1 is said apart
-//! from everything else, when the owner is ready to write it. And where many come at once, the first exchange begins
-//! when their handshakes have come to where they wait for it: when nothing of that has been heard for [`QUIET`].
+//! A federate of the stock runtime discards all its exchanges if one of them takes a third of a millisecond longer than
+//! the others, and then begins with the whole offset of its clock. So the RTI makes the exchanges of one connection at
+//! a time, from the first to the last: those of others would delay it, on this computer and on theirs. It sends T1
+//! separately from everything else, when the owner is ready to write it. And when many federates come at once, the
+//! first exchange begins when their handshakes are complete up to this point: when none of them has sent anything for
+//! [`QUIET`].
 //!
-//! Who does not answer holds nobody up for long: after [`PATIENCE`] the next one has its turn, too. Federates whose
-//! answers always take that long are so far away that it is not each other that they wait for.
+//! A federate that does not answer holds the others up only for [`EXCHANGE_TIME_OUT`]; then the next one begins, too.
+//! Federates whose answers always take longer are so distant that they do not wait because of each other.
 
 use lf_model::time::{Instant, Interval};
 use lf_wire::{Message, MessageType};
@@ -18,28 +19,28 @@ use super::outlet::{ConnectionId, Outlet};
 use super::storage::Phase;
 use crate::Deadline;
 
-/// How long the next federate waits for the answer of the one before it.
-const PATIENCE: Interval = Interval::from_millis(10);
-/// How long the RTI has heard nothing of handshakes when exchanges begin.
+/// The time that the next federate waits for the answer of the one before it.
+const EXCHANGE_TIME_OUT: Interval = Interval::from_millis(10);
+/// The silence of all handshakes after which exchanges begin.
 const QUIET: Interval = Interval::from_millis(1);
-/// How long a federate waits for that.
+/// The longest time that a federate waits for that silence.
 const QUIET_WITHIN: Interval = Interval::from_millis(20);
 
 /// Bytes of T1 and of T4.
 pub(super) const TIME_MESSAGE_BYTES: usize = MessageType::T1.fixed_bytes();
 
-/// Whose turn it is, and who waits.
+/// The connections whose exchanges are open or waiting.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub(super) struct Exchanges {
-    /// The connection whose turn it is, and until when others wait for its answer.
+    /// The current connection, and the time until which others wait for its answer.
     current: Option<(ConnectionId, Instant)>,
-    /// How many connections wait for their turn.
+    /// The number of waiting connections.
     waiting: u16,
-    /// How many connections are to be sent their next T1.
+    /// The number of connections whose next T1 is due.
     asked: u16,
-    /// From when on it is quiet, unless more is heard.
+    /// The time from which on it is quiet, unless more arrives.
     quiet: Instant,
-    /// Until when those that wait do so for that.
+    /// The time at which waiting connections stop waiting for quiet.
     begin: Instant,
 }
 
@@ -50,7 +51,7 @@ impl Default for Exchanges {
 }
 
 impl Exchanges {
-    /// When [`Exchanges::poll`] has something to send.
+    /// Returns the time at which [`Exchanges::poll`] has something to send.
     pub(super) fn poll_timeout(&self) -> Deadline {
         let Self { current, waiting, asked, quiet, begin } = *self;
         match current {
@@ -61,8 +62,8 @@ impl Exchanges {
         }
     }
 
-    /// Sends a T1 that tells `now`, if one is due and there is room for it, and gives its connection. Its answer may
-    /// take as long as `time_out`.
+    /// Sends a T1 with `now`, if one is due and there is room for it, and returns its connection. Its answer may take
+    /// as long as `time_out`.
     ///
     /// Looks at each connection at most once.
     pub(super) fn poll(
@@ -76,11 +77,11 @@ impl Exchanges {
             return None;
         }
         let (connection, left) = self.next(members)?;
-        let is_next = matches!(members.phase(connection), Phase::Turn { .. });
+        let is_next = matches!(members.phase(connection), Phase::AwaitsExchange { .. });
         let count = if is_next { &mut self.waiting } else { &mut self.asked };
         *count = count.saturating_sub(1);
         if is_next || self.current() == Some(connection) {
-            self.current = Some((connection, now + PATIENCE));
+            self.current = Some((connection, now + EXCHANGE_TIME_OUT));
         }
         members.set_deadline(connection, Some(now + time_out));
         let known = &mut members.connections[connection.0];
@@ -93,19 +94,19 @@ impl Exchanges {
         Some(connection)
     }
 
-    /// There is more room on a connection: perhaps for the T1 that it is to be sent.
+    /// Handles that there is more room on a connection: perhaps for its due T1.
     pub(super) fn retry(&mut self, members: &mut Members<'_>, connection: ConnectionId) {
         if let Phase::Full { left } = members.phase(connection) {
             self.ask_again(members, connection, left);
         }
     }
 
-    /// The connection whose exchanges are under way.
+    /// Returns the connection whose exchanges are open.
     pub(super) fn current(&self) -> Option<ConnectionId> {
         self.current.map(|(connection, _)| connection)
     }
 
-    /// The connection that is to be sent T1, and how many exchanges it has from there on.
+    /// Returns the connection to send T1 on, and the number of its remaining exchanges.
     fn next(&self, members: &Members<'_>) -> Option<(ConnectionId, u32)> {
         let connections = || (0..).map(ConnectionId).zip(members.connections.iter());
         if self.asked > 0 {
@@ -115,42 +116,42 @@ impl Exchanges {
             });
         }
         let waiting = connections().filter_map(|(connection, known)| match known.phase {
-            Phase::Turn { since, trials } => Some((since, connection, trials)),
+            Phase::AwaitsExchange { since, trials } => Some((since, connection, trials)),
             _ => None,
         });
         waiting.min().map(|(_, connection, trials)| (connection, trials))
     }
 
-    /// There is a new connection, or something of its handshake has come: more may come at once.
-    pub(super) fn note_handshake(&mut self, now: Instant) {
+    /// Records a new connection, or a message of its handshake: more may follow at once.
+    pub(super) fn record_handshake(&mut self, now: Instant) {
         self.quiet = now + QUIET;
     }
 
-    /// A connection waits for its turn.
-    pub(super) fn await_turn(
+    /// Makes a connection wait for its exchanges.
+    pub(super) fn await_exchange(
         &mut self,
         now: Instant,
         members: &mut Members<'_>,
         connection: ConnectionId,
         trials: u32,
     ) {
-        members.connections[connection.0].phase = Phase::Turn { since: now, trials };
+        members.connections[connection.0].phase = Phase::AwaitsExchange { since: now, trials };
         if self.waiting == 0 {
             self.begin = now + QUIET_WITHIN;
         }
         self.waiting = self.waiting.saturating_add(1);
     }
 
-    /// A connection is to be sent its next T1.
+    /// Makes the next T1 of a connection due.
     pub(super) fn ask_again(&mut self, members: &mut Members<'_>, connection: ConnectionId, left: u32) {
         members.connections[connection.0].phase = Phase::Asked { left };
         self.asked = self.asked.saturating_add(1);
     }
 
-    /// A connection has had its exchanges, or has no more.
+    /// Records that a connection has completed or lost its exchanges.
     pub(super) fn leave(&mut self, members: &Members<'_>, connection: ConnectionId) {
         match members.phase(connection) {
-            Phase::Turn { .. } => self.waiting = self.waiting.saturating_sub(1),
+            Phase::AwaitsExchange { .. } => self.waiting = self.waiting.saturating_sub(1),
             Phase::Asked { .. } => self.asked = self.asked.saturating_sub(1),
             _ => {}
         }

@@ -1,10 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Which tags a federate may advance to.
+//! The tags that a federate may advance to.
 //!
-//! A TAG is sent when nothing can arrive any more up to it, for one of two reasons: the federates immediately upstream
-//! have completed all that could lead there, or the next events of all upstream federates are too late. A PTAG is sent
-//! in a cycle without delay, where the next event of every federate waits for that of the others. It also makes the
-//! federates upstream go to that tag if they can, for the receiver may wait for what they do at it.
+//! The RTI sends a TAG when nothing can arrive any more up to it, for one of two reasons: the federates immediately
+//! upstream have completed everything that could lead there, or the next events of all upstream federates are too late.
+//! It sends a PTAG in a cycle without delay, where the next event of every federate waits for that of the others. A
+//! PTAG also makes the federates upstream advance to that tag if they can, because the receiver may wait for their
+//! messages at it.
 
 use lf_model::time::{Instant, Tag};
 
@@ -14,7 +15,7 @@ use super::idle::Idle;
 use super::tag_state::TagState;
 use super::tags::Tags;
 
-/// What can be granted.
+/// A grant.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Grant {
     Final(Tag),
@@ -22,11 +23,11 @@ pub(super) enum Grant {
 }
 
 impl Tags<'_> {
-    /// A federate has been sent this grant. Federates that may be granted more because of it are marked in the graph:
-    /// by a PTAG, those upstream of it that it may wait for.
+    /// Records that a federate has been sent this grant. Marks federates in the graph that may be granted more because
+    /// of it: after a PTAG, those upstream of it that it may wait for.
     ///
     /// Each PTAG is later than the one before to the same federate and is one of the tags that the federates have
-    /// announced, so going on with those that are marked ends.
+    /// announced, so processing the marks ends.
     pub(super) fn granted(&mut self, federate: usize, grant: Grant) {
         let (Grant::Final(tag) | Grant::Provisional(tag)) = grant;
         self.in_transit(federate).grant(tag);
@@ -36,7 +37,7 @@ impl Tags<'_> {
             Grant::Provisional(_) => state.provisional = tag,
         }
         if self.demand(federate).is_some() {
-            // Another one waits for a later tag.
+            // Another federate waits for a later tag.
             self.graph.mark(federate);
         }
         if grant == Grant::Provisional(tag) {
@@ -44,8 +45,8 @@ impl Tags<'_> {
         }
     }
 
-    /// A federate has got a PTAG: those immediately upstream are looked at. The earliest demand comes first, for a
-    /// later one may depend on it.
+    /// Marks the federates immediately upstream of one that has received a PTAG. The earliest demand comes first,
+    /// because a later one may depend on it.
     fn demand_upstream(&mut self, federate: usize, tag: Tag) {
         let by = number(federate);
         for index in 0..self.graph.upstreams(federate) {
@@ -57,7 +58,7 @@ impl Tags<'_> {
         }
     }
 
-    /// What a federate can be granted now beyond what it has been granted already.
+    /// Returns what a federate can be granted now beyond its last grant.
     #[cfg_attr(target_pointer_width = "32", inline(never))]
     pub(super) fn grant(&mut self, federate: usize) -> Option<Grant> {
         let start = self.start?;
@@ -69,7 +70,7 @@ impl Tags<'_> {
         }
         let earliest = self.graph.earliest_incoming(federate, start);
         if waits {
-            // Asking for the earliest message may have made an unknown next event one at the start.
+            // The question for the earliest message may have set an unknown next event to the start.
             let next_event = self.graph.next_event(federate);
             if earliest > next_event && next_event != Tag::NEVER && new(latest_before(earliest)) {
                 return Some(Grant::Final(latest_before(earliest)));
@@ -104,8 +105,8 @@ impl Tags<'_> {
         is_known.then_some(Grant::Final(provisional))
     }
 
-    /// Whether each federate immediately upstream has completed what can lead to a message at this tag, or has nothing
-    /// that can.
+    /// Returns whether each federate immediately upstream has completed everything that can lead to a message at this
+    /// tag, or has nothing that can.
     fn upstream_is_past(&mut self, federate: usize, tag: Tag, start: Instant) -> bool {
         (0..self.graph.upstreams(federate)).all(|index| {
             let (from, delay) = self.graph.upstream(federate, index);
@@ -116,9 +117,9 @@ impl Tags<'_> {
         })
     }
 
-    /// Whether a federate that is at a tag granted provisionally may wait there for word that never comes: it is there
-    /// only because others have an event at that tag, and one that is to tell it what comes then has been granted the
-    /// tag otherwise and passes by it, or has left.
+    /// Returns whether a federate at a provisionally granted tag may wait there without end: it is there only because
+    /// others have an event at that tag, and one whose message or absence it needs has been granted the tag otherwise
+    /// and passes by it, or has left.
     fn may_wait_for_ever(&self, federate: usize) -> bool {
         let tag = self.state(federate).provisional;
         let mut upstream = (0..self.graph.upstreams(federate)).map(|index| self.graph.upstream(federate, index).0);
@@ -127,8 +128,8 @@ impl Tags<'_> {
         self.graph.nodes[federate].deserted || upstream.any(passes_by)
     }
 
-    /// The earliest tag at which a federate immediately downstream waits for what this one does, if this one has not
-    /// got that far. The demand that is remembered is one of those; when it is met, another one is looked for.
+    /// Returns the earliest tag at which a federate immediately downstream waits for this one, if this one has not
+    /// reached it. The stored demand is one of those; when it is met, looks for another one.
     fn demand(&mut self, federate: usize) -> Option<Tag> {
         let (tag, by) = self.state(federate).demand?;
         if !self.is_demanded(federate, tag, by.into()) {
@@ -148,7 +149,7 @@ impl Tags<'_> {
         waiting.map(|by| (self.state(by).provisional, number(by))).min()
     }
 
-    /// Whether a federate downstream still waits at a tag for what this one does, and this one has not got that far.
+    /// Returns whether a federate downstream still waits at a tag for this one, and this one has not reached it.
     fn is_demanded(&self, federate: usize, tag: Tag, by: usize) -> bool {
         let TagState { granted, provisional, completed, .. } = *self.state(federate);
         let downstream = self.state(by);
@@ -159,43 +160,44 @@ impl Tags<'_> {
         waits && completed < tag && granted < tag && provisional <= tag
     }
 
-    /// Up to which tag all federates immediately upstream have completed what can lead to a message, if that reaches
-    /// the next event and is more than has been granted.
+    /// Returns the tag up to which all federates immediately upstream have completed what can lead to a message, if
+    /// that reaches the next event and is more than has been granted.
     ///
-    /// As long as it is not, one that has not completed enough is remembered and asked first. So this costs one step,
-    /// unless that one has got on; and each federate that has got on is gone over once for each grant.
+    /// Otherwise it stores a federate that has not completed enough and asks it first the next time. So this costs one
+    /// step, unless that federate has proceeded; and it passes each federate that has proceeded once for each grant.
     fn completed_upstream(&mut self, federate: usize) -> Option<Tag> {
         let TagState { granted, provisional, .. } = *self.state(federate);
         let next_event = self.graph.next_event(federate);
         let count = self.graph.upstreams(federate);
-        let mut index = self.graph.nodes[federate].hindrance;
-        let mut least = Tag::FOREVER;
+        let mut index = self.graph.nodes[federate].blocking;
+        let mut earliest = Tag::FOREVER;
         for _ in 0..count {
-            // The connections may be others than when it was remembered.
+            // The connections may have changed since it was stored.
             index = if index < count { index } else { 0 };
             let completed = self.completed_by(federate, index);
             if completed < next_event || completed < provisional || completed <= granted {
-                self.graph.nodes[federate].hindrance = index;
+                self.graph.nodes[federate].blocking = index;
                 return None;
             }
-            least = least.min(completed);
+            earliest = earliest.min(completed);
             index += 1;
         }
-        Some(least)
+        Some(earliest)
     }
 
-    /// What one federate immediately upstream has completed, seen from this one. One that is not there sends nothing.
+    /// Returns what one federate immediately upstream has completed, seen from this one. One that is not there sends
+    /// nothing.
     fn completed_by(&self, federate: usize, index: usize) -> Tag {
         let (from, delay) = self.graph.upstream(federate, index);
         let upstream = self.state(from);
         if upstream.departed { Tag::FOREVER } else { delay.after_strictly(upstream.completed) }
     }
 
-    /// The earliest tag with which a message may still come, but only over the immediate connections from federates
-    /// that are not in the same cycle without delay.
+    /// Returns the earliest tag with which a message may still come, but only over the immediate connections from
+    /// federates that are not in the same cycle without delay.
     ///
-    /// What those in the same cycle send at the tag is what the receiver of a PTAG waits for. Those in another cycle
-    /// are not waited for, so nothing may come from them any more; the stock RTI exempts them too.
+    /// The receiver of a PTAG waits for the messages of those in the same cycle at the tag. It does not wait for those
+    /// in another cycle, so nothing may come from them any more; the stock RTI exempts them too.
     fn earliest_incoming_strict(&mut self, federate: usize, start: Instant) -> Tag {
         let mut earliest = Tag::FOREVER;
         for index in 0..self.graph.upstreams(federate) {

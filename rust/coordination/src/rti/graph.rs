@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-//! The graph of the federation: who is connected to whom, and the least delay of every path.
+//! The graph of the federation: the connections of the federates, and the minimum delay of every path.
 //!
 //! Each federate has two rows: the paths that lead to it and those that lead from it, by rising number of the federate
-//! at the other end. So what a change at one federate can matter to is at hand, and only that.
+//! at the other end. So a change at one federate reaches exactly the federates that it can matter to.
 
 use lf_model::time::Tag;
 use lf_wire::Upstream as WireUpstream;
@@ -22,7 +22,7 @@ impl Row {
     pub(super) const EMPTY: Self = Self { start: 0, len: 0 };
 }
 
-/// What one federate contributes to the graph, and scratch space.
+/// The state of one federate in the graph, and scratch space.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct Node {
     /// Immediate upstream entries in use.
@@ -33,28 +33,28 @@ pub struct Node {
     pub(super) outgoing: Row,
     /// The first federate of the cycle without delay that it is in.
     pub(super) cycle: Option<u16>,
-    /// Another federate has left the cycle without delay that this one was in.
+    /// Whether another federate has left the cycle without delay that this one was in.
     pub(super) deserted: bool,
-    /// Another federate downstream of it is in a cycle without delay.
+    /// Whether another federate downstream of it is in a cycle without delay.
     pub(super) leads_to_cycle: bool,
-    /// What it was granted and has done.
+    /// Its grants and completed tags.
     pub(super) tags: TagState,
-    /// Next event: NEVER while none is known. Lowered by messages in transit.
+    /// Next event: NEVER while it is unknown. Lowered by messages in transit.
     pub(super) next_event: Tag,
-    /// An immediate upstream entry: the one that was last seen not to have completed enough.
-    pub(super) hindrance: usize,
+    /// An immediate upstream entry: the last one that had not completed enough.
+    pub(super) blocking: usize,
     /// One mark for each of 64 federates: those with the numbers from 64 times that of this one on.
     marks: u64,
-    /// Search: the least delay so far of a path from this federate.
+    /// Search: the minimum delay so far of a path from this federate.
     pub(super) delay: PathDelay,
     /// Search: an entry of the queue of federates to look at, which has as many entries as there are federates.
     pub(super) queue: u16,
-    /// Search: this federate is in the queue.
+    /// Search: whether this federate is in the queue.
     pub(super) queued: bool,
 }
 
 impl Node {
-    /// What fresh storage holds.
+    /// A fresh node.
     pub const EMPTY: Self = Self {
         upstreams: 0,
         incoming: Row::EMPTY,
@@ -64,7 +64,7 @@ impl Node {
         leads_to_cycle: false,
         tags: TagState::EMPTY,
         next_event: Tag::NEVER,
-        hindrance: 0,
+        blocking: 0,
         marks: 0,
         delay: PathDelay::NO_PATH,
         queue: 0,
@@ -78,12 +78,12 @@ impl Default for Node {
     }
 }
 
-/// Why a neighbor structure was not accepted.
+/// The reason to reject a neighbor structure.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum NeighborError {
     /// There is no federate with this id.
     NoSuchFederate(u16),
-    /// The delay is negative, or for ever.
+    /// The delay is negative or FOREVER.
     Delay {
         /// The upstream federate.
         upstream: u16,
@@ -92,27 +92,27 @@ pub(super) enum NeighborError {
     },
     /// More upstream federates than there is storage for.
     TooMany {
-        /// Most that there can be.
+        /// The maximum number.
         max: usize,
     },
 }
 
-/// The graph, in storage that its owner gives.
+/// The graph, in the owner's storage.
 pub(super) struct Graph<'s> {
     pub(super) nodes: &'s mut [Node],
-    /// As many connections for each federate as `per_node` says.
+    /// The connections of each federate, `per_node` entries each.
     upstream: &'s mut [PathWords],
     per_node: usize,
     /// All rows: first those of the paths that lead to a federate, then those of the paths that lead from one.
     pub(super) paths: &'s mut [PathWords],
-    /// Whether what the federates downstream need is kept up to date.
+    /// Whether to keep up to date what the federates downstream need.
     pub(super) dnet: bool,
-    /// How many marks are set.
+    /// The number of marks.
     marked: usize,
 }
 
 impl<'s> Graph<'s> {
-    /// `paths` has twice the square of as many entries as `nodes`, which is not empty.
+    /// Returns a graph. `paths` has twice the square of as many entries as `nodes`, which is not empty.
     pub(super) fn new(
         nodes: &'s mut [Node],
         upstream: &'s mut [PathWords],
@@ -123,7 +123,7 @@ impl<'s> Graph<'s> {
         Self::resume(nodes, upstream, paths, dnet)
     }
 
-    /// The graph that another one has left in its storage, while nothing was marked.
+    /// Returns the graph that another one has left in its storage, while nothing was marked.
     pub(super) fn resume(
         nodes: &'s mut [Node],
         upstream: &'s mut [PathWords],
@@ -134,8 +134,7 @@ impl<'s> Graph<'s> {
         Self { nodes, upstream, per_node, paths, dnet, marked: 0 }
     }
 
-    /// Takes the upstream connections of `federate` in place of those it had. Parallel connections become one, with the
-    /// least delay.
+    /// Replaces the upstream connections of `federate`. Parallel connections become one, with the minimum delay.
     pub(super) fn set_upstream(&mut self, federate: usize, list: WireUpstream<'_>) -> Result<(), NeighborError> {
         self.nodes[federate].upstreams = 0;
         let count = self.nodes.len();
@@ -146,7 +145,7 @@ impl<'s> Graph<'s> {
                 return Err(NeighborError::NoSuchFederate(upstream));
             }
             let delay = PathDelay::of_connection(delay_ns).ok_or(NeighborError::Delay { upstream, delay_ns })?;
-            let connection = Path { federate: upstream, delay, place: 0 };
+            let connection = Path { federate: upstream, delay, reverse: 0 };
             let known = own[..used].iter_mut().find(|known| path::federate(known) == usize::from(upstream));
             if let Some(known) = known {
                 if delay < Path::read(known).delay {
@@ -162,33 +161,33 @@ impl<'s> Graph<'s> {
         Ok(())
     }
 
-    /// How many federates are connected into `federate`.
+    /// Returns the number of federates that are connected into `federate`.
     pub(super) fn upstreams(&self, federate: usize) -> usize {
         self.nodes[federate].upstreams
     }
 
-    /// One of the connections into `federate`: where from, and with what delay.
+    /// Returns one of the connections into `federate`: its origin and its delay.
     pub(super) fn upstream(&self, federate: usize, index: usize) -> (usize, PathDelay) {
         let connection = Path::read(&self.upstream[federate * self.per_node + index]);
         (connection.federate.into(), connection.delay)
     }
 
-    /// Whether the federate is in a cycle without any delay.
+    /// Returns whether the federate is in a cycle without any delay.
     pub(super) fn in_zero_delay_cycle(&self, federate: usize) -> bool {
         self.nodes[federate].cycle.is_some()
     }
 
-    /// Whether another federate downstream of this one is in a cycle without any delay.
+    /// Returns whether another federate downstream of this one is in a cycle without any delay.
     pub(super) fn leads_to_zero_delay_cycle(&self, federate: usize) -> bool {
         self.nodes[federate].leads_to_cycle
     }
 
-    /// Whether two federates are in the same cycle without any delay: each reaches the other without delay.
+    /// Returns whether two federates are in the same cycle without any delay: each reaches the other without delay.
     pub(super) fn share_zero_delay_cycle(&self, one: usize, other: usize) -> bool {
         self.nodes[one].cycle.is_some() && self.nodes[one].cycle == self.nodes[other].cycle
     }
 
-    /// The federate at the other end of a path.
+    /// Returns the federate at the other end of a path.
     pub(super) fn other_end(&self, row: Row, index: usize) -> usize {
         path::federate(&self.paths[row.start + index])
     }
@@ -201,7 +200,7 @@ impl<'s> Graph<'s> {
         *marks |= mark;
     }
 
-    /// Takes the mark from the first federate that has one. Looks at 64 federates at a time.
+    /// Takes the mark from the first marked federate. Looks at 64 federates at a time.
     pub(super) fn take_mark(&mut self) -> Option<usize> {
         if self.marked == 0 {
             return None;
@@ -214,7 +213,7 @@ impl<'s> Graph<'s> {
     }
 }
 
-/// A federate, or a place in a row, of which there are no more than federates.
+/// Converts the index of a federate, or of an entry of a row, which has at most as many entries as there are federates.
 #[cfg_attr(target_pointer_width = "32", inline(never))]
 pub(super) fn number(index: usize) -> u16 {
     let Ok(id) = u16::try_from(index) else { panic!("`Rti::new` checks that an id can name each federate") };

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-//! From a new connection to a federate that is part of the federation.
+//! The way from a new connection to a federate that is part of the federation.
 //!
-//! Each message has its place: with authentication `FED_NONCE`, which is answered by `RTI_RESPONSE`, and
-//! `FED_RESPONSE`, to which a right proof has no answer; `FED_IDS`, or `TRANSIENT_FED_IDS` of a federate that is not
+//! The messages have a fixed order: with authentication `FED_NONCE`, which is answered by `RTI_RESPONSE`, and
+//! `FED_RESPONSE`, where a right proof has no answer; `FED_IDS`, or `TRANSIENT_FED_IDS` of a federate that is not
 //! transient, which is answered by ACK; `NEIGHBOR_STRUCTURE`; `UDP_PORT`; then, if both sides want it, the initial
-//! clock synchronization (`exchange`). Anything else is refused, as soon as as many bytes are there as the header of
-//! the right message has. A connection that comes when all federates are there is told the true reason why it is
-//! refused, once it has said who it is.
+//! clock synchronization (`exchange`). Anything else is refused, as soon as there are as many bytes as the header of
+//! the right message has. A connection that comes when all federates are there learns the true reason of the refusal,
+//! once it has sent its id.
 
 use lf_model::time::Instant;
 use lf_wire::{
@@ -18,15 +18,15 @@ use super::barrier::Barrier;
 use super::config::{ClockSync, Config};
 use super::exchange::{Exchanges, TIME_MESSAGE_BYTES};
 use super::graph::{Graph, NeighborError};
+use super::log_event::{RtiEvent, Violation};
 use super::members::Members;
-use super::notice::{Notice, Violation};
 use super::outlet::{ConnectionId, Outlet, Verdict};
 use super::storage::{Connection, Membership, Phase};
 use super::strangers::Strangers;
 use crate::auth::{Authenticator, Nonce, Proof};
 use crate::{FederateId, IpAddress};
 
-/// Why a connection is refused.
+/// The reason to refuse a connection.
 #[derive(Clone, Copy)]
 struct Refusal<'a> {
     code: RejectCode,
@@ -47,15 +47,15 @@ impl From<Violation> for Refusal<'_> {
     }
 }
 
-/// What a message of the handshake leads to.
+/// The consequence of a message of the handshake.
 enum HandshakeStep {
-    /// The message is done with.
+    /// The message is handled.
     Done,
-    /// The reply has no room yet.
+    /// There is no room for the reply yet.
     NoRoom,
 }
 
-/// What a handshake has to do with: its connection, the id that it claims, and those who wait for its end.
+/// The parts that a handshake needs: its connection, the id that it claims, and those that wait for its end.
 pub(super) struct Handshake<'r, 's> {
     pub(super) config: &'r Config<'s>,
     pub(super) limits: &'r Limits,
@@ -67,8 +67,8 @@ pub(super) struct Handshake<'r, 's> {
 }
 
 impl Handshake<'_, '_> {
-    /// A peer with this address has connected. Returns false if the number of the connection is beyond the
-    /// storage, or in use.
+    /// Handles a new connection of a peer with this address. Returns false if the number of the connection is beyond
+    /// the storage, or in use.
     pub(super) fn begin(&mut self, now: Instant, connection: ConnectionId, address: IpAddress, nonce: Nonce) -> bool {
         match self.members.connections.get_mut(connection.0) {
             Some(known) if known.phase == Phase::Vacant => {
@@ -76,14 +76,14 @@ impl Handshake<'_, '_> {
                 let phase = if authenticates { Phase::Nonce { own: nonce } } else { Phase::Ids { claimed: None } };
                 *known = Connection { phase, federate: None, address, deadline: None, ended: false };
                 self.members.set_deadline(connection, Some(now + self.config.connection_time_out));
-                self.exchanges.note_handshake(now);
+                self.exchanges.record_handshake(now);
                 true
             }
             _ => false,
         }
     }
 
-    /// Takes the message at the front of what a connection has to say, if it is the next one of the handshake. After
+    /// Handles the message at the front of a connection's input, if it is the next one of the handshake. After
     /// [`Verdict::Closed`] the connection is to be closed.
     #[cfg_attr(target_pointer_width = "32", inline(never))]
     pub(super) fn handle_input(
@@ -99,7 +99,9 @@ impl Handshake<'_, '_> {
             Phase::Ids { .. } => MessageType::FedIds,
             Phase::Neighbors => MessageType::NeighborStructure,
             Phase::UdpPort => MessageType::UdpPort,
-            Phase::Turn { .. } | Phase::Asked { .. } | Phase::Full { .. } | Phase::ClockSync { .. } => MessageType::T3,
+            Phase::AwaitsExchange { .. } | Phase::Asked { .. } | Phase::Full { .. } | Phase::ClockSync { .. } => {
+                MessageType::T3
+            }
             Phase::Vacant | Phase::Joined | Phase::Draining => return Verdict::Closed,
         };
         // A peer that does not authenticate may send less than a proof has, and then wait for an answer.
@@ -119,15 +121,15 @@ impl Handshake<'_, '_> {
         match self.take_step(now, connection, message, outlet) {
             Ok(HandshakeStep::Done) => {
                 if expected != MessageType::T3 {
-                    self.exchanges.note_handshake(now);
+                    self.exchanges.record_handshake(now);
                 }
-                // Whoever waits for its turn is not silent by its own fault.
-                let waits_for_turn = matches!(self.members.phase(connection), Phase::Turn { .. });
+                // A federate that waits for its exchanges is silent because of the RTI.
+                let awaits_exchange = matches!(self.members.phase(connection), Phase::AwaitsExchange { .. });
                 match self.members.joined_on(connection) {
                     Some(federate) => {
                         self.members.await_clock(now + self.config.clock_time_out, federate, connection);
                     }
-                    None if waits_for_turn => self.members.set_deadline(connection, None),
+                    None if awaits_exchange => self.members.set_deadline(connection, None),
                     None => self.members.set_deadline(connection, Some(now + self.config.connection_time_out)),
                 }
                 Verdict::Consumed(len)
@@ -181,7 +183,7 @@ impl Handshake<'_, '_> {
         }
     }
 
-    /// A federate wants to authenticate: it gets the RTI's proof, and has to give its own.
+    /// Handles that a federate wants to authenticate: sends the RTI's proof, and expects the federate's.
     fn on_nonce(
         &mut self,
         connection: ConnectionId,
@@ -254,7 +256,7 @@ impl Handshake<'_, '_> {
         Ok(HandshakeStep::Done)
     }
 
-    /// Only the upstream half is kept: who is downstream follows from the others' halves.
+    /// Stores the upstream half only: the downstream half follows from those of the others.
     #[cfg_attr(target_pointer_width = "32", inline(never))]
     fn on_neighbors<'m>(
         &mut self,
@@ -292,7 +294,7 @@ impl Handshake<'_, '_> {
             if outlet.room(connection) < TIME_MESSAGE_BYTES {
                 return HandshakeStep::NoRoom;
             }
-            self.exchanges.await_turn(now, self.members, connection, trials);
+            self.exchanges.await_exchange(now, self.members, connection, trials);
         } else {
             self.join(connection, federate, outlet);
         }
@@ -300,7 +302,7 @@ impl Handshake<'_, '_> {
         HandshakeStep::Done
     }
 
-    /// The federate has answered T1: it gets T4, and is to get the next T1 unless this was the last exchange.
+    /// Handles the federate's answer to T1: sends T4, and makes the next T1 due unless this was the last exchange.
     fn on_t3(&mut self, now: Instant, connection: ConnectionId, left: u32, outlet: &mut impl Outlet) -> HandshakeStep {
         let left = left.saturating_sub(1);
         let messages = if left > 0 { 2 } else { 1 };
@@ -321,10 +323,10 @@ impl Handshake<'_, '_> {
         self.members.connections[connection.0].phase = Phase::Joined;
         self.members.slots[usize::from(federate)].membership = Membership::Joined(connection);
         self.barrier.occupy(self.members.slots, federate.into());
-        outlet.notice(Notice::Joined(FederateId(federate)));
+        outlet.log(RtiEvent::Joined(FederateId(federate)));
     }
 
-    /// Another message has come than the one expected.
+    /// Refuses another message than the expected one.
     fn refuse_type(
         &mut self,
         connection: ConnectionId,
@@ -332,7 +334,7 @@ impl Handshake<'_, '_> {
         bytes: &[u8],
         outlet: &mut impl Outlet,
     ) -> Verdict {
-        // A federate that does not take the RTI's proof says so, and is owed no answer.
+        // A federate that does not accept the RTI's proof says so, and needs no answer.
         if expected == MessageType::FedResponse
             && bytes[0] == MessageType::Reject.byte()
             && let Phase::Proof { claimed, .. } = self.members.phase(connection)
@@ -340,7 +342,7 @@ impl Handshake<'_, '_> {
             let Some(code) = bytes.get(1) else { return Verdict::Incomplete(MessageType::Reject.fixed_bytes()) };
             let (federate, code) = (FederateId(claimed), RejectCode::from_byte(*code));
             let times = self.strangers.rejected_by.count();
-            outlet.notice(Notice::RejectedBy { federate, code, times });
+            outlet.log(RtiEvent::RejectedBy { federate, code, times });
             return Verdict::Closed;
         }
         self.refuse(connection, wrong_type(expected, bytes[0]), outlet)
@@ -354,17 +356,17 @@ impl Handshake<'_, '_> {
             outlet.send(connection, &message);
         }
         let times = self.strangers.rejected.count();
-        outlet.notice(Notice::Rejected { code, federate, federation_id, violation, times });
+        outlet.log(RtiEvent::Rejected { code, federate, federation_id, violation, times });
         Verdict::Closed
     }
 }
 
-/// Whether a message whose first byte is `found` is of the expected type, or one that stands for it.
+/// Returns whether a message whose first byte is `found` is of the expected type, or one that stands for it.
 fn is_expected(expected: MessageType, found: u8) -> bool {
     found == expected.byte() || (expected == MessageType::FedIds && found == MessageType::TransientFedIds.byte())
 }
 
-/// The answer to another message than the one expected.
+/// Returns the answer to another message than the expected one.
 fn wrong_type<'m>(expected: MessageType, found: u8) -> Refusal<'m> {
     let Some(message_type) = MessageType::from_byte(found) else {
         return Violation::Bytes(lf_wire::DecodeError::UnknownType { found }).into();

@@ -1,34 +1,35 @@
 // SPDX-License-Identifier: Apache-2.0
-//! The end of a federation in which nobody has anything to do any more.
+//! The end of a federation in which no federate has an event any more.
 //!
-//! A federate without events leaves when nothing can come from upstream, which is so when those have left. In a cycle
-//! nobody would be the first. So when no federate has had a next event for a while, all are granted FOREVER, as an
-//! unfederated program without events ends. The stock RTI does not do so, and such a federation hangs; those that leave
-//! by themselves do so within [`IDLE_TIME`].
+//! A federate without events leaves when nothing can come from upstream, that is, when those upstream have left. In a
+//! cycle none would be the first. So when no federate has had a next event for a while, all are granted FOREVER, just
+//! as an unfederated program without events ends. The stock RTI does not do so, and such a federation hangs; federates
+//! that leave by themselves do so within [`IDLE_TIME`].
 
 use lf_model::time::{Instant, Interval, Tag};
 
 use crate::Deadline;
 
-/// How long nobody has had an event before all are told that none will come.
+/// The time without any event after which all federates are granted FOREVER.
 const IDLE_TIME: Interval = Interval::from_secs(1);
 
-/// Whether anybody has something to do.
+/// Whether any federate has an event.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 pub(super) enum Idle {
-    /// Somebody has, as far as is known.
+    /// One has, as far as is known.
     #[default]
     No,
-    /// Nobody has any more, since just now.
+    /// None has, since just now.
     Begins,
-    /// Nobody has, for some time; at this time all are told.
+    /// None has, for some time; at this time all are granted FOREVER.
     Until(Instant),
-    /// Nobody has, and all are told.
+    /// None has, and all are granted FOREVER.
     Told,
 }
 
 impl Idle {
-    /// The next event of a federate is at this tag, or it has left (FOREVER). `all` says whether no federate has one.
+    /// Records that the next event of a federate is at this tag, or that it has left (FOREVER). `all` returns whether
+    /// no federate has one.
     pub(super) fn note(&mut self, next_event: Tag, all: impl FnOnce() -> bool) {
         if next_event != Tag::FOREVER {
             *self = Self::No;
@@ -37,7 +38,7 @@ impl Idle {
         }
     }
 
-    /// The deadline has passed. Waits for a while; returns whether all are to be told, because still nobody has an
+    /// Handles the deadline. Waits for a while; returns whether to grant FOREVER to all, because there is still no
     /// event.
     pub(super) fn handle_timeout(&mut self, now: Instant, all: impl FnOnce() -> bool) -> bool {
         *self = match self {
@@ -48,7 +49,7 @@ impl Idle {
         *self == Self::Told
     }
 
-    /// When [`Idle::handle_timeout`] is to be called.
+    /// Returns the time at which to call [`Idle::handle_timeout`].
     pub(super) fn deadline(self) -> Deadline {
         match self {
             Self::Begins => Deadline::Now,

@@ -1,39 +1,39 @@
 // SPDX-License-Identifier: Apache-2.0
-//! The tags of messages that are on their way to a federate.
+//! The tags of messages that are in transit to a federate.
 //!
-//! A federate that has announced its next event does not know of the messages that have been forwarded since. Until it
-//! completes the tag of such a message, the RTI takes its next event to be no later than that tag; otherwise a third
-//! federate could be granted a tag at which the message still causes something.
+//! A federate that has announced its next event does not know of the messages that the RTI has forwarded since. Until
+//! the federate completes the tag of such a message, the RTI takes its next event to be no later than that tag.
+//! Otherwise the RTI could grant a third federate a tag at which the message still causes something.
 //!
-//! Grants ask for the earliest of these tags only, but when it is done the next one is asked for, and how many there
-//! are is up to the peers: a sender with a long `after` sends many before the first is due. The storage is bounded all
-//! the same, and no sender is held up for it, because the federate that waits may well wait for that sender's next
-//! announcement. Instead, the tags are kept exactly as long as they fit, the earliest first. What does not fit is kept
-//! as a *fog*: ranges from the earliest to the latest tag, anywhere in which there may be messages.
+//! A grant depends on the earliest of these tags only, but once that tag is complete the next one counts, and the peers
+//! decide how many there are: a sender with a long `after` sends many before the first is due. The storage is bounded,
+//! and the RTI holds up no sender for it, because the waiting federate may need that sender's next announcement. So the
+//! ring stores as many tags as fit, the earliest first. The other tags are merged into *overflow ranges*: each range
+//! has an earliest and a latest tag, and there may be messages anywhere between them.
 //!
-//! That is enough, because the RTI has to remember a message only until its receiver has seen it. From then on the
-//! receiver's own announcements take it into account, even while it waits for room there. And the receiver shows what
-//! it has seen: connections keep the order, so whoever has completed a tag has seen all that was sent to it before the
-//! grant that allowed this tag. So the fog has up to three ranges:
+//! Ranges are exact enough, because the RTI has to remember a message only until its receiver has seen it. From then on
+//! the receiver's announcements account for the message, even while it waits for room there. The receiver also shows
+//! what it has seen: connections keep the order, so a federate that completes a tag has seen everything that was sent
+//! to it before the grant of that tag. There are three overflow ranges:
 //!
-//! - *open*: messages later than all that the receiver has been granted. The earliest of their tags is known exactly,
-//!   for none of them can be completed. When a grant reaches it, the range is closed.
-//! - *closed*: messages sent before the grant that reached the earliest of them. When the receiver completes that
-//!   tag, it has seen them all. Where one closed range is joined to another, it is the later of the two tags.
-//! - *seen*: the announcement that follows stands for all of them. How far the range goes is kept, as it tells how far
-//!   behind the receiver is.
+//! - *open*: messages later than every grant of the receiver. The earliest of their tags is exact, because the receiver
+//!   can complete none of them. A grant that reaches the earliest tag closes the range.
+//! - *closed*: messages sent before the grant that reached the earliest of them. The receiver has seen them all when it
+//!   completes that tag. Two closed ranges that are joined keep the later of the two tags.
+//! - *seen*: the receiver's next announcement stands for all of them. The end of the range is kept, because it shows
+//!   how far the receiver is behind.
 //!
 //! **Safe**: the tag that counts is never later than the true one. **Live**: once a federate has done all that it may,
-//! nothing is closed, so what counts for it is what it has announced, or the earliest message that is not due yet. So
-//! nobody waits for a tag at which nothing is, just as if all tags were kept. Only within a cycle without delay can two
-//! closed ranges keep those at a PTAG waiting; there the capacity has to cover the tags that can be on their way at
-//! once. As a fog also makes flow control coarse (module `window`), it is reported.
+//! no range is closed, so its announcement counts, or the earliest message that is not due yet. No federate therefore
+//! waits for a tag without a message, just as if all tags were stored. Only within a cycle without delay can two closed
+//! ranges keep federates waiting at a PTAG; there the capacity has to cover the tags that can be in transit at once.
+//! The RTI reports the first overflow, because overflow ranges also make flow control coarse (module `window`).
 
 use lf_model::time::Tag;
 
 use super::delay::earliest_after;
 
-/// Messages somewhere from one tag to another. There is one at the latter.
+/// Messages somewhere between two tags. There is one at the later tag.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 struct Range {
     from: Tag,
@@ -45,24 +45,24 @@ impl Range {
         other.map_or(self, |other| Self { from: self.from.min(other.from), to: self.to.max(other.to) })
     }
 
-    /// What is left once a tag is complete.
+    /// Returns what remains of the range once a tag is complete.
     fn after(self, tag: Tag) -> Option<Self> {
         (self.to > tag).then(|| Self { from: self.from.max(earliest_after(tag)), to: self.to })
     }
 }
 
-/// What did not fit into a ring.
+/// The tags that did not fit into the ring.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
-struct Fog {
-    /// Later than all grants.
+struct OverflowRanges {
+    /// Messages later than all grants.
     open: Option<Range>,
-    /// Sent before a grant, and the tag with which its receiver shows that it has seen them.
+    /// Messages sent before a grant, and the tag whose completion shows that the receiver has seen them.
     closed: Option<(Range, Tag)>,
-    /// Seen by the receiver, which has announced its next event since, or will.
+    /// Messages that the receiver has seen. It has announced its next event since, or will.
     seen: Option<Range>,
 }
 
-impl Fog {
+impl OverflowRanges {
     const NONE: Self = Self { open: None, closed: None, seen: None };
 
     fn ranges(&self) -> impl Iterator<Item = Range> {
@@ -75,20 +75,20 @@ impl Fog {
     }
 }
 
-/// Which entries of its share of the storage a federate uses: a ring of rising tags, and the fog.
+/// The part of its storage that a federate uses: a ring of rising tags, and the overflow ranges.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 pub(super) struct Ring {
     pub(super) head: usize,
     pub(super) len: usize,
-    fog: Fog,
+    overflow: OverflowRanges,
 }
 
 impl Ring {
-    /// Nothing is on its way.
-    pub(super) const EMPTY: Self = Self { head: 0, len: 0, fog: Fog::NONE };
+    /// A ring without a message.
+    pub(super) const EMPTY: Self = Self { head: 0, len: 0, overflow: OverflowRanges::NONE };
 }
 
-/// The ring of one federate with its storage, which is not empty.
+/// The ring of one federate and its storage, which has at least one entry.
 pub(super) struct InTransit<'a> {
     pub(super) ring: &'a mut Ring,
     pub(super) storage: &'a mut [Tag],
@@ -101,95 +101,95 @@ impl InTransit<'_> {
         &mut self.storage[position]
     }
 
-    /// The tag before which no message is on its way that the federate's announcements do not account for: FOREVER if
-    /// there is none.
+    /// Returns the tag before which the federate's announcements account for every message in transit: FOREVER if they
+    /// account for all.
     pub(super) fn earliest(&mut self) -> Tag {
         let exact = if self.ring.len > 0 { *self.at(0) } else { Tag::FOREVER };
-        self.ring.fog.ranges().map(|range| range.from).fold(exact, Tag::min)
+        self.ring.overflow.ranges().map(|range| range.from).fold(exact, Tag::min)
     }
 
-    /// Whether messages of at least `count` different tags before `limit` are on their way, as far as is known. A range
-    /// of the fog that ends before it holds more than are counted here.
+    /// Returns whether messages of at least `count` different tags before `limit` may be in transit. An overflow range
+    /// that ends before the limit counts as enough of them.
     pub(super) fn has_before(&mut self, limit: Tag, count: usize) -> bool {
         let last = count.clamp(1, self.storage.len()) - 1;
-        (last < self.ring.len && *self.at(last) < limit) || self.ring.fog.ranges().any(|range| range.to < limit)
+        (last < self.ring.len && *self.at(last) < limit) || self.ring.overflow.ranges().any(|range| range.to < limit)
     }
 
-    /// Remembers a message to a federate that has been granted `granted`, provisionally or not. Returns whether a fog
-    /// has come up by that.
+    /// Records a message to a federate whose last grant, provisional or not, is `granted`. Returns whether the first
+    /// overflow range was made.
     ///
-    /// Costs one step if its tag is the latest so far, which is the rule; else a step for each later one.
+    /// Takes one step if its tag is the latest so far, which is the rule; else a step for each later tag.
     pub(super) fn insert(&mut self, tag: Tag, granted: Tag) -> bool {
-        let mut place = self.ring.len;
-        while place > 0 && *self.at(place - 1) > tag {
-            place -= 1;
+        let mut position = self.ring.len;
+        while position > 0 && *self.at(position - 1) > tag {
+            position -= 1;
         }
-        if place > 0 && *self.at(place - 1) == tag {
+        if position > 0 && *self.at(position - 1) == tag {
             return false;
         }
-        let mut new_fog = false;
+        let mut is_first = false;
         if self.ring.len == self.storage.len() {
-            new_fog = self.ring.fog == Fog::NONE;
-            if place == self.ring.len {
-                self.cloud(tag, granted);
-                return new_fog;
+            is_first = self.ring.overflow == OverflowRanges::NONE;
+            if position == self.ring.len {
+                self.add_to_overflow(tag, granted);
+                return is_first;
             }
             self.ring.len -= 1;
             let last = *self.at(self.ring.len);
-            self.cloud(last, granted);
+            self.add_to_overflow(last, granted);
         }
-        for index in (place..self.ring.len).rev() {
+        for index in (position..self.ring.len).rev() {
             let moved = *self.at(index);
             *self.at(index + 1) = moved;
         }
-        *self.at(place) = tag;
+        *self.at(position) = tag;
         self.ring.len += 1;
-        new_fog
+        is_first
     }
 
-    fn cloud(&mut self, tag: Tag, granted: Tag) {
-        let fog = &mut self.ring.fog;
+    fn add_to_overflow(&mut self, tag: Tag, granted: Tag) {
+        let overflow = &mut self.ring.overflow;
         let range = Range { from: tag, to: tag };
         if tag > granted {
-            fog.open = Some(range.joined(fog.open));
+            overflow.open = Some(range.joined(overflow.open));
         } else {
-            // At the tag of a PTAG: whoever completes it has seen it.
-            fog.close(range);
+            // The message is at the tag of a PTAG: a receiver that completes this tag has seen the message.
+            overflow.close(range);
         }
     }
 
-    /// The federate has been sent a grant of `tag`, provisional or not.
+    /// Handles that a grant of `tag`, provisional or not, was sent to the federate.
     pub(super) fn grant(&mut self, tag: Tag) {
-        let fog = &mut self.ring.fog;
-        if let Some(range) = fog.open.take_if(|range| range.from <= tag) {
-            fog.close(range);
+        let overflow = &mut self.ring.overflow;
+        if let Some(range) = overflow.open.take_if(|range| range.from <= tag) {
+            overflow.close(range);
         }
     }
 
-    /// The federate has announced its next event.
+    /// Handles that the federate has announced its next event.
     pub(super) fn announce(&mut self, tag: Tag) {
-        if let Some(range) = &mut self.ring.fog.seen {
+        if let Some(range) = &mut self.ring.overflow.seen {
             range.from = tag.min(range.to);
         }
     }
 
-    /// The federate has completed `tag`, and with it all messages up to it.
+    /// Handles that the federate has completed `tag`, and thereby all messages up to it.
     pub(super) fn complete(&mut self, tag: Tag) {
         while self.ring.len > 0 && *self.at(0) <= tag {
             self.ring.head = (self.ring.head + 1) % self.storage.len();
             self.ring.len -= 1;
         }
-        let fog = &mut self.ring.fog;
-        fog.open = fog.open.and_then(|range| range.after(tag));
-        fog.seen = fog.seen.and_then(|range| range.after(tag));
-        let closed = fog.closed.take();
+        let overflow = &mut self.ring.overflow;
+        overflow.open = overflow.open.and_then(|range| range.after(tag));
+        overflow.seen = overflow.seen.and_then(|range| range.after(tag));
+        let closed = overflow.closed.take();
         match closed.and_then(|(range, shown_at)| Some((range.after(tag)?, shown_at))) {
-            Some((range, shown_at)) if shown_at <= tag => fog.seen = Some(range.joined(fog.seen)),
-            other => fog.closed = other,
+            Some((range, shown_at)) if shown_at <= tag => overflow.seen = Some(range.joined(overflow.seen)),
+            other => overflow.closed = other,
         }
     }
 
-    /// Moves the tags to the front of the storage and forgets what lay behind them.
+    /// Moves the tags to the front of the storage and clears the rest.
     pub(super) fn normalize(&mut self) {
         self.storage.rotate_left(self.ring.head);
         self.ring.head = 0;
@@ -212,15 +212,15 @@ mod tests {
 
     #[derive(Clone, Debug)]
     enum Step {
-        /// A message is forwarded, so much after what is granted.
+        /// A message is forwarded, this much after the last grant.
         Forward(i64),
-        /// So much more is granted.
+        /// This much more is granted.
         Grant(i64),
-        /// The federate takes what was sent to it first.
+        /// The federate takes the earliest message.
         Take,
-        /// The federate does its next event, if it may, which makes another one so much later.
+        /// The federate executes its next event, if it may, which makes another one this much later.
         Do(Option<i64>),
-        /// The RTI takes what the federate has said first.
+        /// The RTI takes the earliest announcement of the federate.
         Hear,
     }
 
@@ -248,7 +248,7 @@ mod tests {
     struct Federate {
         granted: i64,
         announced: Tag,
-        /// What has been forwarded and not been completed, as if there were room for all.
+        /// The forwarded tags that were not completed, as if there were room for all.
         exact: BTreeSet<i64>,
         sent: VecDeque<Sent>,
         said: VecDeque<Said>,
@@ -328,7 +328,7 @@ mod tests {
             }
         }
 
-        /// The next event as it counts, and as it would if all tags were kept.
+        /// Returns the next event as the RTI knows it, and as it would be if all tags were stored.
         fn counts(&self, queue: &mut InTransit<'_>) -> (Tag, Tag) {
             let exact = self.exact.first().map_or(Tag::FOREVER, |time| at(*time));
             (self.announced.min(queue.earliest()), self.announced.min(exact))
@@ -336,8 +336,8 @@ mod tests {
     }
 
     proptest! {
-        /// What counts as the next event is never later than if all tags were kept; it is the same where they fit, and
-        /// whenever the federate has done all that it may and the RTI knows it.
+        /// The next event is never later than if all tags were stored; it is the same if they fit, and whenever the
+        /// federate has done all that it may and the RTI knows it.
         #[test]
         fn the_next_event_is_never_too_late_and_exact_at_rest(
             steps in proptest::collection::vec(step(), 0..200),

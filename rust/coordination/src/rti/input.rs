@@ -1,20 +1,20 @@
 // SPDX-License-Identifier: Apache-2.0
-//! What federates say once they have joined, and where it goes.
+//! The messages of federates that have joined.
 
 use lf_model::time::Instant;
 use lf_wire::{ADDRESS_PORT_UNKNOWN, DecodeError, Decoded, Message, MessageType, decode};
 
-use super::doubt::Doubt;
+use super::log_event::{Cause, RtiEvent, Violation};
 use super::machine::Rti;
-use super::notice::{Cause, Notice, Violation};
 use super::outlet::{ConnectionId, Outlet, Verdict};
 use super::sending::{Sending, Step};
 use super::storage::{Phase, Slot, id};
+use super::suspected_violation::SuspectedViolation;
 use super::window;
 use crate::tag::from_wire;
 use crate::{FederateId, IpAddress};
 
-/// What a federate did by sending such bytes.
+/// Returns the violation of a federate that sends such bytes.
 fn wrong(error: DecodeError) -> Violation {
     match error {
         DecodeError::OverLimit { message: MessageType::TaggedMessage, found, limit, .. } => {
@@ -24,11 +24,11 @@ fn wrong(error: DecodeError) -> Violation {
     }
 }
 
-/// The answer to who asks for an address that is not known, or that cannot be told: it asks again.
+/// The answer to a question for an address that is not known, or must not be sent: the federate asks again.
 const NO_ADDRESS: Message<'static> = Message::AddressQueryReply { port: ADDRESS_PORT_UNKNOWN, address: [0; 4] };
 
-/// Where a federate listens, for one that has connected from the address `asking`; `None` if that cannot be told it. Of
-/// IPv6 only those hear that have come over it, so none of the stock programs does.
+/// Returns the address of a federate for one that has connected from the address `asking`; `None` if that one cannot
+/// receive it. Only federates that have connected over IPv6 receive IPv6 addresses, so none of the stock programs does.
 #[cfg_attr(not(feature = "ipv6"), expect(clippy::unnecessary_wraps, reason = "an IPv4 address can always be told"))]
 fn address_reply(slot: &Slot, asking: IpAddress) -> Option<Message<'static>> {
     let port = slot.port;
@@ -49,7 +49,7 @@ fn address_reply(slot: &Slot, asking: IpAddress) -> Option<Message<'static>> {
 }
 
 impl Rti<'_> {
-    /// A connection has this to say, and maybe more later. Handles at most one message.
+    /// Handles the input of a connection, at most one message; there may be more.
     pub fn handle_input(
         &mut self,
         now: Instant,
@@ -78,7 +78,7 @@ impl Rti<'_> {
         outlet: &mut impl Outlet,
     ) -> Verdict {
         if self.members.connections[connection.0].ended && self.awaits_stop_tag(federate) {
-            // It says nothing any more behind these bytes, and agrees to a stop as it says there, or in silence.
+            // It sends nothing any more behind these bytes, and agrees to a stop as it says there, or in silence.
             self.find_stop_reply(federate, bytes, true, outlet);
         }
         let query_end = self.members.slots[federate].query_end.take(bytes);
@@ -96,7 +96,7 @@ impl Rti<'_> {
             // The stock programs skip such a byte, so that a message without content can be added to the protocol.
             Err(DecodeError::UnknownType { found }) => {
                 let times = self.members.slots[federate].tallies.unknown.count();
-                outlet.notice(Notice::UnknownType { federate: id(federate), found, times });
+                outlet.log(RtiEvent::UnknownType { federate: id(federate), found, times });
                 Ok((Step::Done, 1))
             }
             Err(error) => Err(wrong(error)),
@@ -133,7 +133,7 @@ impl Rti<'_> {
             Message::Timestamp(clock) if !has_started => {
                 self.take_clock(now, federate, Instant::from_nanos(clock), outlet)?;
             }
-            Message::AddressAdvertisement { port: ADDRESS_PORT_UNKNOWN } => slot.stops_in_turn = true,
+            Message::AddressAdvertisement { port: ADDRESS_PORT_UNKNOWN } => slot.ordered_stop = true,
             Message::AddressAdvertisement { port } => slot.port = port,
             Message::AddressQuery { federate: asked, .. } => {
                 let step = self.answer_address_query(connection, asked, outlet)?;
@@ -192,14 +192,14 @@ impl Rti<'_> {
         if reply.is_none()
             && let Some(federate) = self.members.joined_on(connection)
         {
-            self.members.doubt(federate, Doubt::OtherFamily(FederateId(asked)), outlet);
+            self.members.report_suspected(federate, SuspectedViolation::OtherFamily(FederateId(asked)), outlet);
         }
         outlet.send(connection, &reply.unwrap_or(NO_ADDRESS));
         Ok(Step::Done)
     }
 
-    /// Whether the message at the front, which is `len` bytes long, has to wait because its receiver is too far behind
-    /// its sender: then what is said of it (module `window`).
+    /// Decides whether the message at the front, which is `len` bytes long, has to wait because its receiver is too far
+    /// behind its sender (module `window`). If so, returns the verdict.
     fn hold(
         &mut self,
         sender: usize,
@@ -224,8 +224,8 @@ impl Rti<'_> {
         self.stop.awaits(&self.members.slots[federate])
     }
 
-    /// Takes a federate's answer to a stop from what it says later on. Returns whether there is one. Where there is
-    /// none and there will not be any, it agrees.
+    /// Looks for a federate's answer to a stop in its later bytes. Returns whether there is one. Where there is none
+    /// and there will not be any, it agrees.
     fn find_stop_reply(&mut self, federate: usize, bytes: &[u8], ends: bool, outlet: &mut impl Outlet) -> bool {
         let reply = window::look_ahead(bytes, &self.limits).or(ends.then_some(lf_model::time::Tag::NEVER));
         if let Some(tag) = reply {

@@ -1,11 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-//! An RTI as a whole: what its owner calls, handed on to the parts, and how federates leave, which concerns them all.
+//! An RTI as a whole: receives the calls of its owner and passes them to the parts. Departures of federates concern all
+//! parts, so they are handled here.
 //!
-//! Each part has a state of its own; where one needs another, it is given it. What federates say is in `input`, what
-//! is done at its time in `timing`.
+//! Each part has a state of its own; a part that needs another one receives it as an argument. `input` handles the
+//! messages of federates, `timing` the deadlines.
 //!
-//! Federates leave in order or not. Before the start, the id of whoever leaves is free again. After it, a federate that
-//! has left sends no more messages, whyever it left: the others go on without it at once.
+//! Federates leave in order or not. Before the start, the id of a federate that leaves is free again. After it, a
+//! federate that has left sends no more messages, for whatever reason it left: the others go on without it at once.
 
 use lf_model::time::{Instant, Tag};
 use lf_wire::{ADDRESS_PORT_UNKNOWN, Limits, Message, message_bytes_max};
@@ -16,8 +17,8 @@ use super::config::{AfterLoss, Config, SetupError};
 use super::exchange::Exchanges;
 use super::graph::Graph;
 use super::handshake::Handshake;
+use super::log_event::{Cause, RtiEvent, Violation};
 use super::members::Members;
-use super::notice::{Cause, Notice, Violation};
 use super::outcome::{End, Status};
 use super::outlet::{ConnectionId, Outlet, Verdict};
 use super::sending::Sending;
@@ -45,7 +46,7 @@ pub struct Rti<'s> {
 }
 
 impl<'s> Rti<'s> {
-    /// An RTI for as many federates as the storage has slots.
+    /// Returns an RTI for as many federates as the storage has slots.
     ///
     /// # Errors
     /// What is wrong with the configuration or with the storage, in a sentence.
@@ -73,35 +74,36 @@ impl<'s> Rti<'s> {
         })
     }
 
-    /// Whether the federation is over, and how it ended.
+    /// Returns whether the federation is over, and how it ended.
     #[cfg_attr(target_pointer_width = "32", inline(never))]
     pub fn status(&self) -> Status {
         self.end.status(self.members.all_departed(), self.barrier.outcome())
     }
 
-    /// The start time, once all federates have joined and told their clocks.
+    /// Returns the start time, once all federates have joined and sent their clocks.
     pub fn start_time(&self) -> Option<Instant> {
         self.tags.start
     }
 
-    /// The tag at which all stop, once they have agreed on it.
+    /// Returns the tag at which all stop, once they have agreed on it.
     #[cfg_attr(target_pointer_width = "32", inline(never))]
     pub fn stop_tag(&self) -> Option<Tag> {
         self.stop.granted()
     }
 
-    /// Bytes of the longest message that is accepted: what the buffers of every connection have to hold at least, for
+    /// Returns the length of the longest message that is accepted: the buffers of every connection have to hold it, for
     /// input and for output.
     pub fn message_bytes_max(&self) -> usize {
         message_bytes_max(&self.limits)
     }
 
-    /// The federate that has joined over this connection and is still there.
+    /// Returns the federate that has joined over this connection and is still there.
     pub fn federate_on(&self, connection: ConnectionId) -> Option<FederateId> {
         self.members.joined_on(connection).map(id)
     }
 
-    /// A peer with this address has connected. A number beyond the storage, or one that is in use, is closed.
+    /// Handles a new connection of a peer with this address. A number beyond the storage, or one that is in use, is
+    /// closed.
     ///
     /// With [`Config::authentication`], `nonce` has to be unpredictable and new for each connection; otherwise it is
     /// not used.
@@ -118,23 +120,23 @@ impl<'s> Rti<'s> {
         }
     }
 
-    /// The connection that makes way for a new one when all places are taken: the oldest that has not said which
-    /// federate it is. It is closed, and what its peer still sends is not wanted. `None` when there is none.
+    /// Closes the connection that makes way for a new one when all are in use: the oldest one that has not sent an id.
+    /// Ignore what its peer still sends. Returns `None` if there is no such connection.
     ///
     /// Looks at every connection once.
-    pub fn make_way(&mut self, outlet: &mut impl Outlet) -> Option<ConnectionId> {
+    pub fn evict(&mut self, outlet: &mut impl Outlet) -> Option<ConnectionId> {
         let connection = strangers::oldest(&self.members)?;
-        outlet.notice(Notice::MadeWay(self.strangers.made_way.count()));
+        outlet.log(RtiEvent::Evicted(self.strangers.evicted.count()));
         self.close(connection, outlet);
         Some(connection)
     }
 
-    /// Whether [`make_way`](Self::make_way) finds a connection.
-    pub fn can_make_way(&self) -> bool {
+    /// Returns whether [`evict`](Self::evict) finds a connection.
+    pub fn can_evict(&self) -> bool {
         strangers::oldest(&self.members).is_some()
     }
 
-    /// What a connection says in its handshake.
+    /// Handles the input of a connection in its handshake.
     pub(super) fn handle_handshake(
         &mut self,
         now: Instant,
@@ -165,7 +167,7 @@ impl<'s> Rti<'s> {
         Sending { members: &mut self.members, tags: &mut self.tags, outlet }
     }
 
-    /// There is more room on a connection. Sends what was put off for its federate.
+    /// Handles that there is more room on a connection. Sends what was put off for its federate.
     pub fn handle_writable(&mut self, _now: Instant, connection: ConnectionId, outlet: &mut impl Outlet) {
         self.exchanges.retry(&mut self.members, connection);
         if let Some(federate) = self.members.joined_on(connection) {
@@ -174,7 +176,7 @@ impl<'s> Rti<'s> {
         }
     }
 
-    /// A federate tells its clock. When all have, the federation starts.
+    /// Handles a federate's clock. When all federates have sent theirs, the federation starts.
     pub(super) fn take_clock(
         &mut self,
         now: Instant,
@@ -186,43 +188,44 @@ impl<'s> Rti<'s> {
         let start = barrier::start_time(latest, self.config.start_time_multiple);
         self.watch = Watch::default();
         self.tags.begin(start);
-        outlet.notice(Notice::Started(start));
-        if let Some((ahead, doubt)) = barrier::doubt_clocks(self.members.slots) {
-            self.members.doubt(ahead, doubt, outlet);
+        outlet.log(RtiEvent::Started(start));
+        if let Some((ahead, violation)) = barrier::check_clocks(self.members.slots) {
+            self.members.report_suspected(ahead, violation, outlet);
         }
         let stop_tag = self.stop.tag();
         self.sending(outlet).broadcast(stop_tag, |_| true, |pending| pending.start = true);
         Ok(())
     }
 
-    /// Gives those that have left before the start a time to come back. To be called after everything that can make a
-    /// federate leave.
+    /// Sets the time within which those that have left before the start may come back. Call it after everything that
+    /// can make a federate leave.
     pub(super) fn limit_start(&mut self, now: Instant) {
         let waits = self.tags.start.is_none() && !self.end.aborted;
         self.barrier.limit(self.config.start_barrier_time_out.filter(|_| waits).map(|time_out| now + time_out));
     }
 
-    /// Nothing more will come on a connection. What has come and is not consumed is to be offered as before, since it
-    /// was said while its sender was there; then [`handle_disconnect`](Self::handle_disconnect) is due.
+    /// Handles that nothing more will come on a connection. Offer the bytes that have come and are not consumed as
+    /// before, since they were sent while the sender was there; then call
+    /// [`handle_disconnect`](Self::handle_disconnect).
     pub fn handle_end(&mut self, connection: ConnectionId) {
         if let Some(known) = self.members.connections.get_mut(connection.0) {
             known.ended = known.phase != Phase::Vacant;
         }
     }
 
-    /// A connection has ended, and all that came on it and is whole has been consumed.
+    /// Handles the end of a connection whose complete messages have all been consumed.
     pub fn handle_disconnect(&mut self, now: Instant, connection: ConnectionId, outlet: &mut impl Outlet) {
         if let Some(federate) = self.members.joined_on(connection) {
             self.release(connection);
             self.lose(federate, Cause::ConnectionLost, outlet);
         } else {
-            self.note_abandoned(connection, false, outlet);
+            self.log_abandoned(connection, false, outlet);
             self.release(connection);
         }
         self.limit_start(now);
     }
 
-    /// Ends the federation: tells every federate that it has failed, and closes all connections.
+    /// Ends the federation: sends every federate FAILED, and closes all connections.
     pub fn abort(&mut self, outlet: &mut impl Outlet) {
         self.end.aborted = true;
         for federate in 0..self.members.slots.len() {
@@ -234,7 +237,7 @@ impl<'s> Rti<'s> {
                 continue;
             }
             if self.members.joined_on(connection).is_some() {
-                say_failed(connection, outlet);
+                send_failed(connection, outlet);
             }
             self.close(connection, outlet);
         }
@@ -242,31 +245,31 @@ impl<'s> Rti<'s> {
         self.tags.depart_all();
     }
 
-    /// There is no memory for a message of so many bytes that came on a connection or was to go there. Its federate
-    /// cannot go on without it.
+    /// Handles that there is no memory for a message of this many bytes that came on a connection or was to go there.
+    /// Its federate cannot go on without it.
     pub fn handle_no_memory(&mut self, connection: ConnectionId, bytes: usize, outlet: &mut impl Outlet) {
         if let Some(federate) = self.members.joined_on(connection) {
             self.expel(federate, Cause::NoMemory { bytes }, outlet);
         } else if self.members.phase(connection) != Phase::Vacant {
-            self.lose_patience(connection, outlet);
+            self.time_out(connection, outlet);
         }
     }
 
-    /// A connection has been silent for too long.
-    pub(super) fn lose_patience(&mut self, connection: ConnectionId, outlet: &mut impl Outlet) {
+    /// Handles that a connection has been silent for too long.
+    pub(super) fn time_out(&mut self, connection: ConnectionId, outlet: &mut impl Outlet) {
         if let Some(federate) = self.members.joined_on(connection) {
             return self.expel(federate, Cause::NoClock, outlet);
         }
-        self.note_abandoned(connection, true, outlet);
+        self.log_abandoned(connection, true, outlet);
         self.close(connection, outlet);
     }
 
-    /// A connection ends before its handshake has, if that is so.
-    fn note_abandoned(&mut self, connection: ConnectionId, timed_out: bool, outlet: &mut impl Outlet) {
+    /// Logs that a connection ends before its handshake is complete, if that is so.
+    fn log_abandoned(&mut self, connection: ConnectionId, timed_out: bool, outlet: &mut impl Outlet) {
         if !matches!(self.members.phase(connection), Phase::Vacant | Phase::Draining) {
             let federate = self.members.connections[connection.0].federate.map(FederateId);
             let times = self.strangers.abandoned.count();
-            outlet.notice(Notice::HandshakeAbandoned { federate, timed_out, times });
+            outlet.log(RtiEvent::HandshakeAbandoned { federate, timed_out, times });
         }
     }
 
@@ -275,7 +278,7 @@ impl<'s> Rti<'s> {
         self.release(connection);
     }
 
-    /// The connection is no more, and its id is free if it had not completed its handshake.
+    /// Releases a connection. Its id is free if it had not completed its handshake.
     fn release(&mut self, connection: ConnectionId) {
         if connection.0 >= self.members.connections.len() {
             return;
@@ -286,21 +289,21 @@ impl<'s> Rti<'s> {
         }
     }
 
-    /// A federate leaves in order. Its connection is kept until it has read all and closes it.
+    /// Handles that a federate leaves in order. Its connection is kept until it has read everything and closes it.
     pub(super) fn resign(&mut self, now: Instant, federate: usize, outlet: &mut impl Outlet) {
         let Some(connection) = self.members.connection_of(federate) else { return };
         self.members.connections[connection.0].phase = Phase::Draining;
         self.members.set_deadline(connection, Some(now + self.config.connection_time_out));
         outlet.half_close(connection);
-        outlet.notice(Notice::Resigned(id(federate)));
+        outlet.log(RtiEvent::Resigned(id(federate)));
         self.depart(federate, outlet);
     }
 
-    /// The RTI cannot go on with a federate, and tells it so, unless it has said itself that it has failed.
+    /// Expels a federate that the RTI cannot go on with, and sends it FAILED unless it has sent that itself.
     pub(super) fn expel(&mut self, federate: usize, cause: Cause, outlet: &mut impl Outlet) {
         let Some(connection) = self.members.connection_of(federate) else { return };
         if cause != Cause::Failed {
-            say_failed(connection, outlet);
+            send_failed(connection, outlet);
         }
         self.close(connection, outlet);
         self.lose(federate, cause, outlet);
@@ -308,24 +311,24 @@ impl<'s> Rti<'s> {
 
     fn lose(&mut self, federate: usize, cause: Cause, outlet: &mut impl Outlet) {
         let started = self.tags.start.is_some();
-        outlet.notice(Notice::Lost { federate: id(federate), cause, started });
+        outlet.log(RtiEvent::Lost { federate: id(federate), cause, started });
         if started {
             self.end.loss = self.end.loss.or(Some((id(federate), cause)));
         }
         if started && self.config.after_loss == AfterLoss::StopAll {
-            // Without what its departure would allow the others: they could take it for an end in order.
+            // The others must not learn what its departure would allow: they could take it for an end in order.
             self.abort(outlet);
         } else {
             self.depart(federate, outlet);
         }
     }
 
-    /// Tells how often a federate that says no more did what has been told now and then.
+    /// Logs the totals of a federate that sends no more, for events that are logged only now and then.
     fn sum_up(&mut self, federate: usize, outlet: &mut impl Outlet) {
         let Tallies { unknown, late, dropped } = core::mem::take(&mut self.members.slots[federate].tallies);
         let [unknown, late, dropped] = [unknown, late, dropped].map(Tally::times);
         if [unknown, late, dropped].iter().any(|times| times.0 > 1) {
-            outlet.notice(Notice::Sum { federate: id(federate), unknown, late, dropped });
+            outlet.log(RtiEvent::Sum { federate: id(federate), unknown, late, dropped });
         }
     }
 
@@ -343,16 +346,16 @@ impl<'s> Rti<'s> {
         let stop_tag = self.stop.tag();
         let mut sending = Sending { members: &mut self.members, tags: &mut self.tags, outlet };
         if is_awaited {
-            sending.tell_downstream_left(federate, stop_tag);
+            sending.announce_departure(federate, stop_tag);
         }
         sending.advance_downstream(federate);
         self.stop.grant_if_agreed(&mut sending);
-        self.tags.note_idleness(Tag::FOREVER);
+        self.tags.record_next_event(Tag::FOREVER);
     }
 }
 
-/// Tells a peer that it cannot go on. A peer that does not read will learn it from the end of the connection.
-fn say_failed(connection: ConnectionId, outlet: &mut impl Outlet) {
+/// Sends FAILED to a peer. A peer that does not read will learn it from the end of the connection.
+fn send_failed(connection: ConnectionId, outlet: &mut impl Outlet) {
     if outlet.room(connection) >= Message::Failed.encoded_len() {
         outlet.send(connection, &Message::Failed);
     }

@@ -1,35 +1,35 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Who is there, and over which connection.
+//! The federates that are there, and their connections.
 
 use lf_model::time::Instant;
 
-use super::doubt::Doubt;
-use super::notice::Notice;
+use super::log_event::RtiEvent;
 use super::outlet::{ConnectionId, Outlet};
 use super::storage::{Connection, Membership, Phase, Slot, id};
+use super::suspected_violation::SuspectedViolation;
 use crate::Deadline;
 
-/// The federates and the connections, in storage that the owner gives.
+/// The federates and the connections, in the owner's storage.
 pub(super) struct Members<'s> {
     pub(super) slots: &'s mut [Slot],
     pub(super) connections: &'s mut [Connection],
     /// The earliest deadline of the connections.
-    patience: Deadline,
+    earliest_deadline: Deadline,
 }
 
 impl<'s> Members<'s> {
-    /// Those that the storage holds.
+    /// Returns the members in this storage.
     pub(super) fn new(slots: &'s mut [Slot], connections: &'s mut [Connection]) -> Self {
-        let patience = patience(connections);
-        Self { slots, connections, patience }
+        let earliest_deadline = earliest_deadline(connections);
+        Self { slots, connections, earliest_deadline }
     }
 
-    /// When the RTI loses patience with a connection.
-    pub(super) fn patience(&self) -> Deadline {
-        self.patience
+    /// Returns the earliest deadline of the connections.
+    pub(super) fn earliest_deadline(&self) -> Deadline {
+        self.earliest_deadline
     }
 
-    /// The connection of a federate that is part of the federation.
+    /// Returns the connection of a federate that is part of the federation.
     pub(super) fn connection_of(&self, federate: usize) -> Option<ConnectionId> {
         match self.slots.get(federate)?.membership {
             Membership::Joined(connection) => Some(connection),
@@ -37,40 +37,41 @@ impl<'s> Members<'s> {
         }
     }
 
-    /// The federate that has joined over this connection and is still there.
+    /// Returns the federate that has joined over this connection and is still there.
     pub(super) fn joined_on(&self, connection: ConnectionId) -> Option<usize> {
         let known = self.connections.get(connection.0)?;
         known.federate.filter(|_| known.phase == Phase::Joined).map(usize::from)
     }
 
-    /// What is expected on a connection next.
+    /// Returns the phase of a connection: the message that is expected next.
     #[cfg_attr(target_pointer_width = "32", inline(never))]
     pub(super) fn phase(&self, connection: ConnectionId) -> Phase {
         self.connections.get(connection.0).map_or(Phase::Vacant, |known| known.phase)
     }
 
-    /// Whether all have left.
+    /// Returns whether all have left.
     pub(super) fn all_departed(&self) -> bool {
         self.slots.iter().all(|slot| slot.membership == Membership::Departed)
     }
 
-    /// Connections that have not said which federates they are.
+    /// Returns the connections that have not sent an id.
     pub(super) fn strangers(&self) -> impl Iterator<Item = (ConnectionId, &Connection)> {
         let connections = self.connections.iter().enumerate().map(|(index, known)| (ConnectionId(index), known));
         connections
             .filter(|(_, known)| matches!(known.phase, Phase::Nonce { .. } | Phase::Proof { .. } | Phase::Ids { .. }))
     }
 
-    /// Until when the RTI has patience with a connection.
+    /// Sets the time at which the RTI closes a connection that stays silent.
     pub(super) fn set_deadline(&mut self, connection: ConnectionId, deadline: Option<Instant>) {
         let before = core::mem::replace(&mut self.connections[connection.0].deadline, deadline);
-        if before.is_some() && self.patience == before.into() {
-            self.patience = patience(self.connections);
+        if before.is_some() && self.earliest_deadline == before.into() {
+            self.earliest_deadline = earliest_deadline(self.connections);
         }
-        self.patience = self.patience.min(deadline.into());
+        self.earliest_deadline = self.earliest_deadline.min(deadline.into());
     }
 
-    /// A federate that has joined has said something: until it has told its clock, it may not be silent for long.
+    /// Handles that a federate that has joined has sent something: until it has sent its clock, it may not be silent
+    /// for long.
     pub(super) fn await_clock(&mut self, until: Instant, federate: usize, connection: ConnectionId) {
         let known = &self.connections[connection.0];
         let waits = self.slots[federate].clock.is_none();
@@ -79,8 +80,7 @@ impl<'s> Members<'s> {
         }
     }
 
-    /// The connection is no more. Gives the federate whose id is free by that, because it had not completed its
-    /// handshake.
+    /// Releases a connection. Returns the federate whose id is free now, because it had not completed its handshake.
     pub(super) fn release(&mut self, connection: ConnectionId) -> Option<usize> {
         self.set_deadline(connection, None);
         let federate = core::mem::take(&mut self.connections[connection.0]).federate.map(usize::from)?;
@@ -88,16 +88,21 @@ impl<'s> Members<'s> {
         (membership == Membership::Joining(connection)).then_some(federate)
     }
 
-    /// Names a federate that says what is doubtful, once.
-    pub(super) fn doubt(&mut self, federate: usize, doubt: Doubt, outlet: &mut impl Outlet) {
-        if !core::mem::replace(&mut self.slots[federate].doubted, true) {
-            outlet.notice(Notice::Doubtful { federate: id(federate), doubt });
+    /// Logs a federate that is suspected of a violation, once.
+    pub(super) fn report_suspected(
+        &mut self,
+        federate: usize,
+        violation: SuspectedViolation,
+        outlet: &mut impl Outlet,
+    ) {
+        if !core::mem::replace(&mut self.slots[federate].suspected, true) {
+            outlet.log(RtiEvent::SuspectedViolation { federate: id(federate), violation });
         }
     }
 }
 
 /// The earliest deadline of the connections.
-fn patience(connections: &[Connection]) -> Deadline {
+fn earliest_deadline(connections: &[Connection]) -> Deadline {
     connections.iter().filter_map(|connection| connection.deadline).min().into()
 }
 
@@ -107,9 +112,9 @@ mod tests {
     use proptest::prelude::*;
 
     proptest! {
-        /// Whatever deadlines come and go, patience ends at the earliest.
+        /// The earliest deadline is known after any sequence of deadlines.
         #[test]
-        fn patience_is_the_earliest_deadline(
+        fn the_earliest_deadline_is_kept(
             steps in proptest::collection::vec((0..4usize, proptest::option::of(0..9i64), any::<bool>()), 0..40),
         ) {
             let mut connections = [Connection::EMPTY; 4];
@@ -120,7 +125,7 @@ mod tests {
                 } else {
                     members.set_deadline(ConnectionId(connection), deadline.map(Instant::from_nanos));
                 }
-                prop_assert_eq!(members.patience(), patience(members.connections));
+                prop_assert_eq!(members.earliest_deadline(), earliest_deadline(members.connections));
             }
         }
     }

@@ -1,30 +1,30 @@
 // SPDX-License-Identifier: Apache-2.0
-//! How a federation ends.
+//! The end of a federation.
 
 use core::fmt;
 
 use lf_texts::say;
 
-use super::notice::Cause;
+use super::log_event::Cause;
 use crate::FederateId;
 
-/// How a federation ended.
+/// The outcome of a federation.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Outcome {
     /// All federates have resigned.
     Complete,
-    /// At least one federate left otherwise; this was the first.
+    /// A federate left otherwise; this was the first.
     Lost {
         /// The federate.
         federate: FederateId,
-        /// Why.
+        /// The reason.
         cause: Cause,
     },
     /// A federate has left before the start and has not come back in time.
     NotStarted {
         /// The first federate that was missing.
         first: FederateId,
-        /// How many were missing, this one included.
+        /// The number of missing federates, this one included.
         missing: u16,
     },
     /// The owner ended it.
@@ -50,26 +50,26 @@ impl fmt::Display for Outcome {
     }
 }
 
-/// Whether there is still something to do.
+/// Whether there is something left to do.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Status {
-    /// Federates are to come, or are there.
+    /// Federates are expected, or are there.
     Running,
     /// All federates have left. Once everything pending is sent, the owner may end.
     Finished(Outcome),
 }
 
-/// What is known of the end of a federation, beyond who has left.
+/// The end of a federation, beyond the departures of members.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 pub(super) struct End {
-    /// The RTI has ended it.
+    /// Whether the RTI has ended it.
     pub(super) aborted: bool,
     /// The first federate that was lost after the start.
     pub(super) loss: Option<(FederateId, Cause)>,
 }
 
 impl End {
-    /// How the federation ended, if it has; `not_started` where the start was given up.
+    /// Returns the outcome of the federation, if it has ended; `not_started` if the start was given up.
     pub(super) fn status(&self, all_departed: bool, not_started: Option<Outcome>) -> Status {
         let otherwise = match (self.aborted, all_departed) {
             (true, _) => Outcome::Aborted,

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Random graphs for the tests of what is worked out from them.
+//! Random graphs for tests of the graph's results.
 
 use std::vec;
 use std::vec::Vec;
@@ -19,7 +19,7 @@ pub(super) fn edges() -> impl Strategy<Value = Vec<(u16, u16, i64)>> {
 pub(super) fn with_graph<R>(edges: &[(u16, u16, i64)], look: impl FnOnce(&mut Graph<'_>) -> R) -> R {
     let n = usize::from(FEDERATES);
     let mut nodes = vec![Node::default(); n];
-    // What the storage contains does not matter.
+    // The content of the storage does not matter.
     let (mut upstream, mut paths) = (vec![[u64::MAX; 2]; n * n], vec![[u64::MAX; 2]; 2 * n * n]);
     let mut graph = Graph::new(&mut nodes, &mut upstream, &mut paths, true);
     for to in 0..FEDERATES {

@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
-//! The search for all paths of the federation, made when all neighbor structures are there, and again when a federate
-//! leaves a cycle without delay.
+//! The search for all paths of the federation. It runs when all neighbor structures are there, and again when a
+//! federate leaves a cycle without delay.
 
 use super::delay::PathDelay;
 use super::graph::{Graph, Node, Row, number};
 use super::path::Path;
 
 impl Graph<'_> {
-    /// Works out all paths, once all neighbor structures are there.
+    /// Finds all paths, once all neighbor structures are there.
     pub(super) fn find_paths(&mut self) {
         for node in self.nodes.iter_mut() {
             node.outgoing = Row::EMPTY;
@@ -19,20 +19,20 @@ impl Graph<'_> {
             for from in 0..self.nodes.len() {
                 let Node { delay, ref mut outgoing, .. } = self.nodes[from];
                 if delay.is_path() {
-                    Path { federate: number(from), delay, place: 0 }.write(&mut self.paths[end]);
+                    Path { federate: number(from), delay, reverse: 0 }.write(&mut self.paths[end]);
                     outgoing.len += 1;
                     end += 1;
                 }
             }
             self.nodes[to].incoming = Row { start, len: end - start };
         }
-        self.turn_rows(end);
+        self.transpose_rows(end);
         self.find_cycles();
         self.find_all_earliest();
     }
 
-    /// A federate is no more: no path leads through it. Only where it was in a cycle without delay that matters enough
-    /// to look for all paths again: there, the others would wait for each other's answer by way of it.
+    /// Removes a federate: no path leads through it. Only if it was in a cycle without delay does that matter enough to
+    /// look for all paths again: the others would wait for each other's answer through it.
     pub(super) fn cut_off(&mut self, federate: usize) {
         if self.in_zero_delay_cycle(federate) {
             let cycle = self.nodes[federate].cycle;
@@ -44,8 +44,8 @@ impl Graph<'_> {
         }
     }
 
-    /// Makes the rows of the paths that lead from each federate, whose lengths are known, of those that lead to each.
-    fn turn_rows(&mut self, start: usize) {
+    /// Makes the rows of the paths that lead from each federate, whose lengths are known, from those that lead to each.
+    fn transpose_rows(&mut self, start: usize) {
         let mut end = start;
         for node in self.nodes.iter_mut() {
             let start = end;
@@ -57,11 +57,11 @@ impl Graph<'_> {
             for index in 0..incoming.len {
                 let path = Path::read(&self.paths[incoming.start + index]);
                 let outgoing = &mut self.nodes[usize::from(path.federate)].outgoing;
-                let place = outgoing.len;
+                let reverse = outgoing.len;
                 outgoing.len += 1;
-                let turned = outgoing.start + place;
-                Path { federate: number(to), place: number(index), ..path }.write(&mut self.paths[turned]);
-                Path { place: number(place), ..path }.write(&mut self.paths[incoming.start + index]);
+                let reversed = outgoing.start + reverse;
+                Path { federate: number(to), reverse: number(index), ..path }.write(&mut self.paths[reversed]);
+                Path { reverse: number(reverse), ..path }.write(&mut self.paths[incoming.start + index]);
             }
         }
     }
@@ -72,7 +72,7 @@ impl Graph<'_> {
             let Node { incoming, outgoing, .. } = self.nodes[federate];
             let paths = |row: Row| self.paths[row.start..][..row.len].iter().map(Path::read);
             let mut back = paths(outgoing).filter(|path| path.delay == PathDelay::ZERO).peekable();
-            // Both rows rise, so they can be gone through side by side.
+            // Both rows rise, so one pass over both suffices.
             let first = paths(incoming).filter(|path| path.delay == PathDelay::ZERO).find(|path| {
                 while back.next_if(|other| other.federate < path.federate).is_some() {}
                 back.peek().is_some_and(|other| other.federate == path.federate)
@@ -87,9 +87,9 @@ impl Graph<'_> {
         }
     }
 
-    /// Goes upstream from one federate and corrects delays until none becomes less. Every federate is in the queue at
-    /// most once, so the queue never holds more than there are; it ends because no path with a cycle is less than the
-    /// path without.
+    /// Goes upstream from one federate and corrects delays until none becomes smaller. Every federate is in the queue
+    /// at most once, so the queue never holds more than there are; the search ends because no path with a cycle is
+    /// shorter than the path without.
     fn find_delays_to(&mut self, to: usize) {
         let count = self.nodes.len();
         for node in self.nodes.iter_mut() {
@@ -106,7 +106,7 @@ impl Graph<'_> {
                     continue;
                 }
                 self.nodes[from].delay = delay;
-                // A path that comes back to where it ends is a cycle, and goes no farther.
+                // A path that comes back to its end is a cycle, and goes no farther.
                 if from != to && !self.nodes[from].queued {
                     self.nodes[from].queued = true;
                     self.nodes[(head + waiting) % count].queue = number(from);
@@ -134,7 +134,7 @@ mod tests {
     use std::vec;
     use std::vec::Vec;
 
-    /// All paths by joining shorter ones, until nothing changes: another way to the same matrix.
+    /// Finds all paths by joining shorter ones until nothing changes: another way to the same matrix.
     fn reference(edges: &[(u16, u16, i64)]) -> Vec<PathDelay> {
         let n = usize::from(FEDERATES);
         let mut matrix = vec![PathDelay::NO_PATH; n * n];
@@ -151,7 +151,7 @@ mod tests {
         matrix
     }
 
-    /// The paths of one row, by the number of the federate at the other end.
+    /// Returns the paths of one row, by the number of the federate at the other end.
     fn row(graph: &Graph<'_>, row: Row) -> Vec<Path> {
         graph.paths[row.start..][..row.len].iter().map(Path::read).collect()
     }
@@ -170,8 +170,8 @@ mod tests {
                         found[to * n + usize::from(path.federate)] = path.delay;
                         let from = row(graph, graph.nodes[usize::from(path.federate)].outgoing);
                         prop_assert!(from.is_sorted_by_key(|path| path.federate));
-                        let turned = Path { federate: number(to), delay: path.delay, place: number(index) };
-                        prop_assert_eq!(from[usize::from(path.place)], turned);
+                        let reversed = Path { federate: number(to), delay: path.delay, reverse: number(index) };
+                        prop_assert_eq!(from[usize::from(path.reverse)], reversed);
                     }
                 }
                 prop_assert_eq!(&found, &expected);

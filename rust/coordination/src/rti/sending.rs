@@ -1,31 +1,30 @@
 // SPDX-License-Identifier: Apache-2.0
-//! What goes out, now or as soon as there is room: grants and DNETs, what is said to all, and messages that are passed
-//! on.
+//! Sends messages now or as soon as there is room: grants and DNETs, messages to all, and forwarded messages.
 
 use lf_model::time::Tag;
 use lf_wire::{Message, MessageType};
 
-use super::doubt::Doubt;
 use super::grants::Grant;
+use super::log_event::{RtiEvent, Violation};
 use super::members::Members;
-use super::notice::{Notice, Violation};
 use super::outlet::{ConnectionId, Outlet};
 use super::storage::{Membership, Pending, Slot, id};
+use super::suspected_violation::SuspectedViolation;
 use super::tags::Tags;
 use crate::tag::to_wire;
 
 /// Bytes of TAG, PTAG, DNET and the stop messages, which carry a tag only.
 const TAG_MESSAGE_BYTES: usize = MessageType::TagGrant.fixed_bytes();
 
-/// What a message leads to.
+/// The consequence of a message.
 pub(super) enum Step {
-    /// The message is done with.
+    /// The message is handled.
     Done,
-    /// What it leads to has no room on this connection yet.
+    /// There is no room on this connection yet.
     NoRoom(ConnectionId),
 }
 
-/// Those that are there, what is to be said of their tags, and where it goes.
+/// The members, their tags, and the outlet.
 pub(super) struct Sending<'r, 's, O> {
     pub(super) members: &'r mut Members<'s>,
     pub(super) tags: &'r mut Tags<'s>,
@@ -33,15 +32,15 @@ pub(super) struct Sending<'r, 's, O> {
 }
 
 impl<O: Outlet> Sending<'_, '_, O> {
-    /// The connection of the federate if a message of so many bytes can be sent to it now.
+    /// Returns the connection of the federate if a message of this many bytes can be sent to it now.
     fn ready(&self, federate: usize, bytes: usize) -> Option<ConnectionId> {
         let connection = self.members.connection_of(federate)?;
         let ready = !self.members.slots[federate].pending.comes_first() && self.outlet.room(connection) >= bytes;
         ready.then_some(connection)
     }
 
-    /// Grants a federate what it can be granted, and, if that is a PTAG, federates upstream of it what it may wait for.
-    /// Does nothing for a federate that is not there; puts the grant off if there is no room.
+    /// Grants a federate what it can be granted, and, if that is a PTAG, grants federates upstream of it what it may
+    /// wait for. Does nothing for a federate that is not there; puts the grant off if there is no room.
     pub(super) fn advance(&mut self, federate: usize) {
         let mut next = Some(federate);
         while let Some(federate) = next {
@@ -67,7 +66,7 @@ impl<O: Outlet> Sending<'_, '_, O> {
         self.tags.granted(federate, grant);
     }
 
-    /// Something has changed that can let the federates downstream of this one advance.
+    /// Advances the federates downstream of one whose state has changed.
     pub(super) fn advance_downstream(&mut self, federate: usize) {
         let row = self.tags.graph.nodes[federate].outgoing;
         for index in 0..row.len {
@@ -75,42 +74,43 @@ impl<O: Outlet> Sending<'_, '_, O> {
         }
     }
 
-    /// The next event of a federate is at `tag`, or at that of the first message on its way to it.
+    /// Sets the next event of a federate to `tag`, or to that of the first message in transit to it.
     pub(super) fn next_event(&mut self, federate: usize, tag: Tag) {
         if self.tags.set_next_event(federate, tag) {
             self.advance(federate);
         }
         self.advance_downstream(federate);
-        self.tell_upstream(federate);
+        self.send_dnets(federate);
     }
 
-    /// A federate announces its next event, which counts as `limited`. Once all are to stop it is not doubted.
+    /// Handles that a federate announces its next event, which counts as `limited`. Once all are to stop, it is not
+    /// checked.
     pub(super) fn announced(&mut self, federate: usize, tag: Tag, limited: Tag, stops: bool) {
-        self.doubt(federate, self.tags.doubt_next_event(federate, tag).filter(|_| !stops));
+        self.report_suspected(federate, self.tags.check_next_event(federate, tag).filter(|_| !stops));
         self.tags.in_transit(federate).announce(tag);
         self.next_event(federate, limited);
-        self.tags.note_idleness(self.tags.graph.next_event(federate));
+        self.tags.record_next_event(self.tags.graph.next_event(federate));
     }
 
-    /// A federate has completed a tag, and with it the messages up to it. Once all are to stop, each goes to the stop
-    /// tag, and that is not doubted.
+    /// Handles that a federate has completed a tag, and with it the messages up to it. Once all are to stop, each goes
+    /// to the stop tag, and that is not checked.
     pub(super) fn completed(&mut self, federate: usize, tag: Tag, stops: bool) {
-        self.doubt(federate, self.tags.doubt_completed(federate, tag).filter(|_| !stops));
+        self.report_suspected(federate, self.tags.check_completed(federate, tag).filter(|_| !stops));
         let state = self.tags.state_mut(federate);
         state.completed = state.completed.max(tag);
         self.advance_downstream(federate);
         self.tags.in_transit(federate).complete(tag);
     }
 
-    fn doubt(&mut self, federate: usize, doubt: Option<Doubt>) {
-        if let Some(doubt) = doubt {
-            self.members.doubt(federate, doubt, self.outlet);
+    fn report_suspected(&mut self, federate: usize, violation: Option<SuspectedViolation>) {
+        if let Some(violation) = violation {
+            self.members.report_suspected(federate, violation, self.outlet);
         }
     }
 
-    /// The next event of a federate is another one: tells those upstream of it which of their next events matter to
-    /// those downstream of them (DNET). They need not announce the others.
-    fn tell_upstream(&mut self, federate: usize) {
+    /// Sends new DNETs to those upstream of a federate whose next event has changed: they need not announce next events
+    /// that do not matter downstream.
+    fn send_dnets(&mut self, federate: usize) {
         if !self.tags.graph.dnet {
             return;
         }
@@ -137,8 +137,8 @@ impl<O: Outlet> Sending<'_, '_, O> {
         }
     }
 
-    /// Sends what is pending for a federate, in the order of [`Pending`], as far as there is room. `stop_tag` is what
-    /// is to be said of a stop.
+    /// Sends what is pending for a federate, in the order of [`Pending`], as far as there is room. `stop_tag` is the
+    /// tag for stop messages.
     pub(super) fn flush(&mut self, federate: usize, stop_tag: Tag) {
         let Some(connection) = self.members.connection_of(federate) else { return };
         let stop_tag = to_wire(stop_tag);
@@ -147,9 +147,9 @@ impl<O: Outlet> Sending<'_, '_, O> {
         let mut send = |flag: &mut bool, message| send_pending(flag, &message, connection, self.outlet);
         let went_out = send(&mut pending.start, start)
             && send(&mut pending.stop_request, Message::StopRequest(stop_tag))
-            && send(&mut pending.taken_back, Message::ProvisionalTagGrant(stop_tag))
+            && send(&mut pending.revoked, Message::ProvisionalTagGrant(stop_tag))
             && send(&mut pending.stop_granted, Message::StopGranted(stop_tag));
-        if !went_out || !self.tell_left(federate, connection) {
+        if !went_out || !self.send_departures(federate, connection) {
             return;
         }
         if core::mem::take(&mut self.members.slots[federate].pending.grant) {
@@ -160,9 +160,9 @@ impl<O: Outlet> Sending<'_, '_, O> {
         }
     }
 
-    /// Tells a federate which of those directly upstream of it have left since it was told. Returns false if not all of
-    /// that has room.
-    fn tell_left(&mut self, federate: usize, connection: ConnectionId) -> bool {
+    /// Sends a federate which of those directly upstream of it have left since the last time. Returns false if there is
+    /// not room for all of it.
+    fn send_departures(&mut self, federate: usize, connection: ConnectionId) -> bool {
         while let Some((first, last)) = self.members.slots[federate].pending.left {
             if self.tags.is_upstream_left(federate, first.into()) {
                 let message = Message::UpstreamDisconnected { federate: first };
@@ -176,22 +176,22 @@ impl<O: Outlet> Sending<'_, '_, O> {
         true
     }
 
-    /// A federate of a cycle without delay has left: those that may wait at a tag for what it does there need not do so
-    /// any more, which no grant says as long as they are in a cycle without it. Only federates that stop in turn are
-    /// told; the stock ones before LF 0.13 would fail.
-    pub(super) fn tell_downstream_left(&mut self, left: usize, stop_tag: Tag) {
+    /// Handles that a federate of a cycle without delay has left: those that may wait for it at a tag need not wait any
+    /// more. No grant says so while they are in a cycle without it. Only federates with an ordered stop receive it; the
+    /// stock ones before LF 0.13 would fail.
+    pub(super) fn announce_departure(&mut self, left: usize, stop_tag: Tag) {
         for federate in 0..self.members.slots.len() {
             if self.members.connection_of(federate).is_some()
-                && self.members.slots[federate].stops_in_turn
+                && self.members.slots[federate].ordered_stop
                 && self.tags.is_upstream_left(federate, left)
             {
-                self.members.slots[federate].pending.note_left(id(left).0);
+                self.members.slots[federate].pending.record_departure(id(left).0);
                 self.flush(federate, stop_tag);
             }
         }
     }
 
-    /// Marks something to be sent to every federate that `choose` picks among those that are there, and sends it to
+    /// Marks a message to be sent to every federate that `choose` picks among those that are there, and sends it to
     /// those that have room.
     pub(super) fn broadcast(&mut self, stop_tag: Tag, choose: impl Fn(&Slot) -> bool, mark: impl Fn(&mut Pending)) {
         for federate in 0..self.members.slots.len() {
@@ -207,7 +207,7 @@ impl<O: Outlet> Sending<'_, '_, O> {
         let Some(slot) = self.members.slots.get(usize::from(to)) else { return Err(Violation::NoSuchFederate(to)) };
         let Membership::Joined(connection) = slot.membership else {
             let times = self.members.slots[from].tallies.dropped.count();
-            self.outlet.notice(Notice::Dropped { from: id(from), to: to.into(), times });
+            self.outlet.log(RtiEvent::Dropped { from: id(from), to: to.into(), times });
             return Ok(Step::Done);
         };
         if self.ready(to.into(), message.encoded_len()).is_none() {
@@ -217,7 +217,7 @@ impl<O: Outlet> Sending<'_, '_, O> {
         Ok(Step::Done)
     }
 
-    /// The same, for a message with a tag: it is remembered until its destination has seen it.
+    /// Forwards a message with a tag. It is recorded until its destination has seen it.
     pub(super) fn forward_tagged(
         &mut self,
         from: usize,
@@ -233,10 +233,10 @@ impl<O: Outlet> Sending<'_, '_, O> {
         let (late, is_full) = self.tags.message_forwarded(to, tag);
         if late {
             let times = self.members.slots[from].tallies.late.count();
-            self.outlet.notice(Notice::Late { from: id(from), to: id(to), times });
+            self.outlet.log(RtiEvent::Late { from: id(from), to: id(to), times });
         }
         if is_full {
-            self.outlet.notice(Notice::InTransitFull(id(to)));
+            self.outlet.log(RtiEvent::InTransitFull(id(to)));
         }
         if tag < self.tags.graph.next_event(to) {
             self.next_event(to, tag);

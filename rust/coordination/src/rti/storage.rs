@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! The memory of the RTI, which its owner gives.
+//! The memory of the RTI, provided by its owner.
 
 use lf_model::time::{Instant, Interval, Tag};
 use lf_wire::{ADDRESS_PORT_UNKNOWN, QueryEnd};
@@ -12,23 +12,24 @@ use crate::auth::Nonce;
 use crate::clock_sync::Poll;
 use crate::{FederateId, IpAddress, Tally};
 
-/// All the memory that an RTI needs, for n federates. What it contains does not matter; `EMPTY` and `Default`
-/// are there to fill it.
+/// All the memory that an RTI needs, for n federates. Its content does not matter; `EMPTY` and `Default` are there to
+/// fill it.
 pub struct RtiStorage<'s> {
     /// One for each federate: n.
     pub slots: &'s mut [Slot],
     /// One for each federate: n.
     pub nodes: &'s mut [Node],
-    /// One for each connection that can be open at once: n, and a few more so that wrong ones can be told why they
-    /// are refused.
+    /// One for each connection that can be open at once: n, and a few more, so that a rejected peer can learn the
+    /// reason.
     pub connections: &'s mut [Connection],
-    /// Paths between any two federates, seen from either end: 2 × n × n. What the federation does not use is not
-    /// touched, so its pages cost nothing where the system gives them when they are first written.
+    /// Paths between any two federates, seen from either end: 2 × n × n. The RTI does not touch what the federation
+    /// does not use, so its pages cost nothing on a system that allocates them on the first write.
     pub paths: &'s mut [PathWords],
-    /// Connections between federates: n × the most upstream federates that one may have, which n always suffices for.
+    /// Connections between federates: n × the maximum number of upstream federates of one federate, for which n always
+    /// suffices.
     pub upstream: &'s mut [PathWords],
-    /// Messages in transit: n × how many different tags of messages to one federate are remembered exactly, at least 1.
-    /// See the argument in the module `in_transit`: in cycles without delay, as many as can be outstanding.
+    /// Messages in transit: n × the number of different tags of messages to one federate that are stored exactly, at
+    /// least 1. See the argument in the module `in_transit`: in cycles without delay, as many as can be outstanding.
     pub in_transit: &'s mut [Tag],
 }
 
@@ -51,31 +52,31 @@ impl RtiStorage<'_> {
     }
 }
 
-/// Where a federate stands.
+/// The membership of an id.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 pub(super) enum Membership {
-    /// Nobody has this id.
+    /// No peer has this id.
     #[default]
     Free,
     /// The connection that claims it has not completed its handshake.
     Joining(ConnectionId),
     /// The federate is part of the federation.
     Joined(ConnectionId),
-    /// It was, and has left.
+    /// The federate was part of the federation, and has left.
     Departed,
 }
 
-/// What is to be sent to a federate as soon as there is room, in this order. What a grant or DNET says is worked out
-/// when it is sent.
+/// The messages to send to a federate as soon as there is room, in this order. The content of a grant or DNET is
+/// computed when it is sent.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 #[expect(clippy::struct_excessive_bools, reason = "independent flags, one for each kind of message")]
 pub(super) struct Pending {
     pub(super) start: bool,
     pub(super) stop_request: bool,
-    /// A PTAG of the stop tag, which takes back earlier grants (see module `stop`).
-    pub(super) taken_back: bool,
+    /// A PTAG of the stop tag, which revokes earlier grants (see module `stop`).
+    pub(super) revoked: bool,
     pub(super) stop_granted: bool,
-    /// Which federates upstream have left since it was told, at most: the least and the greatest id.
+    /// The range of ids of federates upstream that may have left since the last message about that.
     pub(super) left: Option<(u16, u16)>,
     pub(super) grant: bool,
     pub(super) dnet: bool,
@@ -85,26 +86,26 @@ impl Pending {
     const NONE: Self = Self {
         start: false,
         stop_request: false,
-        taken_back: false,
+        revoked: false,
         stop_granted: false,
         left: None,
         grant: false,
         dnet: false,
     };
 
-    /// A federate upstream has left.
-    pub(super) fn note_left(&mut self, federate: u16) {
+    /// Records that a federate upstream has left.
+    pub(super) fn record_departure(&mut self, federate: u16) {
         let (first, last) = self.left.unwrap_or((federate, federate));
         self.left = Some((first.min(federate), last.max(federate)));
     }
 
-    /// Whether something has to go out before any grant or forwarded message.
+    /// Returns whether something has to go out before any grant or forwarded message.
     pub(super) fn comes_first(self) -> bool {
-        self.start || self.stop_request || self.taken_back || self.stop_granted || self.left.is_some()
+        self.start || self.stop_request || self.revoked || self.stop_granted || self.left.is_some()
     }
 }
 
-/// How often a federate did what is told now and then.
+/// Counters of a federate for events that are logged only now and then.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 pub(super) struct Tallies {
     /// Bytes that begin no message.
@@ -119,35 +120,35 @@ impl Tallies {
     pub(super) const NOTHING: Self = Self { unknown: Tally::NOTHING, late: Tally::NOTHING, dropped: Tally::NOTHING };
 }
 
-/// What a federate is waiting for since when, as far as the RTI has seen.
+/// The waits of a federate that the RTI has seen, and since when.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub(super) struct Seen {
     pub(super) tag: Tag,
     pub(super) since: Instant,
-    pub(super) told: bool,
+    pub(super) logged: bool,
 }
 
 impl Seen {
-    pub(super) const NOTHING: Self = Self { tag: Tag::NEVER, since: Instant::NEVER, told: false };
+    pub(super) const NOTHING: Self = Self { tag: Tag::NEVER, since: Instant::NEVER, logged: false };
 }
 
-/// What the RTI knows of one federate, but for its tags (see [`Node`]).
+/// The state of one federate, except for its tags (see [`Node`]).
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 #[expect(clippy::struct_excessive_bools, reason = "independent facts of a federate")]
 pub struct Slot {
     pub(super) membership: Membership,
     pub(super) pending: Pending,
-    /// Whoever had this id has left before the start.
+    /// Whether a federate with this id has left before the start.
     pub(super) vacated: bool,
     /// Its clock, once it has sent it.
     pub(super) clock: Option<Instant>,
-    /// How far its clock was ahead of the RTI's when it told it.
+    /// The time by which its clock was ahead of the RTI's when it sent it.
     pub(super) ahead: Interval,
-    /// The last byte of its last question for an address may still come.
+    /// Whether the last byte of its last question for an address may still come.
     pub(super) query_end: QueryEnd,
-    /// It wants to be granted the stop tag in its turn.
-    pub(super) stops_in_turn: bool,
-    /// It has asked to stop, or has agreed to.
+    /// Whether it wants to be granted the stop tag like any other tag.
+    pub(super) ordered_stop: bool,
+    /// Whether it has asked to stop, or has agreed to.
     pub(super) stop_agreed: bool,
     /// Address of its connection to the RTI.
     pub(super) address: IpAddress,
@@ -157,16 +158,16 @@ pub struct Slot {
     pub(super) udp_port: u16,
     /// The rounds of its clock synchronization.
     pub(super) poll: Poll,
-    /// Something that it said was doubtful.
-    pub(super) doubted: bool,
-    /// What it did and is told now and then.
+    /// Whether it has been suspected of a violation.
+    pub(super) suspected: bool,
+    /// Its counters.
     pub(super) tallies: Tallies,
-    /// What it waits for, if that is looked at.
+    /// Its wait, if waits are logged.
     pub(super) seen: Seen,
 }
 
 impl Slot {
-    /// What fresh storage holds.
+    /// A fresh entry.
     pub const EMPTY: Self = Self {
         membership: Membership::Free,
         pending: Pending::NONE,
@@ -174,13 +175,13 @@ impl Slot {
         clock: None,
         ahead: Interval::ZERO,
         query_end: QueryEnd::NONE,
-        stops_in_turn: false,
+        ordered_stop: false,
         stop_agreed: false,
         address: IpAddress::UNSPECIFIED,
         port: ADDRESS_PORT_UNKNOWN,
         udp_port: 0,
         poll: Poll::NONE,
-        doubted: false,
+        suspected: false,
         tallies: Tallies::NOTHING,
         seen: Seen::NOTHING,
     };
@@ -192,7 +193,7 @@ impl Default for Slot {
     }
 }
 
-/// What a connection is expected to say next.
+/// The message that is expected next on a connection.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 pub(super) enum Phase {
     /// There is no connection.
@@ -200,7 +201,7 @@ pub(super) enum Phase {
     Vacant,
     /// `FED_NONCE`, to be answered with this nonce and a proof.
     Nonce { own: Nonce },
-    /// `FED_RESPONSE` by whoever claims to be this federate: the proof over this nonce.
+    /// `FED_RESPONSE` of the peer that claims to be this federate: the proof for this nonce.
     Proof { own: Nonce, claimed: u16 },
     /// `FED_IDS`; with authentication, of the federate that it claimed to be in `FED_NONCE`.
     Ids { claimed: Option<u16> },
@@ -208,40 +209,40 @@ pub(super) enum Phase {
     Neighbors,
     /// `UDP_PORT`.
     UdpPort,
-    /// Nothing: it waits for its turn since this time, and then has so many exchanges of clock synchronization.
-    Turn { since: Instant, trials: u32 },
-    /// Nothing: it is to be sent T1, this often.
+    /// Nothing: it has been waiting for its exchanges of clock synchronization since this time, and then has this many.
+    AwaitsExchange { since: Instant, trials: u32 },
+    /// Nothing: the next T1 is due, and this many remain.
     Asked { left: u32 },
     /// The same, once there is room for it.
     Full { left: u32 },
-    /// T3, this often.
+    /// T3, this many times.
     ClockSync { left: u32 },
-    /// Anything that a federate of the federation may say.
+    /// Any message that a federate of the federation may send.
     Joined,
-    /// Nothing; only its end.
+    /// Nothing but its end.
     Draining,
 }
 
-/// All that the RTI knows of one connection.
+/// The state of one connection.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 pub struct Connection {
     pub(super) phase: Phase,
     /// The federate that it claims to be, after `FED_IDS`.
     pub(super) federate: Option<u16>,
     pub(super) address: IpAddress,
-    /// When the RTI loses patience with it.
+    /// The time at which the RTI closes the connection if it stays silent.
     pub(super) deadline: Option<Instant>,
-    /// Nothing more will come but what has.
+    /// Whether nothing more will come than what has.
     pub(super) ended: bool,
 }
 
 impl Connection {
-    /// What fresh storage holds.
+    /// A fresh entry.
     pub const EMPTY: Self =
         Self { phase: Phase::Vacant, federate: None, address: IpAddress::UNSPECIFIED, deadline: None, ended: false };
 }
 
-/// An index of a slot as the federate's id.
+/// Converts the index of a slot to the federate's id.
 pub(super) fn id(index: usize) -> FederateId {
     // The error in the text of this panic would take half a KiB.
     let Ok(id) = u16::try_from(index) else { panic!("`check` says that an id can name each slot") };

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-//! An RTI between two inputs as plain data, which can be copied, compared and gone back to: what a search through all
-//! that can happen needs. The memory that its owner gives is the greater part of it; this is the rest.
+//! An RTI between two inputs as plain data, which can be copied, compared and restored, for searches through all
+//! reachable states. The owner's memory is the greater part of it; this is the rest.
 
 use lf_model::time::Instant;
 
@@ -19,7 +19,7 @@ use super::strangers::Strangers;
 use super::tags::Tags;
 use super::watch::Watch;
 
-/// What an RTI knows that does not lie in its storage; see [`Rti::suspend`].
+/// The state of an RTI outside of its storage; see [`Rti::suspend`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct Suspended {
     start: Option<Instant>,
@@ -32,17 +32,17 @@ pub struct Suspended {
 }
 
 impl<'s> Rti<'s> {
-    /// Gives the storage back to its owner, who can copy it: with it and what this returns, [`resume`](Self::resume)
-    /// goes on.
+    /// Returns the state outside of the storage and releases the storage, which its owner can copy.
+    /// [`resume`](Self::resume) continues from both.
     ///
-    /// The storage is left in a form in which RTIs that know the same are equal, but for what their owners put into
-    /// parts that are larger than needed. Costs a pass over the messages in transit.
+    /// Normalizes the storage: RTIs with the same knowledge are equal then, except for unused parts of it. Costs a pass
+    /// over the messages in transit.
     pub fn suspend(mut self) -> Suspended {
         self.tags.normalize();
         for slot in self.members.slots.iter_mut() {
             slot.tallies = Tallies::NOTHING;
         }
-        // All fields are named, so that whoever adds one is asked whether it belongs here.
+        // All fields are named, so that a new field raises the question whether it belongs here.
         let Self {
             config: _,
             limits: _,
@@ -59,11 +59,10 @@ impl<'s> Rti<'s> {
         Suspended { start, idle, stop, barrier, exchanges, rounds, end }
     }
 
-    /// Goes on where another RTI was suspended: `storage` is a copy of what that one left, or the same, and the
-    /// configuration is the same.
+    /// Continues a suspended RTI: `storage` is what that one left, or a copy, and the configuration is the same.
     ///
     /// # Errors
-    /// As [`new`](Self::new). Storage that no RTI has left is not noticed; what follows is then wrong.
+    /// As [`new`](Self::new). Storage of another origin is not detected; the results are then wrong.
     pub fn resume(config: Config<'s>, storage: RtiStorage<'s>, state: Suspended) -> Result<Self, SetupError> {
         config.check()?;
         storage.check()?;

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-//! How far one federate is: what it was granted, and what it has completed.
+//! The grants and the completed tags of one federate.
 
 use lf_model::time::Tag;
 
 use super::in_transit::Ring;
 
-/// What the RTI knows of the tags of one federate, beside its next event.
+/// The tags of one federate that the RTI knows, except for its next event.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub(super) struct TagState {
     /// Latest tag completed.
@@ -16,16 +16,16 @@ pub(super) struct TagState {
     pub(super) provisional: Tag,
     /// Latest DNET sent.
     pub(super) dnet: Tag,
-    /// A downstream federate has been granted this tag provisionally and may wait for what this one does at it.
+    /// A downstream federate has been granted this tag provisionally and may wait for this one there.
     pub(super) demand: Option<(Tag, u16)>,
-    /// Messages on their way to it.
+    /// Messages in transit to it.
     pub(super) in_transit: Ring,
-    /// It has left, and does nothing any more.
+    /// Whether it has left.
     pub(super) departed: bool,
 }
 
 impl TagState {
-    /// Nothing has been granted or done.
+    /// The state without a grant or a completed tag.
     pub(super) const EMPTY: Self = Self {
         completed: Tag::NEVER,
         granted: Tag::NEVER,
@@ -36,13 +36,13 @@ impl TagState {
         departed: false,
     };
 
-    /// The latest tag that it was granted in whatever way.
+    /// Returns the latest tag that it was granted, provisionally or not.
     pub(super) fn reach(&self) -> Tag {
         self.granted.max(self.provisional)
     }
 
-    /// Takes back what has been granted from `tag` on. Returns whether there was something.
-    pub(super) fn take_back(&mut self, tag: Tag) -> bool {
+    /// Revokes all grants from `tag` on. Returns whether there was one.
+    pub(super) fn revoke(&mut self, tag: Tag) -> bool {
         let is_granted = self.granted.max(self.provisional.before()) >= tag;
         if is_granted {
             self.granted = self.granted.min(tag.before());
@@ -63,13 +63,13 @@ mod tests {
     }
 
     proptest! {
-        /// What is before the tag stays granted, and nothing else does; a PTAG of the tag itself does not count, for it
-        /// allows no more than a new one will.
+        /// Everything before the tag stays granted, and nothing else does; a PTAG of the tag itself does not count,
+        /// because it allows no more than a new one will.
         #[test]
-        fn what_is_taken_back_is_not_granted_any_more(granted in tag(), provisional in tag(), from in tag()) {
+        fn a_revoked_grant_does_not_count(granted in tag(), provisional in tag(), from in tag()) {
             let before = TagState { granted, provisional, ..TagState::EMPTY };
             let mut state = before;
-            if state.take_back(from) {
+            if state.revoke(from) {
                 prop_assert!(state.reach() < from && (granted >= from || provisional > from));
                 prop_assert_eq!(state.granted, granted.min(from.before()));
             } else {

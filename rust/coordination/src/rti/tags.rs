@@ -1,37 +1,37 @@
 // SPDX-License-Identifier: Apache-2.0
-//! The tags of all federates: what they announce, complete and were granted, the graph that they go through, and what
-//! is on its way.
+//! The tags of all federates: announced, completed and granted tags, the graph between the federates, and messages in
+//! transit.
 //!
-//! It knows nothing of connections and of when a grant can be sent: it is told what federates say, and that something
-//! has been granted, and says what can be (module `grants`), which next events matter to those upstream, and how far
-//! behind a receiver is.
+//! This part knows neither connections nor when a grant can be sent: it receives the tags of federates and the grants
+//! that were sent, and computes what can be granted (module `grants`), which next events matter to those upstream, and
+//! how far a receiver is behind.
 
 use lf_model::time::{Instant, Tag};
 
-use super::doubt::Doubt;
 use super::graph::{Graph, Node};
 use super::idle::Idle;
 use super::in_transit::InTransit;
 use super::storage::id;
+use super::suspected_violation::SuspectedViolation;
 use super::tag_state::TagState;
 use crate::{Deadline, FederateId};
 
 /// The tags of all federates.
 pub(super) struct Tags<'s> {
     pub(super) graph: Graph<'s>,
-    /// The same number of entries for each federate.
+    /// The storage for messages in transit, the same number of entries for each federate.
     pub(super) in_transit: &'s mut [Tag],
     pub(super) start: Option<Instant>,
     pub(super) idle: Idle,
 }
 
 impl<'s> Tags<'s> {
-    /// Before the start.
+    /// Returns the state before the start.
     pub(super) fn new(graph: Graph<'s>, in_transit: &'s mut [Tag]) -> Self {
         Self { graph, in_transit, start: None, idle: Idle::default() }
     }
 
-    /// How many federates there are.
+    /// Returns the number of federates.
     pub(super) fn federates(&self) -> usize {
         self.graph.nodes.len()
     }
@@ -44,7 +44,7 @@ impl<'s> Tags<'s> {
         &mut self.graph.nodes[federate].tags
     }
 
-    /// The messages on their way to a federate.
+    /// Returns the messages in transit to a federate.
     pub(super) fn in_transit(&mut self, federate: usize) -> InTransit<'_> {
         let share = self.in_transit.len() / self.federates();
         InTransit {
@@ -53,48 +53,48 @@ impl<'s> Tags<'s> {
         }
     }
 
-    /// All neighbor structures are there, and logical time begins.
+    /// Begins logical time, when all neighbor structures are there.
     pub(super) fn begin(&mut self, start: Instant) {
         self.start = Some(start);
         self.graph.find_paths();
     }
 
-    /// The next event of a federate is at `tag`, or at that of the first message on its way to it. Returns whether it
-    /// needs a grant for it.
+    /// Sets the next event of a federate to `tag`, or to that of the first message in transit to it. Returns whether
+    /// the federate needs a grant for it.
     pub(super) fn set_next_event(&mut self, federate: usize, tag: Tag) -> bool {
         let tag = tag.min(self.in_transit(federate).earliest());
         self.graph.set_next_event(federate, tag);
         let needs_grant = self.graph.upstreams(federate) > 0;
         if !needs_grant {
-            // This counts as one.
+            // This counts as a grant.
             self.state_mut(federate).granted = tag;
         }
         needs_grant
     }
 
-    /// A federate has announced its next event: it is taken note of whether anybody has one.
-    pub(super) fn note_idleness(&mut self, next_event: Tag) {
+    /// Records whether any federate has a next event, after one has announced its own.
+    pub(super) fn record_next_event(&mut self, next_event: Tag) {
         let mut idle = self.idle;
         idle.note(next_event, || self.is_idle());
         self.idle = idle;
     }
 
-    /// Somebody may have had no event for some time. Returns whether FOREVER is to be granted to all.
-    pub(super) fn tell_idleness(&mut self, now: Instant) -> bool {
+    /// Handles that there may have been no event for some time. Returns whether to grant FOREVER to all.
+    pub(super) fn handle_idleness(&mut self, now: Instant) -> bool {
         let mut idle = self.idle;
         let told = idle.handle_timeout(now, || self.is_idle());
         self.idle = idle;
         told
     }
 
-    /// Looks at every federate once.
+    /// Returns whether no federate has a next event. Looks at every federate once.
     fn is_idle(&self) -> bool {
         let none = |node: &Node| node.tags.departed || node.next_event == Tag::FOREVER;
         self.start.is_some() && self.graph.nodes.iter().all(none)
     }
 
-    /// A message is on its way to a federate. Returns whether that is too late, and whether not all can be remembered
-    /// one by one any more.
+    /// Records a message in transit to a federate. Returns whether it is too late, and whether this is the first that
+    /// cannot be stored one by one.
     pub(super) fn message_forwarded(&mut self, to: usize, tag: Tag) -> (bool, bool) {
         let state = self.state(to);
         let late = state.completed >= tag;
@@ -102,7 +102,8 @@ impl<'s> Tags<'s> {
         (late, !late && self.in_transit(to).insert(tag, reach))
     }
 
-    /// A federate has left: the others go on without it. Returns whether others may wait within a tag for what it does.
+    /// Handles that a federate has left: the others go on without it. Returns whether others may wait for it within a
+    /// tag.
     pub(super) fn depart(&mut self, federate: usize) -> bool {
         let is_awaited = self.graph.in_zero_delay_cycle(federate) || self.graph.nodes[federate].deserted;
         self.state_mut(federate).departed = true;
@@ -111,33 +112,33 @@ impl<'s> Tags<'s> {
         is_awaited
     }
 
-    /// Whether `other` was connected into `federate` and has left.
+    /// Returns whether `other` was connected into `federate` and has left.
     pub(super) fn is_upstream_left(&self, federate: usize, other: usize) -> bool {
         let mut upstreams = (0..self.graph.upstreams(federate)).map(|index| self.graph.upstream(federate, index).0);
         self.state(other).departed && upstreams.any(|upstream| upstream == other)
     }
 
-    /// All have left.
+    /// Handles that all have left.
     pub(super) fn depart_all(&mut self) {
         for node in self.graph.nodes.iter_mut() {
             node.tags = TagState { departed: true, ..TagState::EMPTY };
         }
     }
 
-    /// All stop at `tag`: no next event is later.
+    /// Limits all next events to the stop tag.
     pub(super) fn stop(&mut self, tag: Tag) {
         self.graph.limit_next_events(tag);
     }
 
-    /// The latest tag of a federate that can matter to those downstream of it, if that is another one than it was told,
-    /// and not past already. `because` is the downstream federate whose next event has changed, or any.
+    /// Returns the latest tag of a federate that can matter downstream of it, if that differs from its last DNET and is
+    /// not past already. `because` is the downstream federate whose next event has changed, or any.
     pub(super) fn downstream_next_event(&self, federate: usize, because: Option<usize>) -> Option<Tag> {
         let tag = self.latest_needed(federate, because);
         (tag != self.state(federate).dnet && self.graph.next_event(federate) <= tag).then_some(tag)
     }
 
-    /// NEVER if all tags matter, as in a cycle without delay, and as long as the next event of one of those downstream
-    /// is unknown.
+    /// Returns the latest tag that matters downstream: NEVER if all tags matter, as in a cycle without delay, and while
+    /// the next event of one of those downstream is unknown.
     fn latest_needed(&self, federate: usize, because: Option<usize>) -> Tag {
         let in_cycle = match because {
             Some(downstream) => self.graph.in_zero_delay_cycle(downstream),
@@ -153,51 +154,51 @@ impl<'s> Tags<'s> {
         }
     }
 
-    /// Whether a receiver is too far behind a sender whose message is next (module `window`).
+    /// Returns whether a receiver is too far behind the sender of the next message (module `window`).
     pub(super) fn is_behind(&mut self, receiver: usize, sender: usize, stop: Option<Tag>, window: usize) -> bool {
-        // Not later than the tag at which the sender has sent what is at the front of its connection.
+        // Not later than the tag at which the sender has sent the message at the front of its connection.
         let position = self.graph.next_event(sender).min(stop.unwrap_or(Tag::FOREVER));
         self.in_transit(receiver).has_before(position, window)
     }
 
-    /// What is doubtful in that a federate has completed this tag. Those without upstream federates need no grants, and
-    /// neither do those that announce nothing, as with decentralized coordination.
-    pub(super) fn doubt_completed(&self, federate: usize, tag: Tag) -> Option<Doubt> {
+    /// Returns the suspected violation if a federate completes this tag without a grant. Federates without upstream
+    /// federates need no grants, and neither do those that announce nothing, as with decentralized coordination.
+    pub(super) fn check_completed(&self, federate: usize, tag: Tag) -> Option<SuspectedViolation> {
         let asks = self.graph.upstreams(federate) > 0 && self.graph.next_event(federate) != Tag::NEVER;
-        (asks && tag > self.state(federate).reach()).then_some(Doubt::NotGranted(tag))
+        (asks && tag > self.state(federate).reach()).then_some(SuspectedViolation::NotGranted(tag))
     }
 
-    /// What is doubtful in that a federate announces this event.
-    pub(super) fn doubt_next_event(&self, federate: usize, next: Tag) -> Option<Doubt> {
+    /// Returns the suspected violation if a federate announces an event that is over.
+    pub(super) fn check_next_event(&self, federate: usize, next: Tag) -> Option<SuspectedViolation> {
         let completed = self.state(federate).completed;
-        (next <= completed && completed != Tag::FOREVER).then_some(Doubt::Backwards { next, completed })
+        (next <= completed && completed != Tag::FOREVER).then_some(SuspectedViolation::Backwards { next, completed })
     }
 
-    /// When the first of the federates will have an event after this time, as far as they have said.
+    /// Returns the time of the first announced event of any federate after this time.
     pub(super) fn next_event_after(&self, now: Instant) -> Deadline {
         let there = self.graph.nodes.iter().filter(|node| !node.tags.departed);
         let times = there.map(|node| node.next_event.time).filter(|time| *time > now && *time < Instant::FOREVER);
         times.min().into()
     }
 
-    /// The tag that a federate waits for a grant of.
+    /// Returns the tag whose grant a federate waits for.
     pub(super) fn awaited(&self, federate: usize) -> Option<Tag> {
         let next = self.graph.next_event(federate);
         let waits = self.graph.upstreams(federate) > 0 && next > self.state(federate).reach();
         (waits && next != Tag::NEVER && next != Tag::FOREVER).then_some(next)
     }
 
-    /// The federate because of which another one is not granted more, and its next event.
-    pub(super) fn hindrance(&self, federate: usize) -> Option<(FederateId, Tag)> {
+    /// Returns the federate that keeps the RTI from granting more to another one, and its next event.
+    pub(super) fn blocking_federate(&self, federate: usize) -> Option<(FederateId, Tag)> {
         let by = self.graph.earliest_source(federate)?;
         Some((id(by), self.graph.next_event(by)))
     }
 
-    /// Forgets what only saves work, and what has no meaning any more.
+    /// Clears caches and meaningless values.
     pub(super) fn normalize(&mut self) {
         for federate in 0..self.federates() {
             self.in_transit(federate).normalize();
-            self.graph.nodes[federate].hindrance = 0;
+            self.graph.nodes[federate].blocking = 0;
         }
     }
 }
@@ -219,7 +220,7 @@ mod tests {
         Tag::at(START + Interval::from_nanos(time))
     }
 
-    /// Looks at the tags of three federates with these connections, after the start.
+    /// Calls `look` with the tags of three federates with these connections, after the start.
     fn with_tags(edges: &[(u16, u16, i64)], look: impl FnOnce(&mut Tags<'_>)) {
         let mut nodes = [Node::EMPTY; FEDERATES];
         let mut upstream = [PathWords::default(); FEDERATES * FEDERATES];
@@ -246,8 +247,8 @@ mod tests {
             assert_eq!((tags.grant(1), tags.awaited(1)), (None, None));
             tags.set_next_event(1, at(15));
             assert_eq!((tags.grant(1), tags.awaited(1)), (None, Some(at(15))));
-            assert_eq!(tags.hindrance(1), Some((FederateId(0), at(10))));
-            // Whoever has left sends nothing any more.
+            assert_eq!(tags.blocking_federate(1), Some((FederateId(0), at(10))));
+            // A federate that has left sends nothing any more.
             tags.depart(0);
             assert_eq!(tags.grant(1), Some(Grant::Final(Tag::FOREVER)));
         });
@@ -299,11 +300,11 @@ mod tests {
         with_tags(&[(0, 1, 5)], |tags| {
             for federate in 0..2 {
                 tags.set_next_event(federate, Tag::FOREVER);
-                tags.note_idleness(Tag::FOREVER);
+                tags.record_next_event(Tag::FOREVER);
             }
             assert_eq!(tags.idle.deadline(), Deadline::Never);
             tags.depart(2);
-            tags.note_idleness(Tag::FOREVER);
+            tags.record_next_event(Tag::FOREVER);
             assert_eq!(tags.idle.deadline(), Deadline::Now);
         });
     }

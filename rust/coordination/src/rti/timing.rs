@@ -1,38 +1,37 @@
 // SPDX-License-Identifier: Apache-2.0
-//! What an RTI does at its time: it gives up, tells who waits, and tells its clock.
+//! The deadlines of an RTI: time-outs, reports of waits, and clock synchronization.
 
 use lf_model::time::{Instant, Interval};
 
 use super::clock_sync::Datagram;
 use super::config::ClockSync;
+use super::log_event::Cause;
 use super::machine::Rti;
-use super::notice::Cause;
 use super::outlet::{ConnectionId, Outlet};
 use crate::{Deadline, Endpoint};
 
 impl Rti<'_> {
-    /// When the first of the federates that are there will have an event, as far as they have said: then they are
-    /// likely to say something. Looks at every federate once.
+    /// Returns the time of the first announced event of the federates that are there: then they are likely to send
+    /// something. Looks at every federate once.
     pub fn next_event_after(&self, now: Instant) -> Deadline {
         self.tags.next_event_after(now)
     }
 
-    /// When [`handle_timeout`](Self::handle_timeout) is to be called.
+    /// Returns the time at which to call [`handle_timeout`](Self::handle_timeout).
     pub fn poll_timeout(&self) -> Deadline {
-        let ends = self.members.patience().min(self.tags.idle.deadline());
+        let ends = self.members.earliest_deadline().min(self.tags.idle.deadline());
         let ends = ends.min(self.stop.deadline().into()).min(self.barrier.deadline().into());
         ends.min(self.watch_deadline())
     }
 
-    /// Gives up on connections that have been silent for too long, on federates that do not answer a stop request, and
-    /// on a start for which some have been missing for too long.
-    /// Looks at every connection and every federate once.
+    /// Abandons connections that have been silent for too long, federates that do not answer a stop request, and a
+    /// start whose missing federates have not come in time. Looks at every connection and every federate once.
     #[cfg_attr(target_pointer_width = "32", inline(never))]
     pub fn handle_timeout(&mut self, now: Instant, outlet: &mut impl Outlet) {
-        if self.members.patience().is_due(now) {
+        if self.members.earliest_deadline().is_due(now) {
             for index in 0..self.members.connections.len() {
                 if self.members.connections[index].deadline.is_some_and(|deadline| deadline <= now) {
-                    self.lose_patience(ConnectionId(index), outlet);
+                    self.time_out(ConnectionId(index), outlet);
                 }
             }
         }
@@ -50,9 +49,9 @@ impl Rti<'_> {
         }
         self.limit_start(now);
         if self.watch_deadline().is_due(now) {
-            self.look(now, outlet);
+            self.check(now, outlet);
         }
-        if self.tags.idle.deadline().is_due(now) && self.tags.tell_idleness(now) {
+        if self.tags.idle.deadline().is_due(now) && self.tags.handle_idleness(now) {
             for federate in 0..self.members.slots.len() {
                 self.sending(outlet).advance(federate);
             }
@@ -70,36 +69,34 @@ impl Rti<'_> {
         if self.tags.start.is_none() { self.config.start_report } else { self.config.log_waits }
     }
 
-    /// Looks who is waited for, and says it where that has lasted.
-    fn look(&mut self, now: Instant, outlet: &mut impl Outlet) {
+    /// Looks for federates that have been waiting for too long, and logs them.
+    fn check(&mut self, now: Instant, outlet: &mut impl Outlet) {
         let Some(interval) = self.watch_interval() else { return };
         if self.tags.start.is_some() {
-            self.watch.look(now, interval, &mut self.members, &self.tags, &self.stop, outlet);
+            self.watch.check(now, interval, &mut self.members, &self.tags, &self.stop, outlet);
         } else {
-            self.watch.look_at_start(now, interval, &self.members, outlet);
+            self.watch.check_start(now, interval, &self.members, outlet);
         }
     }
 
-    /// When [`poll_exchange`](Self::poll_exchange) has something to send.
+    /// Returns the time at which [`poll_exchange`](Self::poll_exchange) has something to send.
     pub fn poll_exchange_timeout(&self) -> Deadline {
         self.exchanges.poll_timeout()
     }
 
-    /// Sends a T1 that tells `now`, if one is due and there is room for it, and gives its connection: write that at
-    /// once.
+    /// Sends a T1 with `now`, if one is due and there is room for it, and returns its connection: write that at once.
     ///
     /// Looks at each connection at most once.
     pub fn poll_exchange(&mut self, now: Instant, outlet: &mut impl Outlet) -> Option<ConnectionId> {
         self.exchanges.poll(now, self.config.connection_time_out, &mut self.members, outlet)
     }
 
-    /// The connection whose exchanges are under way. What comes on it is to be read before anything else, and what is
-    /// sent on it to be written at once.
+    /// Returns the connection whose exchanges are open. Read it before anything else, and write it at once.
     pub fn exchanging(&self) -> Option<ConnectionId> {
         self.exchanges.current()
     }
 
-    /// When [`poll_round`](Self::poll_round) has something to send.
+    /// Returns the time at which [`poll_round`](Self::poll_round) has something to send.
     pub fn poll_round_timeout(&self) -> Deadline {
         match (self.config.clock_sync, self.tags.start) {
             (ClockSync::On { .. }, Some(start)) => self.rounds.poll_timeout(start),
@@ -107,8 +104,8 @@ impl Rti<'_> {
         }
     }
 
-    /// The T1 that is to be sent at `now`, which is the time that it tells: send it at once. At most one; looks at
-    /// every federate at most once.
+    /// Returns the T1 with the time `now`, if one is due: send it at once. At most one; looks at every federate at most
+    /// once.
     pub fn poll_round(&mut self, now: Instant) -> Option<Datagram> {
         let ClockSync::On { period, .. } = self.config.clock_sync else { return None };
         if !self.poll_round_timeout().is_due(now) {
@@ -117,8 +114,8 @@ impl Rti<'_> {
         self.rounds.poll(now, period, self.members.slots)
     }
 
-    /// A datagram has come; `now` is the time right after it was read. If it is a T3 that is awaited, gives T4, which
-    /// is to be sent at once, and behind it [`Datagram::coded_probe`] with the time right before that is sent.
+    /// Handles a datagram; `now` is the time right after it was read. If it is an expected T3, returns T4. Send it at
+    /// once, and behind it [`Datagram::coded_probe`] with the time right before that is sent.
     pub fn handle_datagram(
         &mut self,
         now: Instant,

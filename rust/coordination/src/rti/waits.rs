@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Waits that have lasted for too long, as they are told.
+//! Waits that have lasted for too long, as log events.
 
 use core::fmt;
 
@@ -9,14 +9,14 @@ use lf_wire::MessageType;
 
 use crate::FederateId;
 
-/// How far a federate is on its way to the start.
+/// The progress of a federate towards the start.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Progress {
-    /// It has not connected, or not said which federate it is.
+    /// It has not connected, or not sent its id.
     Absent,
-    /// It has connected, and this message of it is to come next.
+    /// It has connected, and this message of it comes next.
     Handshake(MessageType),
-    /// It has joined, and its clock is to come.
+    /// It has joined, and its clock comes next.
     Joined,
 }
 
@@ -40,23 +40,23 @@ impl fmt::Display for Progress {
 /// A wait that has lasted for too long.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Waits {
-    /// The start has been waiting for some federates for a while; each of the first is named in a notice of its own.
+    /// The start has been waiting for some federates for a while; each of the first has a log event of its own.
     Start {
-        /// How many are not ready.
+        /// The number of federates that are not ready.
         missing: u16,
-        /// How many the federation has.
+        /// The number of federates of the federation.
         federates: u16,
-        /// How many connections there are that have not said which federates they are.
+        /// The number of connections that have not sent an id.
         strangers: u16,
     },
     /// One of them.
     StartFor {
         /// The federate.
         federate: FederateId,
-        /// How far it is.
+        /// Its progress.
         progress: Progress,
     },
-    /// So many more are missing.
+    /// This many more are missing.
     StartForMore(u16),
     /// A federate has been waiting for a grant for too long.
     Grant {
@@ -64,24 +64,24 @@ pub enum Waits {
         federate: FederateId,
         /// The tag that it wants to begin.
         tag: EventTag,
-        /// For how long.
+        /// The duration.
         lasts: Interval,
-        /// The federate that may still send something for that tag or an earlier one, however indirectly.
+        /// The federate that may still send something for that tag or an earlier one, directly or indirectly.
         by: FederateId,
-        /// That one's next event, as far as it has said.
+        /// Its next event, as announced.
         at: EventTag,
     },
     /// A stop has been waiting for the agreement of this federate for too long.
     Stop(FederateId),
     /// The messages of a federate have been waiting for another one for too long.
     Sender {
-        /// Whose messages wait.
+        /// The sender.
         from: FederateId,
-        /// For whom.
+        /// The receiver.
         to: FederateId,
-        /// For room on its connection; otherwise until it has completed some tags.
+        /// Whether they wait for room on its connection; otherwise they wait until it has completed some tags.
         room: bool,
-        /// For how long.
+        /// The duration.
         lasts: Interval,
     },
 }

@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Who is waited for: said of the start after a while, and while the federation runs, if somebody asks for it.
+//! Reports of waits: before the start after a while, and while the federation runs if the configuration asks for it.
 //!
 //! Nothing depends on it. It looks at all federates now and then, and costs nothing in between.
 
 use lf_model::time::{EventTag, Instant, Interval, Tag};
 use lf_wire::MessageType;
 
+use super::log_event::RtiEvent;
 use super::members::Members;
-use super::notice::Notice;
 use super::outlet::Outlet;
 use super::stop::Stop;
 use super::storage::{Membership, Phase, Seen, id};
@@ -15,16 +15,16 @@ use super::tags::Tags;
 use super::waits::{Progress, Waits};
 use crate::Deadline;
 
-/// After how long it is said for whom the start waits, unless told otherwise.
+/// The default time after which the RTI logs which federates the start waits for.
 pub const START_REPORT: Interval = Interval::from_secs(5);
-/// The longest pause until that is said again.
+/// The longest pause until the next such report.
 const START_REPORT_PAUSE_MAX: Interval = Interval::from_secs(60);
-/// How many federates are named in one report.
+/// The number of federates that one report names.
 const NAMED_MAX: usize = 8;
-/// While the federation runs, it is looked this often within the time after which a wait is told.
-const LOOKS: i64 = 4;
+/// The number of checks within the time after which a wait is logged, while the federation runs.
+const CHECKS: i64 = 4;
 
-/// When to look again.
+/// The time of the next check.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Watch {
     due: Deadline,
@@ -38,14 +38,14 @@ impl Default for Watch {
 }
 
 impl Watch {
-    /// When to look again, as long as there is something to look for.
+    /// Returns the time of the next check, while there is something to check.
     pub(super) fn deadline(&self) -> Deadline {
         self.due
     }
 
-    /// Looks who is waited for before the start, and says it where that has lasted. `interval` is how long that is for
-    /// the first time.
-    pub(super) fn look_at_start(
+    /// Looks for the federates that the start waits for, and logs them once the wait has lasted. `interval` is that
+    /// time for the first report.
+    pub(super) fn check_start(
         &mut self,
         now: Instant,
         interval: Interval,
@@ -62,8 +62,8 @@ impl Watch {
         self.due = Deadline::At(now + self.pause);
     }
 
-    /// The same while the federation runs.
-    pub(super) fn look(
+    /// Does the same while the federation runs.
+    pub(super) fn check(
         &mut self,
         now: Instant,
         interval: Interval,
@@ -72,31 +72,31 @@ impl Watch {
         stop: &Stop,
         outlet: &mut impl Outlet,
     ) {
-        look_for_waits(now, interval, members, tags, stop, outlet);
-        self.pause = Interval::from_nanos((interval.as_nanos() / LOOKS).max(1));
+        report_waits(now, interval, members, tags, stop, outlet);
+        self.pause = Interval::from_nanos((interval.as_nanos() / CHECKS).max(1));
         self.due = Deadline::At(now + self.pause);
     }
 }
 
-/// Says for whom the start waits.
+/// Logs the federates that the start waits for.
 fn report_start(members: &Members<'_>, outlet: &mut impl Outlet) {
     let missing = || (0..members.slots.len()).filter_map(|federate| Some((federate, progress(members, federate)?)));
     let count = |number: usize| u16::try_from(number).unwrap_or(u16::MAX);
-    outlet.notice(Notice::Waits(Waits::Start {
+    outlet.log(RtiEvent::Waits(Waits::Start {
         missing: count(missing().count()),
         federates: count(members.slots.len()),
         strangers: count(members.strangers().count()),
     }));
     for (federate, progress) in missing().take(NAMED_MAX) {
-        outlet.notice(Notice::Waits(Waits::StartFor { federate: id(federate), progress }));
+        outlet.log(RtiEvent::Waits(Waits::StartFor { federate: id(federate), progress }));
     }
     let more = missing().count().saturating_sub(NAMED_MAX);
     if more > 0 {
-        outlet.notice(Notice::Waits(Waits::StartForMore(count(more))));
+        outlet.log(RtiEvent::Waits(Waits::StartForMore(count(more))));
     }
 }
 
-/// How far a federate is, unless it is ready.
+/// Returns the progress of a federate, unless it is ready.
 fn progress(members: &Members<'_>, federate: usize) -> Option<Progress> {
     let slot = &members.slots[federate];
     match slot.membership {
@@ -114,9 +114,9 @@ fn progress(members: &Members<'_>, federate: usize) -> Option<Progress> {
     }
 }
 
-/// Says which federates have been waiting for too long: for a grant of an event whose time has come, or for those
-/// that have not agreed to a stop.
-fn look_for_waits(
+/// Logs federates that have been waiting for too long: for a grant of an event whose time has come, or for those that
+/// have not agreed to a stop.
+fn report_waits(
     now: Instant,
     interval: Interval,
     members: &mut Members<'_>,
@@ -130,7 +130,7 @@ fn look_for_waits(
         let is_there = members.connection_of(federate).is_some();
         let waits_for_it = is_there && stop.awaits(&members.slots[federate]);
         let awaited = tags.awaited(federate).filter(|_| is_there && !stops);
-        // The time of a stop is that at which it was first seen.
+        // The time of a stop is the one at which it was first seen.
         let (tag, begins) = match (waits_for_it, awaited) {
             (true, _) => (Tag::FOREVER, now),
             (false, Some(tag)) => (tag, now.max(tag.time)),
@@ -138,18 +138,18 @@ fn look_for_waits(
         };
         let seen = &mut members.slots[federate].seen;
         if seen.tag != tag {
-            *seen = Seen { tag, since: begins, told: false };
+            *seen = Seen { tag, since: begins, logged: false };
         }
         let lasts = now.since(seen.since);
-        if tag == Tag::NEVER || seen.told || lasts < interval {
+        if tag == Tag::NEVER || seen.logged || lasts < interval {
             continue;
         }
-        seen.told = true;
+        seen.logged = true;
         let federate_id = id(federate);
-        outlet.notice(Notice::Waits(if waits_for_it {
+        outlet.log(RtiEvent::Waits(if waits_for_it {
             Waits::Stop(federate_id)
         } else {
-            let (by, at) = tags.hindrance(federate).unwrap_or((federate_id, tag));
+            let (by, at) = tags.blocking_federate(federate).unwrap_or((federate_id, tag));
             let [tag, at] = [tag, at].map(|tag| EventTag::relative(tag, start));
             Waits::Grant { federate: federate_id, tag, lasts, by, at }
         }));

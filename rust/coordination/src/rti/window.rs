@@ -1,61 +1,60 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Flow control: a sender waits for a receiver that is too many tags behind it.
 //!
-//! A sender that is quicker than its receiver would fill the receiver's queues. So a message from u to c is *held*, and
-//! u's connection not read on, while c has messages of `window` different tags before it that are earlier than the tag
-//! at which u is. Nothing else holds a message back, however many are on their way: those that a connection's delay
-//! keeps there have tags later than u's.
+//! A sender that is faster than its receiver would fill the receiver's queues. So the RTI *holds* a message from u to
+//! c, and does not read u's connection on, while c has messages of `window` different tags before it that are earlier
+//! than the tag at which u is. Nothing else holds a message back, however many are in transit: those that a
+//! connection's delay keeps there have tags later than u's.
 //!
-//! **Where u is.** A message tells its own tag, but not at which tag it was sent. What counts is u's next event, as for
-//! grants: what it has announced, or the first message on its way to it if that is earlier. This is not later than the
-//! tag at which u has sent what is now at the front of its connection. What it has announced alone could be, as it may
-//! leave out what nobody needs.
+//! **The position of u.** A message has its own tag, but not the tag at which it was sent. The position is u's next
+//! event, as for grants: what it has announced, or the first message in transit to it if that is earlier. This is not
+//! later than the tag at which u has sent the message at the front of its connection. The announcement alone could be
+//! later, as u may leave out announcements that no federate needs.
 //!
-//! **Nobody is held forever.** Whoever is held has its next event after that of its receiver. So the federate with the
-//! earliest next event is never held. All that it waits for is known, since the next events of those that are held are
-//! later; so it gets on, as long as it has something to do at what counts as its next event, for which see
-//! `in_transit`. A next event cannot come to be earlier than the tag of what is held, for that tag has been granted.
-//! `PORT_ABSENT`, announcements and stops of a federate that is held wait with its message, which is harmless for the
-//! same reason.
+//! **No sender is held forever.** A held sender has its next event after that of its receiver. So the federate with the
+//! earliest next event is never held. Everything that it waits for is known, since the next events of those that are
+//! held are later; so it proceeds, as long as it has something to do at its next event (see `in_transit`). A next event
+//! cannot become earlier than the tag of a held message, because that tag has been granted. `PORT_ABSENT`,
+//! announcements and stops of a held federate wait with its message, which is harmless for the same reason.
 //!
-//! **Room** is the other thing that a message waits for, on its receiver's connection. A receiver reads on as long as
-//! its receive buffer is not full of messages for queues that are full, so this wait ends, too, where no queue is
-//! smaller than the bound below. Where one is, federates can wait in a circle: the first for room at the second, which
-//! can empty its queue only after a tag whose output is held, because a third is behind, which waits for the first.
-//! The RTI does not let such output go. It cannot tell a receiver that is full from one that is slow, and in a circle
-//! with a slow one, which goes on by itself, the output would break the bound for queues that are large enough. The
-//! second federate can tell, and ends with an error that names the input: at once where it waits for a grant, and
-//! after a minute where its tag waits for room for output.
+//! **Room** on its receiver's connection is the other thing that a message waits for. A receiver reads on as long as
+//! its receive buffer is not full of messages for queues that are full, so this wait ends, too, if no queue is smaller
+//! than the bound below. If one is, federates can wait in a circle: the first for room at the second, which can empty
+//! its queue only after a tag whose output is held, because a third is behind, which waits for the first. The RTI does
+//! not let such output go. It cannot tell a receiver that is full from one that is slow, and in a circle with a slow
+//! one, which proceeds by itself, the output would break the bound for queues that are large enough. The second
+//! federate can tell, and ends with an error that names the input: at once if it waits for a grant, and after a minute
+//! if its tag waits for room for output.
 //!
-//! **Stopping** is the exception. Who has named a stop tag does not go beyond it, and leaves messages from there on
-//! where they are, until all have named theirs; but the answer of a federate that is held lies behind its messages. So
-//! it is looked for there, and the connection read on meanwhile, until there are as many bytes as the longest message
-//! has, or [`LOOK_AHEAD_BYTES_MAX`] behind the message. Then the message goes. Once the stop tag is known, messages
-//! with later tags hold nothing back, for they are never taken.
+//! **Stopping** is the exception. A federate that has named a stop tag does not go beyond it, and leaves messages from
+//! there on where they are, until all have named theirs; but the answer of a held federate lies behind its messages. So
+//! the RTI looks for the answer there, and reads the connection on meanwhile, until there are as many bytes as the
+//! longest message has, or [`LOOK_AHEAD_BYTES_MAX`] behind the message. Then the message goes. Once the stop tag is
+//! known, messages with later tags hold nothing back, because they are never taken.
 //!
-//! **A sender that is gone** has said all the same what is held. If its answer to a stop is not behind that, it never
-//! comes, so the sender counts as agreed, as one that has left does, though it leaves only when all has been passed on.
+//! **A sender that is gone** has still sent what is held. If its answer to a stop is not behind that, it never comes,
+//! so the sender counts as agreed, like one that has left, though it leaves only when everything has been passed on.
 //!
-//! **What it bounds.** Per input, there are messages of less than `window` tags before the tag where the sender is, and
-//! what the sender has sent from there on: as long as it announces an event after each tag at which it has sent
-//! something, as ours do, this is what the connection's delay keeps on its way.
+//! **The bound.** Per input, there are messages of less than `window` tags before the position of the sender, and the
+//! messages that the sender has sent from there on: if it announces an event after each tag at which it has sent
+//! something, as ours do, these are the messages that the connection's delay keeps in transit.
 
 use lf_model::time::Tag;
 use lf_wire::{DecodeError, Decoded, Limits, Message, decode, message_bytes_max};
 
 use crate::tag::from_wire;
 
-/// How many bytes behind a message that is held are kept to find the answer to a stop request there. The longest
-/// message can be as long as memory is large, and it is not for this that memory should be used up.
+/// The number of bytes behind a held message that are kept to find the answer to a stop request there. The longest
+/// message can be as long as memory is large, but the search must not use up memory.
 const LOOK_AHEAD_BYTES_MAX: usize = 1 << 20;
 
-/// Whether no more is to be read behind a message that is held and `len` of these bytes long: all that are there.
+/// Returns whether to stop reading behind a held message that is `len` of these bytes long: all that are there.
 pub(super) fn is_full(bytes: &[u8], len: usize, limits: &Limits) -> bool {
     bytes.len() >= message_bytes_max(limits) || bytes.len() - len >= LOOK_AHEAD_BYTES_MAX
 }
 
-/// Looks for what a federate says about a stop, or for its end, behind what it has to say before: the earliest tag at
-/// which it can stop. What is found is found again in its turn, and then says nothing new.
+/// Looks for a federate's answer to a stop, or for its end, behind its earlier messages: the earliest tag at which it
+/// can stop. The same message is found again in its order, and has no effect then.
 ///
 /// Bounded by the number of bytes.
 pub(super) fn look_ahead(mut bytes: &[u8], limits: &Limits) -> Option<Tag> {
@@ -96,7 +95,7 @@ mod tests {
         for answer in [Message::StopReply(tag), Message::StopRequest(tag)] {
             let bytes = [encoded(&[tagged()]), [250].to_vec(), encoded(&[tagged(), answer])].concat();
             assert_eq!(look_ahead(&bytes, &LIMITS), Some(from_wire(tag)));
-            // As long as it is not whole, there is none.
+            // A message that is not complete is none.
             assert_eq!(look_ahead(&bytes[..bytes.len() - 1], &LIMITS), None);
         }
     }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! What dialogues with a federate are made of: federate 1 before and at its start, tags, and what it says of them.
+//! The parts of dialogues with a federate: federate 1 before and at its start, tags, and its messages about them.
 
 use lf_coordination::federate::{ClockSync, Config, Event, Federate};
 use lf_coordination::{FederateId, to_wire};
@@ -16,7 +16,7 @@ pub fn config(upstream: &'static [(u16, i64)], downstream: &'static [u16]) -> Co
     Config { upstream, downstream, clock_sync: ClockSync::Off, ..Config::new(FederateId(1), b"federation") }
 }
 
-/// The tag so many ms after the start.
+/// Returns the tag this many ms after the start.
 pub fn ms(ms: i64) -> Tag {
     Tag::at(START + Interval::from_millis(ms))
 }
@@ -29,12 +29,12 @@ pub fn ltc(tag: Tag) -> Message<'static> {
     Message::LatestTagComplete(to_wire(tag))
 }
 
-/// All that the federate has to say.
+/// Returns all messages of the federate.
 pub fn drain<'a>(federate: &mut Federate<'a>) -> Vec<Message<'a>> {
     std::iter::from_fn(|| federate.poll_transmit(usize::MAX)).collect()
 }
 
-/// A federate whose connection is there, with nothing left to transmit.
+/// Returns a connected federate with nothing left to transmit.
 pub fn connected(config: Config<'static>) -> Federate<'static> {
     let mut federate = Federate::new(config).unwrap();
     federate.handle_connected(NOW, [0; 8]);
@@ -42,7 +42,7 @@ pub fn connected(config: Config<'static>) -> Federate<'static> {
     federate
 }
 
-/// A federate that the RTI has accepted, with nothing left to transmit.
+/// Returns a federate that the RTI has accepted, with nothing left to transmit.
 pub fn accepted(config: Config<'static>) -> Federate<'static> {
     let mut federate = connected(config);
     assert_eq!(federate.handle_message(NOW, Message::Ack), Ok(Event::Accepted));
@@ -50,7 +50,7 @@ pub fn accepted(config: Config<'static>) -> Federate<'static> {
     federate
 }
 
-/// A federate that has been started, with nothing left to transmit.
+/// Returns a federate that has been started, with nothing left to transmit.
 pub fn started(config: Config<'static>) -> Federate<'static> {
     let mut federate = accepted(config);
     let event = federate.handle_message(NOW, Message::Timestamp(START.as_nanos()));

@@ -12,7 +12,7 @@ use lf_model::time::{Instant, Interval, Tag};
 use lf_testkit::messages::encoded;
 use lf_wire::{Decoded, Limits, Message, decode};
 
-/// What the federate's program does; the recordings describe it in words.
+/// The federate's program; the recordings describe it in words.
 #[derive(Clone, Copy, Debug)]
 pub(crate) enum Program {
     /// A timer with offset 0 and period 100 ms; the firings that `sends` accepts send their number (int32: 1, 2, …) to
@@ -22,7 +22,7 @@ pub(crate) enum Program {
     Sink,
 }
 
-/// What the federate authenticates with.
+/// The nonce by which the federate authenticates.
 pub(crate) const NONCE: [u8; 8] = *b"a nonce!";
 
 const PERIOD_NS: i64 = 100_000_000;
@@ -34,12 +34,12 @@ pub(crate) struct Driver<'a> {
     time_out: Interval,
     /// The federate's own clock.
     pub(crate) now: Instant,
-    /// Messages from the federate that nobody has looked at yet, each as bytes.
+    /// Messages of the federate that the test has not read yet, each as bytes.
     pub(crate) out: VecDeque<Vec<u8>>,
     /// Tags at which an input is present.
     inputs: BTreeMap<Tag, Vec<u8>>,
     fired: i32,
-    /// What the federate said last when it could not go on.
+    /// The federate's last error.
     pub(crate) error: Option<FederateError>,
 }
 
@@ -55,7 +55,7 @@ impl<'a> Driver<'a> {
         self.transmit();
     }
 
-    /// The federate receives these bytes, which are whole messages.
+    /// Passes the federate these bytes, which are complete messages.
     pub(crate) fn receive(&mut self, mut bytes: &[u8]) {
         while !bytes.is_empty() {
             let Decoded::Complete { message, len } = decode(bytes, &Limits::NONE).unwrap() else {
@@ -83,7 +83,7 @@ impl<'a> Driver<'a> {
         }
     }
 
-    /// The program's next event, not looking beyond the time-out.
+    /// Returns the program's next event, not looking beyond the time-out.
     fn next_tag(&self) -> Tag {
         let start = self.federate.start_time().unwrap();
         let stop = Tag::at(start + self.time_out).min(self.federate.stop_tag().unwrap_or(Tag::FOREVER));
@@ -98,7 +98,7 @@ impl<'a> Driver<'a> {
         next.min(stop)
     }
 
-    /// Runs the next tag, if it may be begun before `until`; returns whether that was so.
+    /// Runs the next tag, if it may begin before `until`; returns whether it did.
     pub(crate) fn step(&mut self, until: Instant) -> bool {
         if self.federate.phase() != Phase::Running {
             return false;
@@ -124,7 +124,7 @@ impl<'a> Driver<'a> {
         true
     }
 
-    /// The timer of the source, if it is due at this tag.
+    /// Fires the timer of the source, if it is due at this tag.
     fn fire(&mut self, tag: Tag) {
         let Program::Source { sends, stops } = self.program else { return };
         let start = self.federate.start_time().unwrap();

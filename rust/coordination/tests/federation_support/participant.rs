@@ -163,7 +163,7 @@ impl Participant {
             // What is told of a tag goes before the messages of the next one.
             self.tell(now);
             let next = self.next();
-            let tag = self.federate.summons().map_or(next, |summons| summons.min(next));
+            let tag = self.federate.demanded_tag().map_or(next, |demanded| demanded.min(next));
             if self.federate.has_transmit() || !self.federate.may_advance(tag) {
                 return;
             }

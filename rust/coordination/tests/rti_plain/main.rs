@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! What the RTI keeps up to date so that a message costs only what it affects says the same as the plain rules.
+//! The state that the RTI keeps up to date, so that a message costs only what it affects, agrees with the plain rules.
 
 mod plain;
 
@@ -33,7 +33,7 @@ fn event() -> impl Strategy<Value = (prop::sample::Index, Event)> {
     let event = prop_oneof![
         30 => tag().prop_map(Event::Announce),
         20 => tag().prop_map(Event::Complete),
-        // Who sends a message for the end of time breaks the protocol.
+        // A sender of a message for the end of time breaks the protocol.
         10 => (any::<u16>(), tag().prop_filter("an end of time", |tag| !matches!(tag.time, i64::MIN | i64::MAX)))
             .prop_map(|(to, tag)| Event::Message(to, tag)),
         1 => tag().prop_map(Event::Stop),
@@ -42,11 +42,11 @@ fn event() -> impl Strategy<Value = (prop::sample::Index, Event)> {
     (any::<prop::sample::Index>(), event)
 }
 
-/// How many federates, and the connections between them.
+/// Returns the number of federates, and the connections between them.
 fn graph() -> impl Strategy<Value = (u16, Vec<(u16, u16, i64)>)> {
     (1..8u16).prop_flat_map(|count| {
         let delay = prop_oneof![4 => Just(DELAY_NONE), 1 => Just(0), 2 => 1..5i64];
-        // Of parallel connections, only one is told.
+        // Of parallel connections, only one is announced.
         let edges = proptest::collection::btree_map((0..count, 0..count), delay, 0..usize::from(2 * count));
         (Just(count), edges.prop_map(|edges| edges.into_iter().map(|((from, to), delay)| (from, to, delay)).collect()))
     })

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Federates that keep the rules, in random graphs, at random speeds and with little room: no grant is ever wrong,
-//! nobody waits for ever, no message is lost. Peers that keep no rules do no harm.
+//! Federates that keep the rules, in random graphs, at random speeds and with little room: no grant is ever wrong, no
+//! federate waits forever, no message is lost. Peers that keep no rules do no harm.
 
 mod peer;
 
@@ -48,7 +48,7 @@ type Edge4 = (u16, u16, i64, i64);
 #[derive(Clone, Debug)]
 struct Case {
     plans: Vec<Plan>,
-    /// What happens next, and how much of it.
+    /// The seed of the order of steps.
     seed: u64,
     in_transit: usize,
     output: usize,
@@ -78,7 +78,7 @@ fn case(cycles: bool) -> impl Strategy<Value = Case> {
 }
 
 fn plan(edges: &[Edge], events: BTreeSet<i64>, honours_dnet: bool, id: u16) -> Plan {
-    // Of parallel connections, only the least delay is told.
+    // Of parallel connections, only the minimum delay is announced.
     let mut upstream = BTreeMap::new();
     for (from, _, delay) in edges.iter().filter(|edge| edge.1 == id) {
         let least = upstream.entry(*from).or_insert(*delay);
@@ -149,7 +149,7 @@ impl Run {
         }
     }
 
-    /// Until nobody does anything any more.
+    /// Runs until no federate does anything any more.
     fn run_out(&mut self) {
         loop {
             for _ in 0..50 {
@@ -196,7 +196,7 @@ proptest! {
         prop_assert_eq!(run.rig.rti.status(), Status::Finished(Outcome::Complete));
     }
 
-    /// A federate that dies somewhere in the middle holds nobody up.
+    /// A federate that dies somewhere in the middle holds no other up.
     #[test]
     fn the_others_go_on_when_one_dies(mut case in case(false), who in any::<prop::sample::Index>(), end in 0..END) {
         let who = who.index(case.plans.len());

@@ -14,13 +14,13 @@ use pack::{END, FIRST, VALUE, pack, pairs};
 
 type Result<T> = core::result::Result<T, Error>;
 
-/// What `text!("…")` is: a packed text without values.
+/// Expands `text!("…")` to a packed text without values.
 pub(crate) fn text(input: TokenStream) -> Result<TokenStream> {
     let literal: LitStr = syn::parse2(input)?;
     packed(literal.value().as_bytes(), &literal)
 }
 
-/// What `say!(formatter, "…", values…)` is.
+/// Expands `say!(formatter, "…", values…)`.
 pub(crate) fn say(input: TokenStream) -> Result<TokenStream> {
     let whole = input.clone();
     let mut parts = split(input).into_iter();
@@ -37,7 +37,7 @@ pub(crate) fn say(input: TokenStream) -> Result<TokenStream> {
     Ok(quote!(#text.write(#formatter, ::core::format_args!(#values, #(#parts),*))))
 }
 
-/// A table of what unpacks: one of its parts.
+/// Expands one of the tables of the unpacker.
 pub(crate) fn table(input: TokenStream) -> Result<TokenStream> {
     let part: Ident = syn::parse2(input)?;
     let pairs = pairs();
@@ -52,7 +52,7 @@ pub(crate) fn table(input: TokenStream) -> Result<TokenStream> {
     }
 }
 
-/// What is between the commas; the last may be followed by one.
+/// Splits at commas; the last part may end with one.
 fn split(input: TokenStream) -> Vec<TokenStream> {
     let mut parts = vec![TokenStream::new()];
     for token in input {
@@ -65,11 +65,11 @@ fn split(input: TokenStream) -> Vec<TokenStream> {
     parts
 }
 
-/// A sentence as `write!` takes it, taken apart.
+/// A parsed sentence in the syntax of `write!`.
 struct Sentence {
-    /// Its characters, and [`VALUE`] where values stand.
+    /// Its characters, with [`VALUE`] for each value.
     bytes: Vec<u8>,
-    /// The values as they are written in it, with [`END`] behind each.
+    /// The values in the syntax of the sentence, with [`END`] behind each.
     values: String,
 }
 
@@ -98,7 +98,7 @@ impl Sentence {
     }
 }
 
-/// The packed text of these bytes.
+/// Returns the packed text of these bytes.
 fn packed(bytes: &[u8], literal: &LitStr) -> Result<TokenStream> {
     if bytes.iter().any(|byte| !(b' '..=b'~').contains(byte) && *byte != VALUE) {
         return Err(Error::new(literal.span(), "a sentence consists of ASCII characters"));

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! From sentences to packed ones.
+//! Packing of sentences.
 
 use std::sync::LazyLock;
 
@@ -8,16 +8,16 @@ use super::pairs::PAIRS;
 /// The byte that stands for the first pair. Those that do not fit behind it have the bytes from 0 on, below the
 /// characters.
 pub(super) const FIRST: u8 = 128;
-/// How many pairs there can be: bytes that are no characters and not [`VALUE`].
+/// The maximum number of pairs: bytes that are neither characters nor [`VALUE`].
 #[cfg(test)]
 pub(super) const PAIRS_MAX: usize = 128 + VALUE as usize;
-/// The byte in whose place a value stands.
+/// The byte that stands for a value.
 pub(super) const VALUE: u8 = b' ' - 1;
 
-/// What ends a value where values are by themselves: no value is shown as this.
+/// The end mark of a value in a list of values: no value contains it.
 pub(super) const END: &str = "\u{1f}";
 
-/// What the bytes of pairs stand for.
+/// Returns the meanings of the bytes of pairs.
 pub(super) fn pairs() -> &'static [[u8; 2]] {
     static MADE: LazyLock<Vec<[u8; 2]>> = LazyLock::new(|| {
         let mut made: Vec<(String, [u8; 2])> = Vec::new();
@@ -33,7 +33,7 @@ pub(super) fn pairs() -> &'static [[u8; 2]] {
     &MADE
 }
 
-/// The byte of a part that is no pair. In the list of pairs `{}` is a value.
+/// Returns the byte of a part that is not a pair. In the list of pairs `{}` is a value.
 fn character(part: &str) -> u8 {
     match part.as_bytes() {
         [character] => *character,
@@ -42,12 +42,12 @@ fn character(part: &str) -> u8 {
     }
 }
 
-/// The byte of the pair at this place in the list.
+/// Returns the byte of the pair at this index of the list.
 pub(super) fn of_pair(index: usize) -> u8 {
     FIRST.wrapping_add(u8::try_from(index).expect("there are fewer pairs than bytes"))
 }
 
-/// The bytes with pairs in place of what they stand for, in the order of the list, as they were found.
+/// Returns the bytes with pairs replaced, in the order of the list, in which they were found.
 pub(super) fn pack(text: &[u8]) -> Vec<u8> {
     let mut bytes = text.to_vec();
     for (index, pair) in pairs().iter().enumerate() {
@@ -56,7 +56,7 @@ pub(super) fn pack(text: &[u8]) -> Vec<u8> {
     bytes
 }
 
-/// Puts a byte in place of each two.
+/// Replaces each occurrence of two bytes by one byte.
 pub(super) fn replace(bytes: &mut Vec<u8>, pair: [u8; 2], by: u8) {
     let mut index = 0;
     while index + 1 < bytes.len() {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! What is frequent in the sentences of errors and notices: each pair consists of characters and of earlier pairs, and
+//! The frequent pairs in the sentences of errors and log events: each consists of characters and of earlier pairs, and
 //! `{}` is a value. `INSTA_UPDATE=always cargo test -p lf-derive` writes this file, as `cargo xtask bless` does.
 
 pub(super) const PAIRS: &[[&str; 2]] = &[

@@ -46,7 +46,7 @@ fn each_sentence_is_the_same_when_it_is_unpacked() {
     }
 }
 
-/// The pairs, each the most frequent one when those before it are replaced.
+/// Returns the pairs, each the most frequent one when those before it are replaced.
 fn train(mut sentences: Vec<Vec<u8>>) -> Vec<[String; 2]> {
     let mut texts: BTreeMap<u8, String> = (b' '..=b'~').map(|byte| (byte, char::from(byte).to_string())).collect();
     texts.insert(VALUE, "{}".to_owned());
@@ -56,7 +56,7 @@ fn train(mut sentences: Vec<Vec<u8>>) -> Vec<[String; 2]> {
         for pair in sentences.iter().flat_map(|sentence| sentence.windows(2)) {
             *counts.entry([pair[0], pair[1]]).or_default() += 1;
         }
-        // What two pairs make can be the text of a third, and a list of texts has to name each once.
+        // Two different pairs can make the same text, and a list of texts has to name each once.
         let known = |pair: &[u8; 2]| {
             let text = format!("{}{}", texts[&pair[0]], texts[&pair[1]]);
             texts.values().any(|known| *known == text)
@@ -82,7 +82,7 @@ fn write(pairs: &[[String; 2]]) {
     fs::write(&file, format!("{head}= &[\n{}];\n", lines.concat())).expect("the list can be written");
 }
 
-/// All sentences in the sources of [`CRATES`].
+/// Returns all sentences in the sources of [`CRATES`].
 fn sentences() -> Vec<Vec<u8>> {
     let mut sentences = Vec::new();
     for name in CRATES {

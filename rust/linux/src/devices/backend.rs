@@ -11,16 +11,16 @@ use lf_model::PhysicalLink;
 use super::simulated::Simulated;
 use super::watch::Watch;
 
-/// What is behind a device of a program.
+/// The implementation of a device of a program.
 #[derive(Debug)]
 pub enum Backend<R> {
-    /// The script says what it does.
+    /// The script determines its values.
     Simulated(Simulated),
-    /// The script says which device of this computer it is.
+    /// The script names a device of this computer.
     Real(R),
 }
 
-/// Has the one that is there do it.
+/// Delegates a call to the implementation.
 macro_rules! either {
     ($backend:expr, $method:path $(, $argument:expr)*) => {
         match $backend {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Which device of this computer a device of the program is: lines of the script such as
+//! Bindings of the program's devices to devices of this computer: lines of the script such as
 //!
 //! ```text
 //! led0         gpio /dev/gpiochip0 17 active-low
@@ -15,7 +15,7 @@
 
 use super::words::{Words, hexadecimal, time};
 
-/// The kinds, for who has written another one.
+/// The kinds, for the error about another one.
 const KINDS: &str = "gpio, i2c, spi, serial, pwm, iio or hwmon";
 /// The highest address of 7 bits.
 const ADDRESS_MAX: u8 = 0x7f;
@@ -23,12 +23,12 @@ const ADDRESS_MAX: u8 = 0x7f;
 /// A device of this computer.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Bound {
-    /// Where the script says so.
+    /// The line of the script.
     pub(crate) line: u32,
     pub(crate) binding: Binding,
 }
 
-/// What a device is.
+/// The binding of a device.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Binding {
     /// Its file, or its folder in sysfs.
@@ -36,14 +36,14 @@ pub(crate) struct Binding {
     pub(crate) kind: Kind,
 }
 
-/// How it is reached, and what is set for that.
+/// The way to access a device, and its settings.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) enum Kind {
     /// A line of a GPIO chip.
     Gpio { line: u32, is_active_low: bool, pull: Option<Pull> },
-    /// An I²C bus; the address of the device on it, if the program is to know it from here.
+    /// An I²C bus; the address of the device on it, if the script determines it.
     I2c { address: Option<u8> },
-    /// A device on an SPI bus; what is missing is as the system has set it.
+    /// A device on an SPI bus; missing settings are the system's.
     Spi { hertz: Option<u32>, mode: Option<u8> },
     /// A serial line.
     Serial { baud: u32 },
@@ -63,11 +63,11 @@ pub(crate) enum Pull {
     None,
 }
 
-/// Reads what belongs to a device of a kind, behind its path.
+/// A function that parses the settings of a kind, behind the path.
 type ReadKind = fn(&mut Words<'_>) -> Result<Kind, String>;
 
 impl Binding {
-    /// Reads what is behind the name of a device.
+    /// Parses the text behind the name of a device.
     pub(super) fn read(device: &str, words: &mut Words<'_>) -> Result<Self, String> {
         let kind = words.next().ok_or_else(|| {
             format!("after {device} comes what it is ({KINDS}); a line for one that is simulated begins with a time")
@@ -162,7 +162,7 @@ fn number(words: &mut Words<'_>, what: &str) -> Result<u32, String> {
     words.next().and_then(|word| word.parse().ok()).ok_or_else(|| format!("after the path comes {what}"))
 }
 
-/// A number and a unit, in one word or in two.
+/// Parses a number and a unit, in one word or in two.
 fn frequency(words: &mut Words<'_>) -> Result<u32, String> {
     let first = words.next().unwrap_or_default();
     let (number, mut unit) = first.split_at(first.find(char::is_alphabetic).unwrap_or(first.len()));

@@ -1,34 +1,34 @@
 // SPDX-License-Identifier: Apache-2.0
-//! A line of a script for devices, taken apart.
+//! The parser of one line of a script for devices.
 
 use lf_model::time::Interval;
 
 use super::binding::Binding;
 use super::words::{Words, time};
 
-/// What a device finds from a time on.
+/// The value of a device from a time on.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) enum Value {
-    /// A level, or something that is measured.
+    /// A level, or a measurement.
     Number(f64),
-    /// What is in a register, and in those that follow it.
+    /// The bytes of a register, and of those that follow it.
     Bytes(Vec<Vec<u8>>),
-    /// What comes on a serial line.
+    /// Bytes received on a serial line.
     Text(Vec<u8>),
 }
 
-/// What a line says of a device.
+/// The content of a line.
 pub(super) enum ScriptLine {
-    /// What happens to it.
+    /// A change of a device.
     Change(Happening),
-    /// Which one of this computer it is.
+    /// A binding to a device of this computer.
     Binding(String, Binding),
 }
 
 impl ScriptLine {
     pub(super) fn read(line: &str) -> Result<Self, String> {
         let mut words = Words { rest: line };
-        // A time begins with its number, and the name of a device does not.
+        // A time begins with a digit, and the name of a device does not.
         if !words.peek().is_some_and(|word| word.starts_with(|first: char| first.is_alphabetic() || first == '_')) {
             return Happening::read(words).map(Self::Change);
         }
@@ -41,7 +41,7 @@ impl ScriptLine {
     }
 }
 
-/// Something that happens, once or repeatedly.
+/// A change, once or repeatedly.
 pub(super) struct Happening {
     pub(super) at: Interval,
     pub(super) device: String,
@@ -78,7 +78,7 @@ impl Happening {
     }
 }
 
-/// A number, bytes such as `0x1980 0x00`, or a text.
+/// Parses a number, bytes such as `0x1980 0x00`, or a text.
 fn value(device: &str, words: &mut Words<'_>) -> Result<Value, String> {
     if let Some(text) = words.text() {
         return text.map(Value::Text);

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Devices of a computer: those that a script names are its own, at the others programs find what the script says, and
-//! what pins do is written down.
+//! Devices of a computer: a script binds some to real devices; for the others, the script determines the inputs, and a
+//! recording stores the outputs.
 //!
-//! The same program runs on a board, where [`device!`](crate::device) finds what the devicetree has.
+//! The same program runs on a board, where [`device!`](crate::device) finds the devices of the devicetree.
 #![cfg_attr(
     not(feature = "devices"),
     expect(dead_code, reason = "the script and the recording are there without them")
@@ -37,7 +37,7 @@ pub use handle::{Adc, Handle, I2c, Input, Output, Pwm, Sensor, Spi, Uart};
 pub(crate) use script::Script;
 pub(crate) use simulation::{Simulation, starts};
 
-/// A device, by the alias or the label that a board's devicetree has for it: `device!(led0)`.
+/// Returns a device by its alias or its label in a board's devicetree: `device!(led0)`.
 ///
 /// Here every name is one of a device of any kind; on a board it has to be in the devicetree.
 #[cfg(feature = "devices")]
@@ -46,10 +46,10 @@ macro_rules! device {
     ($($name:tt)+) => { $crate::devices::Handle::named(::core::stringify!($($name)+)) };
 }
 
-/// Waits, as driver crates ask for it: `embedded_hal::delay::DelayNs`.
+/// Waits, as driver crates require: `embedded_hal::delay::DelayNs`.
 ///
-/// The event loop waits meanwhile, too, so that all reactions are late by it. What is to happen later is better
-/// scheduled by an action.
+/// The event loop waits meanwhile, too, so that all reactions are late by it. Use an action to schedule something for
+/// later.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Delay;
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! What a script does to pins of one federate, for images, which do not read scripts themselves.
+//! The changes of pins of one federate in a script, for images, which do not read scripts themselves.
 
 use std::fmt;
 
@@ -8,16 +8,16 @@ use lf_model::time::Interval;
 use super::line::Value;
 use super::script::{Change, Script, ScriptError};
 
-/// An input becomes active, or is no more.
+/// An input becomes active or inactive.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Move {
-    /// Since the start.
+    /// The time since the start.
     pub at: Interval,
     /// The input, which the federate has to have.
     pub pin: String,
-    /// What it is from then on.
+    /// Its state from then on.
     pub active: bool,
-    /// Where the script says so.
+    /// The line of the script.
     pub line: u32,
 }
 
@@ -28,31 +28,31 @@ impl fmt::Display for Move {
     }
 }
 
-/// A participant of a federation, and what it takes of a script.
+/// A participant of a federation, and the part of a script that it can use.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Reader {
     /// The federate.
     pub name: String,
-    /// What it takes.
+    /// The usable part.
     pub takes: Takes,
 }
 
-/// What a participant takes of a script.
+/// The part of a script that a participant can use.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Takes {
-    /// A program for Linux finds values of all devices, and says itself what it cannot use.
+    /// Everything: a program for Linux finds values of all devices, and reports itself what it cannot use.
     All,
-    /// An image on `native_sim` finds levels of pins.
+    /// Levels of pins: an image on `native_sim`.
     Pins,
-    /// An image without emulated pins, or on a board of another kind.
+    /// Nothing: an image without emulated pins, or on a board of another kind.
     Nothing,
 }
 
-/// Checks that each line of a script makes sense, that a participant for which it is can carry it out, and that it says
-/// which one it is for where an image is among several.
+/// Checks that each line of a script is valid, that its participant can use it, and that it names the participant if an
+/// image is among several.
 ///
 /// # Errors
-/// All lines of which that is not so, and why.
+/// All lines that are not so, and why.
 pub fn check(script: &str, readers: &[Reader]) -> Result<(), String> {
     checked(script, readers).map(drop).map_err(|error| error.to_string())
 }
@@ -64,11 +64,11 @@ fn checked(script: &str, readers: &[Reader]) -> Result<Script, ScriptError> {
     if lines.is_empty() { Ok(script) } else { Err(ScriptError { lines }) }
 }
 
-/// All moves of pins that a script has for a federate, in order. Without readers, the federate is alone.
+/// Returns all changes of pins that a script has for a federate, in order. Without readers, the federate is alone.
 ///
 /// # Errors
-/// All lines of the script that make no sense, that no participant that they are for can carry out, or that do not say
-/// which of several participants they are for although one of them is an image.
+/// All lines of the script that are invalid, that none of their participants can use, or that do not name one of
+/// several participants although one of them is an image.
 pub fn moves(script: &str, federate: &str, readers: &[Reader]) -> Result<Vec<Move>, String> {
     let alone = [Reader { name: federate.to_owned(), takes: Takes::Pins }];
     let readers = if readers.is_empty() { &alone } else { readers };
@@ -90,7 +90,7 @@ pub fn moves(script: &str, federate: &str, readers: &[Reader]) -> Result<Vec<Mov
     Ok(moves)
 }
 
-/// The lines that nobody can carry out for whom they are, and why.
+/// Returns the lines that none of their participants can use, and why.
 fn refused(script: &Script, readers: &[Reader]) -> Vec<(u32, String)> {
     let changed = script.devices.iter().flat_map(|(name, changes)| {
         // One line can stand for many changes.
@@ -103,7 +103,7 @@ fn refused(script: &Script, readers: &[Reader]) -> Vec<(u32, String)> {
     changed.chain(bound).filter_map(|(line, name, is_level)| Some((line, refusal(name, is_level, readers)?))).collect()
 }
 
-/// Why nobody can take a value of a device, if it is so.
+/// Returns why no participant can use a value of a device, if that is so.
 fn refusal(name: &str, is_level: bool, readers: &[Reader]) -> Option<String> {
     let (owner, device) = owner_and_device(name);
     let meant: Vec<_> = readers.iter().filter(|reader| owner.is_none_or(|owner| reader.name == owner)).collect();
@@ -115,8 +115,8 @@ fn refusal(name: &str, is_level: bool, readers: &[Reader]) -> Option<String> {
     };
     let able: Vec<_> = meant.iter().copied().filter(takes).collect();
     if let Some(first) = able.first() {
-        // A program asks for its devices by name when it runs. What an image lacks is known only there, too, so that
-        // nobody would notice a name which none of them has, or which one too many has.
+        // A program asks for its devices by name when it runs. What an image lacks becomes known only then, too, so an
+        // unknown or ambiguous name would stay undetected.
         let is_clear = able.len() == 1 || able.iter().all(|reader| reader.takes == Takes::All);
         return (owner.is_none() && !is_clear).then(|| {
             let names: Vec<_> = able.iter().map(|reader| reader.name.as_str()).collect();
@@ -136,13 +136,13 @@ fn refusal(name: &str, is_level: bool, readers: &[Reader]) -> Option<String> {
     })
 }
 
-/// Whether a name in brackets is not a number within the device's own name, as in `keys[1]`.
+/// Returns whether a name in brackets is not a number within the device's own name, as in `keys[1]`.
 fn is_part(device: &str) -> bool {
     let inside = device.split_once('[').and_then(|(_, rest)| rest.strip_suffix(']'));
     inside.is_some_and(|name| name.parse::<u8>().is_err())
 }
 
-/// The federate that a line names before its device, if it names one.
+/// Splits the name in a line into the federate, if there is one, and its device.
 fn owner_and_device(name: &str) -> (Option<&str>, &str) {
     name.split_once('.').map_or((None, name), |(owner, device)| (Some(owner), device))
 }
@@ -180,7 +180,7 @@ mod tests {
         );
     }
 
-    /// A pin without a federate before it is that of the one participant that can have it, whatever kinds there are.
+    /// A pin without a federate belongs to the one participant that can have it, whatever kinds there are.
     #[test]
     fn a_pin_that_may_be_of_an_image_or_of_another_participant_has_to_say_whose_it_is() {
         let kinds = [Takes::All, Takes::Pins, Takes::Nothing];
@@ -208,7 +208,7 @@ mod tests {
         );
     }
 
-    /// Whatever the kind of device: a line is taken by somebody for whom it is, or refused with its number.
+    /// For every kind of device, a participant uses a line, or the line is refused with its number.
     #[test]
     fn a_line_that_nobody_can_carry_out_is_an_error_that_names_it() {
         let text = "0 s t@48[0x00] 0x1980\n0 s t[ambient_temp] 1\n0 s adc0 1500\n0 s uart \"x\"\n0 s b.sw0 1\n\

@@ -1,36 +1,36 @@
 // SPDX-License-Identifier: Apache-2.0
-//! What pins did, as VCD: the format of logic analysers, which `PulseView` and `GTKWave` read.
+//! Recordings of pins as VCD, the format of logic analysers, which `PulseView` and `GTKWave` read.
 
 use std::io::{self, BufRead, Write};
 
 use lf_model::time::{Instant, Interval};
 use vcd::{Command, IdCode, Parser, ScopeItem, TimescaleUnit, Value, VarType, Writer};
 
-/// What a device does from a time on.
+/// The signal of a device from a time on.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Signal {
-    /// A pin is active, or is not.
+    /// The level of a pin: active or not.
     Level(bool),
-    /// The part of a period in which an output is active, or a voltage in millivolts.
+    /// The duty cycle of an output, or a voltage in millivolts.
     Real(f64),
 }
 
 /// The changes of a device, in order; times are since the start, and those before it are the start's.
 pub type Changes = Vec<(Interval, Signal)>;
 
-/// What the pins of a federate did.
+/// The recording of the pins of a federate.
 #[derive(Debug)]
 pub struct Recording {
     /// The federate.
     pub federate: String,
-    /// When it has started, by the clock that all recordings of a run share.
+    /// Its start, by the clock that all recordings of a run share.
     pub start: Option<Instant>,
     /// Its pins.
     pub pins: Vec<(String, Changes)>,
 }
 
 impl Recording {
-    /// Reads what [`write`] has written for one federate.
+    /// Reads the recording of one federate that [`write`] has written.
     ///
     /// # Errors
     /// When it cannot be read, or is not understood.
@@ -69,7 +69,7 @@ impl Recording {
     }
 }
 
-/// What a recording says of its start.
+/// Returns the start of a recording.
 #[must_use]
 pub fn start_of(items: &[ScopeItem]) -> Option<i64> {
     items.iter().find_map(|item| match item {
@@ -78,10 +78,10 @@ pub fn start_of(items: &[ScopeItem]) -> Option<i64> {
     })
 }
 
-/// What a comment begins with that says the start, in nanoseconds since 1970.
+/// The beginning of a comment with the start, in nanoseconds since 1970.
 const START: &str = "start ";
 
-/// Writes what the pins of these federates did, on one axis of time, which begins with the first that has started.
+/// Writes the pins of these federates on one time axis, which begins with the first that has started.
 ///
 /// # Errors
 /// When it cannot be written.
@@ -95,7 +95,7 @@ pub fn write(to: impl Write, recordings: &[Recording]) -> io::Result<()> {
     let mut all: Vec<(IdCode, Changes)> = Vec::new();
     for Recording { federate, start, pins } in recordings {
         let shift = start.zip(first).map_or(Interval::ZERO, |(start, first)| start.since(first));
-        // What was at the start was before it, too.
+        // The state at the start was the state before it, too.
         let shifted = |time: Interval| match time.as_nanos() {
             ..=0 => Interval::ZERO,
             after => Interval::from_nanos(after.saturating_add(shift.as_nanos())),
@@ -140,7 +140,7 @@ fn change<W: Write>(vcd: &mut Writer<W>, id: IdCode, signal: Signal) -> io::Resu
     }
 }
 
-/// The name of a pin, where brackets would be those of a bus.
+/// Returns the name of a pin without brackets, which would be those of a bus.
 fn reference(name: &str) -> String {
     name.replace([' ', ']'], "").replace(['.', '['], "_")
 }

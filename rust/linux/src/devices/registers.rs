@@ -1,30 +1,29 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Devices with registers: the first byte of what is written chooses one, what follows is written from there on, and
-//! what is read is read from there on.
+//! Devices with registers: the first written byte selects one, and further bytes are written or read from there on.
 
 use std::collections::BTreeMap;
 
 use lf_model::time::Interval;
 
-/// What is read where nothing is, as of a bus that nobody drives.
+/// The value of an unknown register, as on a bus that no device drives.
 const NOTHING: u8 = 0xff;
-/// In the first byte of a transfer over SPI: registers are read. This is how most devices have it.
+/// The bit of the first byte of an SPI transfer that reads registers. Most devices use it.
 const READ: u8 = 0x80;
 
 /// The registers of a device.
 #[derive(Debug, Default)]
 pub(super) struct Registers {
-    /// What each has, and since when.
+    /// The bytes of each register, and since when.
     values: BTreeMap<u8, (Interval, Vec<u8>)>,
-    /// The register and the byte of it that comes next.
+    /// The register and the index of its byte that comes next.
     cursor: (u8, usize),
-    /// How many bytes registers have of which nothing is known: as many as the longest one.
+    /// The length in bytes of unknown registers: that of the longest one.
     length: usize,
     pub(super) now: Interval,
 }
 
 impl Registers {
-    /// From a time on a register has these bytes, if nothing was written to it since.
+    /// Sets the bytes of a register from a time on, unless something was written to it since.
     pub(super) fn becomes(&mut self, register: u8, at: Interval, bytes: &[u8]) {
         self.length = self.length.max(bytes.len());
         let value = self.values.entry(register).or_insert_with(|| (at, bytes.to_vec()));
@@ -33,14 +32,14 @@ impl Registers {
         }
     }
 
-    /// Bytes are written after a start of the bus.
+    /// Writes bytes after a start of the bus.
     pub(super) fn write(&mut self, bytes: &[u8]) {
         let Some((&first, bytes)) = bytes.split_first() else { return };
         self.cursor = (first, 0);
         self.write_on(bytes);
     }
 
-    /// Further bytes are written.
+    /// Writes further bytes.
     pub(super) fn write_on(&mut self, bytes: &[u8]) {
         let now = self.now;
         for byte in bytes {
@@ -50,12 +49,12 @@ impl Registers {
         }
     }
 
-    /// Bytes are read.
+    /// Reads bytes.
     pub(super) fn read(&mut self, bytes: &mut [u8]) {
         bytes.fill_with(|| *self.next().1);
     }
 
-    /// The next byte, and since when its register has it.
+    /// Returns the next byte, and since when its register has it.
     fn next(&mut self) -> (&mut Interval, &mut u8) {
         let (mut register, mut byte) = self.cursor;
         if self.values.get(&register).is_some_and(|(_, value)| byte >= value.len()) {
@@ -67,7 +66,7 @@ impl Registers {
         (since, &mut value[byte])
     }
 
-    /// A byte is sent and one received, in a transfer over SPI whose first byte was this one, if it is not this.
+    /// Sends a byte and receives one, in an SPI transfer with this first byte, or as its first byte.
     pub(super) fn exchange(&mut self, command: &mut Option<u8>, sent: u8) -> u8 {
         match *command {
             None => {
@@ -92,7 +91,7 @@ mod tests {
         Interval::from_millis(ms)
     }
 
-    /// What a driver reads from this register on.
+    /// Returns what a driver reads from this register on.
     fn read<const N: usize>(registers: &mut Registers, first: u8) -> [u8; N] {
         let mut bytes = [0; N];
         registers.write(&[first]);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! What devices find: a script of lines such as
+//! The script of device inputs, with lines such as
 //!
 //! ```text
 //! # time since the start, device, value
@@ -8,11 +8,11 @@
 //! 2 s     b.sw0                1
 //! 2 s     thermometer[0x00]    0x1980
 //! 2 s     line                 "hello\n"
-//! # device, which one of this computer it is
+//! # device, its binding on this computer
 //! led0    gpio /dev/gpiochip0 17
 //! ```
 //!
-//! A name that begins with a federate's is that federate's alone. Before its first line an input is inactive.
+//! A name that begins with a federate's belongs to that federate alone. Before its first line an input is inactive.
 
 use std::collections::BTreeMap;
 use std::fmt;
@@ -24,27 +24,27 @@ use super::binding::Bound;
 use super::line::{Happening, ScriptLine, Value};
 use super::words::{hexadecimal, without_comment};
 
-/// How many changes a script can have, repeated ones included.
+/// The maximum number of changes of a script, repeated ones included.
 const CHANGES: usize = 10_000_000;
 
-/// Something that happens to a device.
+/// A change of a device.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Change {
-    /// Since the start.
+    /// The time since the start.
     pub(crate) at: Interval,
     pub(crate) value: Value,
-    /// Where the script says so.
+    /// The line of the script.
     pub(crate) line: u32,
 }
 
-/// The changes of each simulated device, in order, and which devices are real.
+/// The changes of each simulated device, in order, and the bindings of real ones.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(crate) struct Script {
     pub(super) devices: BTreeMap<String, Vec<Change>>,
     pub(super) bound: BTreeMap<String, Bound>,
 }
 
-/// What is wrong with lines, in their order.
+/// The wrong lines, in order.
 #[derive(Debug, PartialEq, Eq)]
 pub(crate) struct ScriptError {
     pub(super) lines: Vec<(u32, String)>,
@@ -60,10 +60,10 @@ impl fmt::Display for ScriptError {
 }
 
 impl Script {
-    /// Reads a script.
+    /// Parses a script.
     ///
     /// # Errors
-    /// All lines that make no sense.
+    /// All wrong lines.
     pub(crate) fn read(text: &str) -> Result<Self, ScriptError> {
         let mut script = Self::default();
         let mut lines = Vec::new();
@@ -90,7 +90,7 @@ impl Script {
         if lines.is_empty() { Ok(script) } else { Err(ScriptError { lines }) }
     }
 
-    /// Adds what a line says. `count` is that of changes.
+    /// Adds the content of a line. `count` is the number of changes.
     fn take(&mut self, line: u32, read: ScriptLine, count: &mut usize) -> Result<(), String> {
         let Happening { at, device, value, every, until } = match read {
             ScriptLine::Change(happening) => happening,
@@ -119,7 +119,7 @@ impl Script {
         }
     }
 
-    /// What a real device finds nobody can write down before.
+    /// Returns lines with values for a real device, which the script cannot determine.
     fn both_real_and_simulated(&self) -> Vec<(u32, String)> {
         let of = |(name, Bound { line, .. }): (&String, &Bound)| {
             let of_name = |key: &str| key == name || key.strip_prefix(name.as_str()).is_some_and(is_register);
@@ -131,21 +131,21 @@ impl Script {
         self.bound.iter().filter_map(of).collect()
     }
 
-    /// Which device of this computer a device of a federate is; `None` for one that is simulated.
+    /// Returns the binding of a device of a federate; `None` for a simulated one.
     pub(crate) fn bound(&self, federate: &str, device: &str) -> Option<&Bound> {
         let own = format!("{federate}.{device}");
         let is_simulated = self.devices.contains_key(&own);
         self.bound.get(&own).or_else(|| self.bound.get(device).filter(|_| !is_simulated))
     }
 
-    /// The changes of a device of a federate.
+    /// Returns the changes of a device of a federate.
     pub(crate) fn changes(&self, federate: &str, device: &str) -> &[Change] {
         let own = self.devices.get(&format!("{federate}.{device}"));
         own.or_else(|| self.devices.get(device)).map_or(&[], Vec::as_slice)
     }
 
-    /// The parts of a device of a federate, such as registers: what is behind its name, and its changes. Lines for the
-    /// federate alone come last.
+    /// Returns the parts of a device of a federate, such as registers: the text behind its name, and its changes. Lines
+    /// for the federate alone come last.
     pub(crate) fn parts<'s>(
         &'s self,
         federate: &str,
@@ -160,8 +160,8 @@ impl Script {
         find(device.to_owned()).chain(find(format!("{federate}.{device}")))
     }
 
-    /// The devices that should be this federate's, and that it does not have. A name without a federate can be
-    /// another's, where there are others.
+    /// Returns the devices that the script has for this federate, and that the federate lacks. A name without a
+    /// federate can belong to another one, if there are others.
     pub(crate) fn unknown<'s>(
         &'s self,
         federate: &str,
@@ -181,12 +181,12 @@ impl Script {
     }
 }
 
-/// What is behind the name of a device: `@48[0x00]`.
+/// The text behind the name of a device: `@48[0x00]`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct Part<'s> {
     /// Its address on its bus.
     pub(crate) address: Option<u8>,
-    /// What is in brackets.
+    /// The text in brackets.
     pub(crate) name: &'s str,
 }
 
@@ -201,7 +201,7 @@ impl<'s> Part<'s> {
         }
     }
 
-    /// The register of this name.
+    /// Returns the register of this name.
     pub(crate) fn register(&self) -> Option<u8> {
         match self.name.strip_prefix("0x") {
             Some(digits) => u8::from_str_radix(digits, 16).ok(),
@@ -210,8 +210,8 @@ impl<'s> Part<'s> {
     }
 }
 
-/// Whether what is in brackets behind a device's name can be a part of a device: a register, a channel of a sensor, or
-/// a number in the device's own name.
+/// Checks that the text in brackets behind a device's name can be a part of a device: a register, a channel of a
+/// sensor, or a number in the device's own name.
 fn check_part(device: &str) -> Result<(), String> {
     let Some(begin) = device.find(['@', '[']) else { return Ok(()) };
     let (name, behind) = device.split_at(begin);
@@ -236,7 +236,7 @@ fn check_part(device: &str) -> Result<(), String> {
     wrong("in brackets is a register, from 0x00 to 0xff, or a channel that sensors have, such as ambient_temp")
 }
 
-/// Whether this behind the name of a device is not a part of the name, as `[1]` is in `keys[1]`.
+/// Returns whether the text in brackets is a register, and not a part of the name, as `[1]` is in `keys[1]`.
 fn is_register(text: &str) -> bool {
     Part::read(text).is_some_and(|part| part.address.is_some() || part.name.starts_with("0x"))
 }

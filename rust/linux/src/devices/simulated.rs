@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Devices by the simulation.
+//! Devices of the simulation.
 
 use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender, channel};
 use std::thread;
@@ -20,7 +20,7 @@ use crate::outside::HostOutside;
 
 /// The period of PWM, in nanoseconds.
 const PERIOD: u32 = 20_000_000;
-/// What converters have at most, and at how many millivolts.
+/// The maximum value of converters, and its millivolts.
 const FULL_SCALE: (i32, i32) = (4095, 3300);
 
 /// A device that the script simulates.
@@ -208,14 +208,14 @@ impl SensorDevice for Simulated {
     }
 }
 
-/// Posts what happens from now on, with its times since the start.
+/// Posts events from now on, with their times since the start.
 fn watch(
     name: &'static str,
     events: Vec<(Interval, u8)>,
     link: PhysicalLink,
     poster: EventPoster,
 ) -> Result<Watch, Problem> {
-    // When this is gone the thread ends that makes them.
+    // The thread that posts events ends when this is dropped.
     let (alive, ended): (Sender<()>, _) = channel();
     let run = move || {
         let start = link.get_start_time();
@@ -232,7 +232,7 @@ fn watch(
     thread.map(|_| Watch::until_dropped(alive)).map_err(|error| Problem::Failed(error.raw_os_error().unwrap_or(0)))
 }
 
-/// Waits for a physical time; `false` when the watch has ended before.
+/// Waits for a physical time. Returns `false` when the watch has ended before.
 fn wait_until(time: Instant, ended: &Receiver<()>) -> bool {
     loop {
         let left = time.since(HostOutside::of_program().physical_time());

@@ -20,7 +20,7 @@ use crate::outside::HostOutside;
 
 static PROGRAM: OnceLock<Simulation> = OnceLock::new();
 
-/// What programs find at devices, and what they did with them.
+/// The inputs and the recorded outputs of a program's devices.
 #[derive(Debug, Default)]
 pub(crate) struct Simulation {
     federate: String,
@@ -34,17 +34,17 @@ pub(crate) struct Simulation {
 
 #[derive(Debug, Default)]
 struct Devices {
-    /// All that the program has taken into use.
+    /// All devices that the program has opened.
     used: BTreeSet<&'static str>,
-    /// What the script says of pins that are read, and of voltages.
+    /// The script's values of input pins and of voltages.
     inputs: BTreeMap<&'static str, Vec<(Interval, Signal)>>,
-    /// When outputs and real inputs changed; without a recording only what they are.
+    /// The changes of outputs and real inputs; without a recording only the last one.
     outputs: BTreeMap<&'static str, Vec<(Instant, Signal)>>,
-    /// What programs have written to registers, per device and address.
+    /// The registers that programs have written, per device and address.
     registers: BTreeMap<(&'static str, u8), Registers>,
-    /// How many bytes of a line were read.
+    /// The number of received bytes of each line.
     received: BTreeMap<&'static str, usize>,
-    /// When sensors have measured.
+    /// The times of the last measurements of sensors.
     fetched: BTreeMap<&'static str, Interval>,
 }
 
@@ -53,7 +53,7 @@ struct Devices {
 pub(crate) struct Running;
 
 impl Simulation {
-    /// The devices of the program that begins now, alone or as a federate. Its recording goes to a file.
+    /// Begins the simulation for the program that begins now, alone or as a federate. Its recording goes to a file.
     pub(crate) fn begin(federate: &str, is_alone: bool, script: Script, recording: Option<PathBuf>) -> Running {
         let simulation = Self { federate: federate.to_owned(), is_alone, script, recording, ..Self::default() };
         // One process runs one program; tests that run several have no devices.
@@ -65,7 +65,7 @@ impl Simulation {
         PROGRAM.get_or_init(Self::default)
     }
 
-    /// A pin is an input.
+    /// Opens a pin as an input.
     pub(super) fn reads(&self, name: &'static str) -> Result<(), Problem> {
         let mut active = false;
         let mut levels = Vec::new();
@@ -83,7 +83,7 @@ impl Simulation {
         Ok(())
     }
 
-    /// A voltage is measured.
+    /// Opens a voltage input.
     pub(super) fn measures(&self, name: &'static str) -> Result<(), Problem> {
         let voltage = |change: &Change| match change.value {
             Value::Number(millivolts) => Ok((change.at, Signal::Real(millivolts))),
@@ -100,20 +100,20 @@ impl Simulation {
         devices.inputs.insert(name, changes);
     }
 
-    /// Which device of this computer a device is, if it is not simulated.
+    /// Returns the binding of a device, if it is not simulated.
     pub(super) fn bound(&self, name: &'static str) -> Option<&Bound> {
         self.lock().used.insert(name);
         self.script.bound(&self.federate, name)
     }
 
-    /// An output does this from now on.
+    /// Sets an output from now on.
     pub(super) fn drives(&self, name: &'static str, signal: Signal) {
         // The time is read under the lock, so that changes are in its order.
         let devices = self.lock();
         self.notes(devices, name, HostOutside::of_program().clock().now(), signal);
     }
 
-    /// A real device has done this at that time of the computer's clock.
+    /// Records a change of a real device at this time of the computer's clock.
     #[cfg(feature = "devices")]
     pub(super) fn sees(&self, name: &'static str, time: Instant, signal: Signal) {
         self.notes(self.lock(), name, time, signal);
@@ -135,7 +135,7 @@ impl Simulation {
         }
     }
 
-    /// What a device does now: what an output was set to, or what the script says of an input.
+    /// Returns the signal of a device now: the last value of an output, or the script's value of an input.
     pub(super) fn signal(&self, name: &'static str) -> Option<Signal> {
         let elapsed = self.elapsed();
         let devices = self.lock();
@@ -146,15 +146,14 @@ impl Simulation {
         changes.iter().take_while(|(time, _)| *time <= elapsed).last().map(|(_, signal)| *signal)
     }
 
-    /// When the levels of an input change, and to which.
+    /// Returns when the levels of an input change, and to which.
     pub(super) fn edges(&self, name: &'static str) -> Vec<(Interval, u8)> {
         let devices = self.lock();
         let changes = devices.inputs.get(name).into_iter().flatten();
         changes.map(|(time, signal)| (*time, u8::from(*signal == Signal::Level(true)))).collect()
     }
 
-    /// A device with registers is taken into use. Devices on a bus that the program names are in the script by its
-    /// name.
+    /// Opens a device with registers. Devices on a bus that the program names are in the script by its name.
     pub(super) fn has_registers(&self, name: &'static str) -> Result<(), Problem> {
         self.lock().used.insert(name);
         if self.script.parts(&self.federate, name).any(|(part, _)| part.register().is_some()) {
@@ -163,13 +162,13 @@ impl Simulation {
         Err(Problem::NotSimulated { example: "a register and its bytes, such as [0x00] 0x1980" })
     }
 
-    /// The address of a device that the script has with one.
+    /// Returns the address of a device that the script has with one.
     pub(super) fn address(&self, name: &str) -> Option<u8> {
         self.script.parts(&self.federate, name).find_map(|(part, _)| part.address)
     }
 
-    /// Does something with the registers of the device of this name and address, as they are now. A device that the
-    /// script has without an address is at all of them.
+    /// Calls a function with the registers of the device of this name and address, as they are now. A device that the
+    /// script has without an address answers at all of them.
     pub(super) fn with_registers<R>(
         &self,
         name: &'static str,
@@ -192,14 +191,14 @@ impl Simulation {
             }
         }
         if !found {
-            // What a bus's driver reports when nobody answers.
+            // The bus driver's error without an answer.
             return Err(Problem::Failed(rustix::io::Errno::IO.raw_os_error()));
         }
         registers.now = elapsed;
         Ok(act(registers))
     }
 
-    /// What comes on a serial line, and when.
+    /// Returns the bytes that come on a serial line, and when.
     pub(super) fn arrivals(&self, name: &'static str) -> Result<Vec<(Interval, u8)>, Problem> {
         let mut arrivals = Vec::new();
         self.lock().used.insert(name);
@@ -213,7 +212,7 @@ impl Simulation {
         Ok(arrivals)
     }
 
-    /// The next byte of a line that was not read yet.
+    /// Returns the next unread byte of a line.
     pub(super) fn receives(&self, name: &'static str) -> Result<Option<u8>, Problem> {
         let arrivals = self.arrivals(name)?;
         let elapsed = self.elapsed();
@@ -224,7 +223,7 @@ impl Simulation {
         Ok(next)
     }
 
-    /// A sensor measures; it has to be in the script.
+    /// Makes a sensor measure; it has to be in the script.
     pub(super) fn fetches(&self, name: &'static str) -> Result<(), Problem> {
         let is_channel = |name: &str| Channel::ALL.iter().any(|channel| channel.name() == name);
         if !self.script.parts(&self.federate, name).any(|(part, _)| is_channel(part.name)) {
@@ -237,7 +236,7 @@ impl Simulation {
         Ok(())
     }
 
-    /// What a sensor has measured last.
+    /// Returns the last measurement of a sensor.
     pub(super) fn measured(&self, name: &'static str, channel: Channel) -> Result<SensorValue, Problem> {
         let fetched = self.lock().fetched.get(name).copied().unwrap_or(Interval::ZERO);
         let of_channel = self.script.parts(&self.federate, name).filter(|(part, _)| part.name == channel.name());
@@ -253,7 +252,7 @@ impl Simulation {
         }
     }
 
-    /// When any channel of a sensor changes.
+    /// Returns when any channel of a sensor changes.
     pub(super) fn samples(&self, name: &str) -> Vec<(Interval, u8)> {
         let changes = self.script.parts(&self.federate, name).flat_map(|(_, changes)| changes);
         let times: BTreeSet<Interval> = changes.map(|change| change.at).collect();
@@ -264,7 +263,7 @@ impl Simulation {
         self.script.changes(&self.federate, name)
     }
 
-    /// Since the start.
+    /// Returns the time since the start.
     fn elapsed(&self) -> Interval {
         self.start.get().map_or(Interval::ZERO, |start| HostOutside::of_program().clock().now().since(*start))
     }
@@ -273,7 +272,7 @@ impl Simulation {
         self.devices.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// What all pins and voltages did until now, since the start.
+    /// Returns the recording of all pins and voltages until now, since the start.
     fn recorded(&self) -> Recording {
         let start = self.start.get().copied();
         let end = self.elapsed();
@@ -291,7 +290,7 @@ impl Simulation {
     }
 }
 
-/// What registers have after a line of the script.
+/// Returns the registers of a line of the script.
 fn bytes(value: &Value) -> Option<Vec<Vec<u8>>> {
     match value {
         Value::Bytes(bytes) => Some(bytes.clone()),
@@ -302,13 +301,13 @@ fn bytes(value: &Value) -> Option<Vec<Vec<u8>>> {
     }
 }
 
-/// The program starts, and with it the script. The start is by the federation's clock, while what happens to pins is
-/// by the computer's, as all recordings of a run have it: an oscilloscope is no part of the federation.
+/// Starts the script with the program. The start is by the federation's clock, while changes of pins are by the
+/// computer's, as in all recordings of a run: an oscilloscope is not part of the federation.
 pub(crate) fn starts(start: Instant) {
     if let Some(simulation) = PROGRAM.get() {
         let outside = HostOutside::of_program();
         let (before, physical, after) = (outside.clock().now(), outside.physical_time(), outside.clock().now());
-        // Where they cannot be told apart they are one clock.
+        // If they cannot be distinguished, they are one clock.
         let is_one = (before..=after).contains(&physical);
         let by_computer = if is_one { start } else { after.saturating_add(start.since(physical)) };
         simulation.start.get_or_init(|| by_computer);

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-//! What posts the events of a device.
+//! The watch that posts the events of a device.
 
 use std::fmt;
 
 use lf_model::ScheduleError;
-use lf_runtime::{DeviceRemark, tell};
+use lf_runtime::{DeviceEvent, report};
 use log::Level;
 
 /// The interrupts of a device, until this is dropped.
@@ -14,18 +14,18 @@ pub struct Watch {
 }
 
 impl Watch {
-    /// What makes them ends when this is dropped.
+    /// Returns a watch that ends its source when it is dropped.
     pub(super) fn until_dropped(ends: impl Kept + 'static) -> Self {
         Self { _ends: Box::new(ends) }
     }
 }
 
-/// What can be kept by a reactor, whichever thread runs it.
+/// A value that a reactor can keep, whichever thread runs it.
 pub(super) trait Kept: fmt::Debug + Send + Sync {}
 
 impl<T: fmt::Debug + Send + Sync> Kept for T {}
 
-/// Events of a device that found no room in the queue of its action, and that nobody was told of yet.
+/// Events of a device that had no room in the queue of its action, and that were not logged yet.
 #[derive(Debug)]
 pub(super) struct Lost {
     device: &'static str,
@@ -37,24 +37,24 @@ impl Lost {
         Self { device, events: 0 }
     }
 
-    /// Counts one that was posted, or was not. Those before are told when there is room again.
+    /// Counts an event that was posted, or was not. Earlier losses are logged when there is room again.
     pub(super) fn count(&mut self, posted: Result<(), ScheduleError>) {
         if posted.is_err() {
             self.events += 1;
         } else {
-            self.tell();
+            self.report();
         }
     }
 
-    fn tell(&mut self) {
+    fn report(&mut self) {
         if let events @ 1.. = std::mem::take(&mut self.events) {
-            tell(Level::Warn, &DeviceRemark::EventsLost { device: self.device, events });
+            report(Level::Warn, &DeviceEvent::EventsLost { device: self.device, events });
         }
     }
 }
 
 impl Drop for Lost {
     fn drop(&mut self) {
-        self.tell();
+        self.report();
     }
 }

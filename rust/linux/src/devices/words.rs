@@ -4,7 +4,7 @@
 use lf_model::time::Interval;
 use lf_model::units::{nanoseconds, number_and_unit};
 
-/// A line up to the sign of a comment, which is none in a text.
+/// Returns a line up to the comment sign, unless that is within a text.
 pub(super) fn without_comment(line: &str) -> &str {
     let (mut is_text, mut is_escaped) = (false, false);
     let is_comment = |character: char| {
@@ -25,7 +25,7 @@ impl<'l> Words<'l> {
         self.rest.split_whitespace().next()
     }
 
-    /// A text in quotation marks, if one begins here.
+    /// Parses a text in quotation marks, if one begins here.
     pub(super) fn text(&mut self) -> Option<Result<Vec<u8>, String>> {
         let inside = self.rest.trim_start().strip_prefix('"')?;
         let mut text = Vec::new();
@@ -62,7 +62,7 @@ impl<'l> Iterator for Words<'l> {
     }
 }
 
-/// A number and a unit, in one word or in two.
+/// Parses a number and a unit, in one word or in two.
 pub(super) fn time(words: &mut Words<'_>) -> Result<Interval, String> {
     let first = words.next().ok_or("a time is missing, such as 100 ms")?;
     let (number, mut unit) = number_and_unit(first);
@@ -72,7 +72,7 @@ pub(super) fn time(words: &mut Words<'_>) -> Result<Interval, String> {
     nanoseconds(number, unit).map(Interval::from_nanos).map_err(|error| error.to_string())
 }
 
-/// A number without the sign that it is hexadecimal.
+/// Removes the prefix of a hexadecimal number.
 pub(super) fn hexadecimal(text: &str) -> &str {
     text.strip_prefix("0x").unwrap_or(text)
 }

@@ -1,15 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Peers that are gone without a word while data is on its way to them.
+//! Peers that are gone without a word while data is in transit to them.
 //!
-//! TCP's keep-alive notices only the silence of idle connections. For data that nobody acknowledges Linux goes on for a
-//! quarter of an hour, and its user time-out would also end connections whose receiver is there, but takes nothing for
-//! a time, which is how a federation slows a sender down. So it is looked at which connections get no answer: to what
-//! they have sent and repeat, or to probes, which Linux sends where nothing can be sent. That is so while the receiver
-//! has no room, and then it answers them; and while the computer's own link is down. A connection that has got no
-//! answer for [`SILENCE`] is at its end.
+//! TCP's keep-alive detects only the silence of idle connections. For unacknowledged data Linux goes on for a quarter
+//! of an hour, and its user time-out would also end connections whose receiver is there, but accepts nothing for a
+//! time, which is how a federation slows a sender down. So this module checks which connections get no answer: to data
+//! that they have sent and repeat, or to probes, which Linux sends if nothing can be sent. That is so while the
+//! receiver has no room, and then it answers the probes; and while the computer's own link is down. A connection
+//! without an answer for [`SILENCE`] is ended.
 //!
-//! Linux goes through its whole table of connections to say that, which can take it ten milliseconds however few there
-//! are. So a thread asks, and what it has heard is judged when the event loop comes by again.
+//! Linux goes through its whole table of connections for that, which can take it ten milliseconds however few there
+//! are. So a thread reads the table, and the event loop evaluates it later.
 
 use std::collections::BTreeMap;
 use std::fs;
@@ -17,32 +17,32 @@ use std::sync::mpsc::{Receiver, TryRecvError, channel};
 use std::thread;
 use std::time::{Duration, Instant};
 
-/// How long a connection may get no answer; as long as a silent one is asked whether it is alive.
+/// The time that a connection may get no answer; a silent one is probed for as long.
 const SILENCE: Duration = Duration::from_secs(40);
-/// How often it is looked.
-pub(super) const LOOK_INTERVAL: Duration = Duration::from_secs(5);
-/// Where Linux says what its connections do. Where it does not, all is as Linux has it.
+/// The interval of the checks.
+pub(super) const CHECK_INTERVAL: Duration = Duration::from_secs(5);
+/// Linux's tables of connections. Without them, Linux's own time-outs apply.
 const CONNECTIONS: [&str; 2] = ["/proc/self/net/tcp", "/proc/self/net/tcp6"];
 
-/// Since when which connections get no answer. They are named by the inodes of their sockets.
+/// The connections without an answer, by the inodes of their sockets, and since when.
 #[derive(Debug)]
 pub(super) struct Silence {
-    /// When it was looked last, or this was made.
+    /// The time of the last check, or of construction.
     looked: Instant,
-    /// What a thread is about to hear of all connections.
+    /// The table that a thread is reading.
     hearing: Option<Receiver<String>>,
     since: BTreeMap<u64, Instant>,
 }
 
 impl Silence {
-    /// Nothing is known before the first interval is over, nor can anything have been repeated for long.
+    /// Returns the state before the first check: nothing can have been repeated for long.
     pub(super) fn new(now: Instant) -> Self {
         Self { looked: now, hearing: None, since: BTreeMap::new() }
     }
 
-    /// Says which connections have had no answer for too long, and looks again if it is time.
-    pub(super) fn turn(&mut self, now: Instant) -> Vec<u64> {
-        // What has been heard is judged before the next look forgets it.
+    /// Returns the connections that have had no answer for too long, and starts the next check if it is due.
+    pub(super) fn poll(&mut self, now: Instant) -> Vec<u64> {
+        // The result of the last check is evaluated before the next one replaces it.
         let gone = self.heard(now);
         if self.is_due(now) {
             self.look(now);
@@ -50,23 +50,23 @@ impl Silence {
         gone
     }
 
-    /// Whether it is time to look.
+    /// Returns whether a check is due.
     fn is_due(&self, now: Instant) -> bool {
-        now.duration_since(self.looked) >= LOOK_INTERVAL
+        now.duration_since(self.looked) >= CHECK_INTERVAL
     }
 
-    /// Begins to look. Without a thread nothing is heard, and all is as Linux has it.
+    /// Starts a check. Without a thread there is none, and Linux's own time-outs apply.
     fn look(&mut self, now: Instant) {
         self.looked = now;
         let (tell, hear) = channel();
         let read = move || {
-            // Whoever has asked may be gone.
+            // The receiver may be gone.
             let _ = tell.send(CONNECTIONS.map(|file| fs::read_to_string(file).unwrap_or_default()).concat());
         };
         self.hearing = thread::Builder::new().spawn(read).ok().map(|_| hear);
     }
 
-    /// Says which connections have had no answer for too long, once after each look.
+    /// Returns the connections that have had no answer for too long, once after each check.
     fn heard(&mut self, now: Instant) -> Vec<u64> {
         let Some(hearing) = &self.hearing else { return Vec::new() };
         match hearing.try_recv() {
@@ -90,14 +90,14 @@ impl Silence {
     }
 }
 
-/// The inode of a line's connection, if it waits for an answer to something that it has repeated already.
+/// Returns the inode of a line's connection, if it waits for an answer to something that it has repeated already.
 fn unanswered(line: &str) -> Option<u64> {
-    // Behind the number, both addresses, the state and what is in the queues.
+    // The fields behind the number, both addresses, the state and the queues.
     let mut fields = line.split_ascii_whitespace().skip(5);
     let (timer, _) = fields.next()?.split_once(':')?;
     let repetitions = u32::from_str_radix(fields.next()?, 16).ok()?;
     let _user = fields.next()?;
-    // Those since the last answer. One may be on its way.
+    // The probes since the last answer. One may be in transit.
     let probes: u32 = fields.next()?.parse().ok()?;
     let inode = fields.next()?.parse().ok()?;
     let is_unanswered = match timer {
@@ -110,17 +110,18 @@ fn unanswered(line: &str) -> Option<u64> {
 
 #[cfg(test)]
 mod tests {
-    use super::{LOOK_INTERVAL, SILENCE, Silence};
+    use super::{CHECK_INTERVAL, SILENCE, Silence};
     use std::fmt::Write as _;
     use std::sync::mpsc::channel;
     use std::time::{Duration, Instant};
 
-    /// The inode of the connection with a board.
+    /// Returns the inode of the connection with a board.
     fn board(number: u8) -> u64 {
         4200 + u64::from(number)
     }
 
-    /// What Linux says: for each board its timer, how often it has repeated, and how many probes have had no answer.
+    /// Returns Linux's table: for each board its timer, its number of repetitions, and its number of probes without an
+    /// answer.
     fn connections(boards: &[(u8, u8, u8, u8)]) -> String {
         let mut text = "  sl  local_address rem_address   st tx_queue rx_queue tr tm->when retrnsmt   uid\n".to_owned();
         for (number, timer, repetitions, probes) in boards {
@@ -140,8 +141,8 @@ mod tests {
     fn who_gets_no_answer_for_too_long_is_at_the_end() {
         let begin = Instant::now();
         let mut silence = Silence::new(begin);
-        // Boards 4 and 8 have a closed window and answer, the last probe of 8 is on its way, 5 is asked whether it is
-        // alive, 6 has just been sent something. To 7 nothing can be sent.
+        // Boards 4 and 8 have a closed window and answer, the last probe of 8 is in transit, 5 is probed for liveness,
+        // 6 has just been sent something. To 7 nothing can be sent.
         let text = connections(&[
             (2, 1, 1, 0),
             (3, 1, 9, 0),
@@ -176,27 +177,27 @@ mod tests {
     fn it_is_looked_now_and_then() {
         let now = Instant::now();
         let mut silence = Silence::new(now);
-        for begin in [now, now + LOOK_INTERVAL] {
+        for begin in [now, now + CHECK_INTERVAL] {
             assert!(!silence.is_due(begin + Duration::from_secs(4)));
             assert!(silence.is_due(begin + Duration::from_secs(5)));
-            silence.look(begin + LOOK_INTERVAL);
+            silence.look(begin + CHECK_INTERVAL);
         }
     }
 
-    /// An event loop with nothing to do comes by only when it is time to look again.
+    /// An event loop with nothing to do calls only when a check is due.
     #[test]
     fn what_is_heard_is_judged_before_the_next_look() {
         let begin = Instant::now();
         let mut silence = Silence::new(begin);
-        for (after, gone) in [(LOOK_INTERVAL, vec![]), (LOOK_INTERVAL + SILENCE, vec![board(2)])] {
+        for (after, gone) in [(CHECK_INTERVAL, vec![]), (CHECK_INTERVAL + SILENCE, vec![board(2)])] {
             let (tell, hear) = channel();
             silence.hearing = Some(hear);
             tell.send(connections(&[(2, 1, 9, 0)])).expect("it is heard");
-            assert_eq!(silence.turn(begin + after), gone);
+            assert_eq!(silence.poll(begin + after), gone);
         }
     }
 
-    /// Nobody waits for what Linux says: it is there at some later look, or never.
+    /// No call waits for Linux's table: it is there at some later check, or never.
     #[test]
     fn what_is_heard_is_judged_when_it_is_there() {
         let begin = Instant::now();

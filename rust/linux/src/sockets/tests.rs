@@ -10,7 +10,7 @@ fn table() -> (Sockets, UnixStream, UnixStream) {
     (Sockets::new(&reader).expect("an epoll"), reader, writer)
 }
 
-/// Waits until this socket is ready for what is asked.
+/// Waits until this socket has the requested readiness.
 fn await_ready(sockets: &mut Sockets, id: SocketId, interest: Interest) -> Interest {
     sockets.set_interest(id, interest);
     let mut found = None;
@@ -21,7 +21,7 @@ fn await_ready(sockets: &mut Sockets, id: SocketId, interest: Interest) -> Inter
     found.expect("the loop ends with it")
 }
 
-/// A listener, and both ends of a connection to it.
+/// Returns a listener, and both ends of a connection to it.
 fn connection(sockets: &mut Sockets) -> (SocketId, SocketId, SocketId) {
     let listener = sockets.listen(0).expect("a listener");
     let port = sockets.local_port(listener).expect("its port");
@@ -35,7 +35,7 @@ fn connection(sockets: &mut Sockets) -> (SocketId, SocketId, SocketId) {
     (listener, client, server)
 }
 
-/// Whatever is asked of this id, it is an error or has no effect.
+/// Checks that every call with this id is an error or has no effect.
 fn assert_stale(sockets: &mut Sockets, id: SocketId) {
     assert_eq!(sockets.write(id, b"x"), Err(NetError::Stale));
     assert_eq!(sockets.read(id, &mut [0; 4]), Err(NetError::Stale));
@@ -46,7 +46,7 @@ fn assert_stale(sockets: &mut Sockets, id: SocketId) {
     sockets.close(id);
 }
 
-/// An id outlives its socket, and is an error then, also when its place has been given to another one.
+/// An id outlives its socket, and is an error then, also when its slot has been given to another one.
 #[test]
 fn a_stale_id_names_no_other_socket() {
     let (mut sockets, _reader, _writer) = table();
@@ -63,7 +63,7 @@ fn a_stale_id_names_no_other_socket() {
     assert_eq!(sockets.read(server, &mut [0; 4]), Ok(Transfer::Closed));
 }
 
-/// Bytes go through in order, writing stops when nobody reads, and the end comes after the last byte.
+/// Bytes go through in order, writing stops when the peer does not read, and the end comes after the last byte.
 #[test]
 fn bytes_then_the_end() {
     let (mut sockets, _reader, _writer) = table();
@@ -91,7 +91,7 @@ fn bytes_then_the_end() {
     assert_eq!(received, sent);
 }
 
-/// Where nobody listens, the attempt has an outcome, and it is an error.
+/// An attempt without a listener has an outcome, and it is an error.
 #[test]
 fn nobody_listens() {
     let (mut sockets, _reader, _writer) = table();
@@ -104,7 +104,7 @@ fn nobody_listens() {
     assert_eq!(sockets.connected(client), Err(NetError::Refused));
 }
 
-/// A peer that has gone without a word, such as a board that has halted, is noticed by both sides.
+/// Both sides detect a peer that has gone without a word, such as a board that has halted.
 #[test]
 fn connections_are_asked_whether_they_are_alive() {
     let (mut sockets, _reader, _writer) = table();
@@ -120,14 +120,14 @@ fn connections_are_asked_whether_they_are_alive() {
     }
 }
 
-/// A broken connection is reported to whoever waits for anything, and to nobody else.
+/// A broken connection is reported to every waiter with an interest, and to no other.
 #[test]
 fn a_broken_connection_is_ready_for_all() {
     let (mut sockets, _reader, mut writer) = table();
     let (_listener, client, server) = connection(&mut sockets);
     assert_eq!(sockets.write(client, b"unread"), Ok(Transfer::Bytes(6)));
     await_ready(&mut sockets, server, Interest::READ);
-    // What is unread when a socket is closed breaks the connection.
+    // Unread bytes break the connection when a socket is closed.
     sockets.close(server);
     assert_eq!(await_ready(&mut sockets, client, Interest::READ), Interest { readable: true, writable: true });
     sockets.set_interest(client, Interest::NONE);
@@ -136,7 +136,7 @@ fn a_broken_connection_is_ready_for_all() {
     assert_eq!(sockets.read(client, &mut [0; 4]), Err(NetError::Reset));
 }
 
-/// A datagram comes with its sender's address, and what is too long for the buffer is cut.
+/// A datagram comes with its sender's address, and is cut if it is too long for the buffer.
 #[test]
 fn datagrams_come_one_by_one_from_whoever_sent_them() {
     let (mut sockets, ..) = table();
@@ -154,7 +154,7 @@ fn datagrams_come_one_by_one_from_whoever_sent_them() {
         let (count, from) = sockets.receive_from(one, &mut buffer).expect("no error").expect("a datagram");
         assert_eq!((&buffer[..count], from), (expected, address(ports[1])));
     }
-    // That nobody listens is nobody's concern.
+    // A missing receiver is not the sender's concern.
     sockets.close(other);
     assert_eq!(sockets.send_to(one, address(ports[1]), b"lost"), Ok(()));
     assert_eq!(sockets.send_to(other, address(ports[0]), b"stale"), Err(NetError::Stale));

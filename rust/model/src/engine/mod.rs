@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-//! The scheduler of one federate. It is driven by an event loop, and waits for nothing itself.
+//! The scheduler of one federate. An event loop drives it; the engine itself waits for nothing.
 //!
-//! Order of use: [`start`](Engine::start) once; then, as long as [`is_done`](Engine::is_done) is false,
+//! Order of use: [`start`](Engine::start) once; then, while [`is_done`](Engine::is_done) is false,
 //! [`drain_physical`](Engine::drain_physical), [`next_tag`](Engine::next_tag), wait until physical time (and the RTI)
-//! allow it, [`begin`](Engine::begin), and [`advance`](Engine::advance) until it says [`Progress::Complete`].
+//! allow it, [`begin`](Engine::begin), and [`advance`](Engine::advance) until it returns [`Progress::Complete`].
 //! [`deliver`](Engine::deliver) and [`set_stop_tag`](Engine::set_stop_tag) may come at any time between these.
 mod modes;
 mod tag;
@@ -15,7 +15,7 @@ use crate::bits::Bits;
 use crate::env::Env;
 use crate::error::{DeliverError, ModelError};
 use crate::events::Events;
-use crate::modes::{ModeMoment, ModeState};
+use crate::modes::{ModeEvent, ModeState};
 use crate::program::Program;
 use crate::state::{Last, Phase, Settings, State, Tardy};
 use crate::storage::{EngineStorage, StorageParts};
@@ -23,18 +23,18 @@ use crate::tables::{InputId, OutputId, Tables, TriggerId, TriggerKind};
 use crate::time::{Instant, Interval, Tag};
 pub use tardy::Delivery;
 
-/// How far [`Engine::advance`] came.
+/// The progress of [`Engine::advance`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Progress {
     /// The tag is complete, and its ports are clear.
     Complete,
-    /// A value for another federate found no room. The tag is still open; call again when there is room.
+    /// A value for another federate has no room. The tag is still open; call again when there is room.
     OutputFull {
         /// The connection without room.
         output: OutputId,
     },
     /// All reactions below a level that is not allowed yet have run. The tag is still open, even if no reaction is left
-    /// to run, for a message may come; call again with a higher limit, or with none.
+    /// to run, because a message may come; call again with a higher limit, or with none.
     LevelLimit {
         /// That level.
         level: u16,
@@ -56,18 +56,18 @@ pub struct Engine<'s> {
     ready: Bits<'s>,
     /// Ports that have been set at this tag.
     ports: Bits<'s>,
-    /// What is tardy at this tag.
+    /// The tardy values of this tag.
     tardy: Tardy<'s>,
-    /// By input, where any can be tardy: the last message that was in time.
+    /// The last message of each input that was in time, if any input can be tardy.
     last: &'s mut [Last],
-    /// What is active, in a program with modes.
+    /// The state of modes, in a program with modes.
     modes: &'s mut [ModeState],
-    /// By trigger in a mode: the next event when that was left.
+    /// The next event of each trigger in a mode when the mode was left.
     held: &'s mut [Tag],
 }
 
 impl<'s> Engine<'s> {
-    /// An engine for the program with these tables, in storage of their size.
+    /// Returns an engine for the program with these tables, in storage of their size.
     pub fn new(tables: &'static Tables, storage: &'s mut impl EngineStorage, settings: Settings) -> Self {
         let StorageParts { next, winners, active, ready, ports, tardy, intended, last, modes, held } = storage.parts();
         let mut engine = Self {
@@ -102,49 +102,50 @@ impl<'s> Engine<'s> {
         engine
     }
 
-    // --- Questions ---
+    // --- Getters ---
 
-    /// How the program runs.
+    /// Returns the settings of the program.
     pub fn settings(&self) -> &Settings {
         &self.settings
     }
 
-    /// The program's constant part.
+    /// Returns the program's constant part.
     pub fn tables(&self) -> &'static Tables {
         self.tables
     }
 
-    /// The time at which the program started.
+    /// Returns the time at which the program started.
     pub fn start_time(&self) -> Instant {
         self.state.start
     }
 
-    /// The tag that is open, or the last that was complete; before the first, the one before the start.
+    /// Returns the tag that is open, or the last that was complete; before the first, the one before the start.
     pub fn current_tag(&self) -> Tag {
         self.state.current
     }
 
-    /// Whether a tag is open: [`begin`](Self::begin) was called, and [`advance`](Self::advance) has not completed it.
+    /// Returns whether a tag is open: [`begin`](Self::begin) was called, and [`advance`](Self::advance) has not
+    /// completed it.
     pub fn is_in_tag(&self) -> bool {
         self.state.phase == Phase::InTag
     }
 
-    /// Whether the open tag, or the last complete one, had messages from other federates.
+    /// Returns whether the open tag, or the last complete one, had messages from other federates.
     pub fn had_network_input(&self) -> bool {
         self.state.network_input
     }
 
-    /// Whether the last tag of the program is complete.
+    /// Returns whether the last tag of the program is complete.
     pub fn is_done(&self) -> bool {
         self.state.phase == Phase::Done
     }
 
-    /// The last tag of the program, FOREVER as long as none is set.
+    /// Returns the last tag of the program, FOREVER while none is set.
     pub fn stop_tag(&self) -> Tag {
         self.state.stop
     }
 
-    /// The next tag at which something happens: the earliest event, or the stop tag before it. `None`: nothing does.
+    /// Returns the next tag with an event: the earliest event, or the stop tag before it. `None` if there is no event.
     pub fn next_tag(&self) -> Option<Tag> {
         if self.is_done() {
             return None;
@@ -153,19 +154,20 @@ impl<'s> Engine<'s> {
         Some(event.min(self.state.stop)).filter(|tag| *tag != Tag::FOREVER)
     }
 
-    /// The stop that a reaction or a thread of a federate has asked for since the last call. The RTI is to grant it.
+    /// Returns the stop that a reaction or a thread of a federate has asked for since the last call. The RTI has to
+    /// grant it.
     pub fn take_stop_request(&mut self) -> Option<Tag> {
         self.state.stop_request.take()
     }
 
-    /// How long, after a tag's time, the tag waits for what may come to an input before it: what the tables say, or
-    /// what a body has said instead. Zero for an input that does not exist.
+    /// Returns how long, after a tag's time, the tag waits for a message to an input before it: the time of the tables,
+    /// or the one that a body has set. Zero for an input that does not exist.
     pub fn max_wait(&self, input: InputId) -> Interval {
         let input = self.tables.inputs.get(usize::from(input.0));
         input.map_or(Interval::ZERO, |input| self.state.max_wait.unwrap_or(input.max_wait))
     }
 
-    /// Whether another message fits into the queue of an input; `false` for an input that does not exist.
+    /// Returns whether another message fits into the queue of an input; `false` for an input that does not exist.
     pub fn has_room(&self, program: &mut dyn Program, input: InputId) -> bool {
         let input = self.tables.inputs.get(usize::from(input.0));
         input.and_then(|input| program.trigger(input.trigger)).is_some_and(|cell| cell.has_room())
@@ -189,19 +191,19 @@ impl<'s> Engine<'s> {
                 _ => {}
             }
         }
-        self.modes_at(ModeMoment::Start(start));
+        self.modes_at(ModeEvent::Start(start));
     }
 
-    /// Makes `tag` the last one of the program, or the next microstep when that has passed. A stop is never put off.
+    /// Makes `tag` the last one of the program, or the next microstep when that has passed. A stop is never postponed.
     pub fn set_stop_tag(&mut self, tag: Tag) {
         if self.state.current < self.state.stop {
             self.state.stop = self.state.stop.min(tag.max(self.state.current.next_microstep()));
         }
     }
 
-    /// Makes the next microstep the last tag, when nothing can happen any more: no event is pending, no stop is set,
-    /// no physical thread has a link, and `keepalive` is not set. Gives whether it did. Not for federates, to which
-    /// messages may come: there the RTI's grant of FOREVER tells, and [`set_stop_tag`](Self::set_stop_tag) follows.
+    /// Makes the next microstep the last tag, when nothing can happen any more: no event is pending, no stop is set, no
+    /// physical thread has a link, and `keepalive` is not set. Returns whether it did. Not for federates, to which
+    /// messages may come: for them the RTI grants FOREVER, and [`set_stop_tag`](Self::set_stop_tag) follows.
     pub fn stop_if_idle(&mut self, env: &dyn Env) -> bool {
         let links = env.outside().mailbox().links();
         let idle = self.next_tag().is_none() && !self.is_done() && !self.settings.keepalive && links == 0;
@@ -211,7 +213,7 @@ impl<'s> Engine<'s> {
         idle
     }
 
-    /// Schedules what has come from other threads. Call it whenever the event loop was woken, before `next_tag`.
+    /// Schedules the events of other threads. Call it whenever the event loop was woken, before `next_tag`.
     #[cfg_attr(target_pointer_width = "32", inline(never))]
     pub fn drain_physical(&mut self, program: &mut dyn Program, env: &dyn Env) {
         let bounds = self.state.bounds();
@@ -234,7 +236,7 @@ impl<'s> Engine<'s> {
         }
     }
 
-    /// Takes a message from another federate. What comes after the stop tag is dropped.
+    /// Takes a message from another federate. A message after the stop tag is dropped.
     ///
     /// A message for the tag that is open takes effect at once: its value is present, and triggers reactions. It is
     /// late when a reaction has run that could have seen it, or one of a higher level.
@@ -272,8 +274,8 @@ impl<'s> Engine<'s> {
         Ok(())
     }
 
-    /// Takes a message from another federate over a physical connection: it happens at physical time `now`, after the
-    /// connection's delay, or at the next microstep where that has passed. What comes after the stop tag is dropped.
+    /// Takes a message from another federate over a physical connection: it takes effect at physical time `now`, after
+    /// the connection's delay, or at the next microstep if that has passed. A message after the stop tag is dropped.
     ///
     /// # Errors
     /// [`DeliverError::Full`] asks to wait, and to try again with the same message; the others are fatal.
@@ -288,12 +290,12 @@ impl<'s> Engine<'s> {
         self.deliver(program, input, self.physical_tag(now, info.delay.unwrap_or_default()), bytes)
     }
 
-    /// When something happens that comes in from physical time: never at a tag that has begun, nor before the start.
+    /// Returns the tag of an event from physical time: never one that has begun, nor before the start.
     fn physical_tag(&self, now: Instant, delay: Interval) -> Tag {
         Tag::at((now + delay).max(self.state.start)).max(self.state.current.next_microstep())
     }
 
-    /// Whether the port that a trigger fills has a value at the open tag.
+    /// Returns whether the port that a trigger fills has a value at the open tag.
     fn is_filled(&self, trigger: TriggerId) -> bool {
         let kind = self.tables.triggers[usize::from(trigger.0)].kind;
         kind.fills().is_some_and(|port| self.ports.contains(port.0))

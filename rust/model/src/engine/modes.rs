@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Where the engine asks whether something is active.
+//! The engine's access to modes.
 use super::Engine;
 use crate::bits::Bits;
 use crate::events::Events;
-use crate::modes::{Change, ModeMoment};
+use crate::modes::{Change, ModeEvent};
 use crate::tables::{ReactionId, TriggerId};
 
 impl Engine<'_> {
@@ -15,9 +15,9 @@ impl Engine<'_> {
         self.tables.modes.is_none_or(|modes| (modes.hooks.is_active)(modes, self.modes, trigger))
     }
 
-    /// Something becomes of the modes, if there are any.
+    /// Handles an event of the modes, if there are any.
     #[cfg_attr(target_pointer_width = "32", inline(never))]
-    pub(super) fn modes_at(&mut self, moment: ModeMoment<'_>) {
+    pub(super) fn modes_at(&mut self, event: ModeEvent<'_>) {
         let Some(modes) = self.tables.modes else { return };
         let mut change = Change {
             modes,
@@ -27,6 +27,6 @@ impl Engine<'_> {
             events: Events { next: self.events.next, winners: self.events.winners },
             ready: Bits(self.ready.0),
         };
-        (modes.hooks.at)(&mut change, moment);
+        (modes.hooks.at)(&mut change, event);
     }
 }

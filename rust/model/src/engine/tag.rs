@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! The life of a tag: it is begun, its reactions run, and it is closed.
+//! The life of a tag: it begins, its reactions run, and it ends.
 use super::{Engine, Progress};
 use crate::bits::Bits;
 use crate::context::ReactionContext;
@@ -8,7 +8,7 @@ use crate::env::ReactionStep;
 use crate::env::{Env, Outgoing, SendError};
 use crate::error::ModelError;
 use crate::events::Events;
-use crate::modes::ModeMoment;
+use crate::modes::ModeEvent;
 use crate::part::Part;
 use crate::program::Program;
 use crate::queue::Full;
@@ -18,7 +18,7 @@ use crate::time::{Interval, Tag};
 
 impl Engine<'_> {
     /// Opens a tag: its events take effect, and trigger reactions, which [`advance`](Self::advance) runs. It need not
-    /// have events: messages may come for it while it is open, and the absence of values may have to be told.
+    /// have events: messages may come for it while it is open, and receivers may need the absence of values.
     ///
     /// # Errors
     /// When it is not the time for this tag.
@@ -55,8 +55,8 @@ impl Engine<'_> {
 
     /// Runs reactions of the open tag in order until none is left, and completes the tag; or until one cannot run yet.
     ///
-    /// With `max_level`, only reactions below that level run, and the tag is not completed, for inputs that reactions
-    /// from that level on see are not known yet. Without an open tag it says [`Progress::Complete`].
+    /// With `max_level`, only reactions below that level run, and the tag is not completed, because reactions from that
+    /// level on see inputs that are not known yet. Without an open tag it returns [`Progress::Complete`].
     #[cfg_attr(target_pointer_width = "32", inline(never))]
     pub fn advance(&mut self, program: &mut dyn Program, env: &mut dyn Env, max_level: Option<u16>) -> Progress {
         if self.state.phase != Phase::InTag {
@@ -107,7 +107,7 @@ impl Engine<'_> {
             TriggerKind::Startup | TriggerKind::Shutdown => {}
             TriggerKind::Reset => {
                 self.events.set(id, None);
-                self.modes_at(ModeMoment::Entry);
+                self.modes_at(ModeEvent::Entry);
                 return;
             }
             TriggerKind::Logical(_) | TriggerKind::Physical(_) => {
@@ -155,7 +155,7 @@ impl Engine<'_> {
             ports: Bits(self.ports.0),
             tardy: Bits(self.tardy.reactions.0),
             intended: self.tardy.intended,
-            // Whoever handles it has dealt with it.
+            // A handler has dealt with it.
             inherits_tardy: tardy && !info.tardy,
             mode: None,
             env,
@@ -173,7 +173,7 @@ impl Engine<'_> {
         self.tables.request_mode(self.modes, mode);
     }
 
-    /// Whether the value, or word that there is none, is on its way, or has nowhere to go.
+    /// Sends the value of an output, or its absence. Returns whether it was sent, or has no receiver.
     #[cfg_attr(target_pointer_width = "32", inline(never))]
     fn send(&mut self, program: &mut dyn Program, env: &mut dyn Env, id: OutputId) -> bool {
         let output = &self.tables.outputs[usize::from(id.0)];
@@ -196,7 +196,7 @@ impl Engine<'_> {
         }
     }
 
-    /// Closes the tag: delayed connections take their values, and what was present no longer is.
+    /// Closes the tag: delayed connections take their values, and present values become absent.
     #[cfg_attr(target_pointer_width = "32", inline(never))]
     fn complete(&mut self, program: &mut dyn Program, env: &dyn Env) {
         while let Some(port) = self.ports.first_from(0) {
@@ -218,7 +218,7 @@ impl Engine<'_> {
         let over = self.state.error.is_some() || self.state.current >= self.state.stop;
         self.state.phase = if over { Phase::Done } else { Phase::BetweenTags };
         if let Some(cells) = program.modes().filter(|_| !over) {
-            self.modes_at(ModeMoment::Complete(cells));
+            self.modes_at(ModeEvent::Complete(cells));
         }
     }
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Messages that come after their tag, and what they make of the reactions that see them.
+//! Messages that come after their tag, and the reactions that see them.
 use super::Engine;
 use crate::cell::Placed;
 use crate::error::DeliverError;
@@ -8,24 +8,24 @@ use crate::state::{Last, mark_tardy};
 use crate::tables::{InputId, PortId, TriggerId};
 use crate::time::{Instant, Tag};
 
-/// What became of a message that may have come too late.
+/// The outcome of a message that may have come too late.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Delivery {
-    /// It is in time, and happens at this tag.
+    /// It is in time, and takes effect at this tag.
     InTime(Tag),
-    /// It is tardy, and happens at this tag.
+    /// It is tardy, and takes effect at this tag.
     Tardy(Tag),
-    /// It is for after the last tag of the program, and does not happen.
+    /// It is for after the last tag of the program, and has no effect.
     AfterStop,
-    /// It has come so late that the last tag of the program is too early for it, and does not happen.
+    /// It has come so late that the last tag of the program is too early for it, and has no effect.
     Lost,
 }
 
 impl Engine<'_> {
     /// Takes a message for an input with [`NetworkInput::tardy`](crate::NetworkInput::tardy).
     ///
-    /// One that is in time is taken as by [`deliver`](Self::deliver). One that is late happens at the next microstep,
-    /// or after what is in the input's queue, and the reactions that see it are told.
+    /// One that is in time is taken as by [`deliver`](Self::deliver). A late one takes effect at the next microstep, or
+    /// after the messages in the input's queue, and the reactions that see it are marked.
     ///
     /// # Errors
     /// [`DeliverError::Full`] asks to wait, and to try again with the same message; the others are fatal.
@@ -46,7 +46,8 @@ impl Engine<'_> {
         let last = self.last[usize::from(input.0)];
         let follows = last.happens.next_microstep();
         let (tag, meant) = if last.sent == intended && (follows > current || is_open(follows)) {
-            // A second message for one tag happens a microstep later, and is in time until that has gone on without it.
+            // A second message for one tag takes effect a microstep later, and is in time until that has begun without
+            // it.
             (follows, follows)
         } else if intended > current || is_open(intended) {
             (intended, intended)
@@ -74,7 +75,7 @@ impl Engine<'_> {
         })
     }
 
-    /// If the value that a trigger has just put into its port is tardy, those who see it are told.
+    /// Marks the reactions that see a value which a trigger has just put into its port, if it is tardy.
     pub(super) fn note_tardy(&mut self, program: &mut dyn Program, id: TriggerId, port: PortId) {
         let Some(intended) = program.trigger(id).and_then(|cell| cell.intended()) else { return };
         let mut inputs = self.tables.inputs.iter().zip(&mut *self.tardy.intended);

@@ -11,7 +11,7 @@ use crate::workers::{ASKED, Level};
 
 impl Engine<'_> {
     /// Runs the reactions of a level side by side, if the program has workers and several reactions are ready, the
-    /// first of which is this one. Gives whether that one has run; what has not, runs one by one.
+    /// first of which is this one. Returns whether that one has run; the others run one by one.
     pub(super) fn share_level(&mut self, program: &mut dyn Program, env: &mut dyn Env, first: u16) -> bool {
         if self.tables.workers < 2 {
             return false;
@@ -37,7 +37,7 @@ impl Engine<'_> {
         };
         program.share(number, &mut level);
         while let Some((ASKED, action)) = self.events.earliest() {
-            // Reactions in other modes share the job, and what those could have scheduled stands still.
+            // Reactions in other modes share the job, and the actions of those are not active.
             let cell = if self.is_active(action) { program.trigger(action) } else { None };
             self.events.set(action, cell.and_then(|cell| cell.pending()));
         }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Where the fields of a struct, a tuple or an enum lie in its bytes: as C lays them out.
+//! The layout of the fields of a struct, a tuple or an enum, which is that of C.
 //!
 //! | type | C |
 //! |---|---|
@@ -9,13 +9,13 @@
 //! | `heapless::Vec<T, N>` as a field | `struct { uint32_t length; T elements[N]; }` |
 //! | `heapless::String<N>` as a field | `struct { uint32_t length; char text[N]; }` |
 //!
-//! All bytes that no value lies in are 0 when they are sent, and are not looked at when they are received.
+//! All padding bytes are 0 when they are sent, and are ignored when they are received.
 use core::ops::Range;
 
 use super::{FixedPayload, PayloadError};
 
-/// A value that can be a field of a struct, an element of an array and the like: all that is a [`FixedPayload`], and
-/// lists and texts, which there have a slot of their full size.
+/// A value that can be a field of a struct, an element of an array and the like: any [`FixedPayload`], and lists and
+/// texts, which then have a slot of their full size.
 #[diagnostic::on_unimplemented(
     message = "a value of type `{Self}` cannot stand in a struct, an enum or a list that is sent to another federate",
     label = "it cannot be sent",
@@ -26,10 +26,10 @@ pub trait Field: Sized {
     /// Its size and its alignment.
     const LAYOUT: Layout;
 
-    /// Writes it to `bytes`, which are as many as its layout says, all of them 0.
+    /// Writes it to `bytes`, as many as its layout has, all of them 0.
     fn write_field(&self, bytes: &mut [u8]);
 
-    /// Reads it from `bytes`, which are as many as its layout says.
+    /// Reads it from `bytes`, as many as its layout has.
     ///
     /// # Errors
     /// When the bytes are not a value of this type.
@@ -52,7 +52,7 @@ impl<T: FixedPayload> Field for T {
 /// Size and alignment of a C type, or of its first fields.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Layout {
-    /// Where the last field ends.
+    /// The end of the last field.
     end: usize,
     align: usize,
 }
@@ -61,7 +61,7 @@ impl Layout {
     /// A struct without fields.
     pub const EMPTY: Self = Self { end: 0, align: 1 };
 
-    /// A type of this size and this alignment.
+    /// Returns a type of this size and this alignment.
     ///
     /// # Panics
     /// When the alignment is not a power of two: while compiling, because layouts are constants.
@@ -70,31 +70,31 @@ impl Layout {
         Self { end: size, align }
     }
 
-    /// The struct with one more field.
+    /// Returns the struct with one more field.
     #[must_use]
     pub const fn with(self, field: Self) -> Self {
         let start = self.end.next_multiple_of(field.align);
         Self { end: start + field.size(), align: max(self.align, field.align) }
     }
 
-    /// The union with one more member.
+    /// Returns the union with one more member.
     #[must_use]
     pub const fn or(self, member: Self) -> Self {
         Self { end: max(self.end, member.size()), align: max(self.align, member.align) }
     }
 
-    /// The array of so many.
+    /// Returns the array with this many elements.
     #[must_use]
     pub const fn times(self, elements: usize) -> Self {
         Self { end: elements * self.size(), align: self.align }
     }
 
-    /// Its bytes, with the padding at the end.
+    /// Returns its size in bytes, with the padding at the end.
     pub const fn size(self) -> usize {
         self.end.next_multiple_of(self.align)
     }
 
-    /// Its address is a multiple of this.
+    /// Returns the alignment of its address.
     pub const fn align(self) -> usize {
         self.align
     }
@@ -104,7 +104,7 @@ const fn max(one: usize, other: usize) -> usize {
     if one > other { one } else { other }
 }
 
-/// All that the fields of one type need.
+/// The layout and the functions for fields of one type.
 #[derive(Debug)]
 pub struct Member<T> {
     /// Size and alignment.
@@ -113,8 +113,8 @@ pub struct Member<T> {
     read: fn(&[u8]) -> Result<T, PayloadError>,
 }
 
-/// The member of a type. What `#[derive(Payload)]` generates asks for nothing else of a field, so that rustc says once
-/// that there is none.
+/// Returns the member of a type. The code that `#[derive(Payload)]` generates uses nothing else of a field, so that
+/// rustc reports a missing implementation once.
 pub const fn member<T: Field>() -> Member<T> {
     Member { layout: T::LAYOUT, write: T::write_field, read: T::read_field }
 }
@@ -127,12 +127,12 @@ pub struct Fields<B> {
 }
 
 impl<B> Fields<B> {
-    /// The fields in all these bytes of a struct; for writing they are 0.
+    /// Returns the fields in all these bytes of a struct; for writing they are 0.
     pub const fn new(bytes: B) -> Self {
         Self { bytes, end: 0 }
     }
 
-    /// Goes on to where a union of this layout begins.
+    /// Moves to the beginning of a union of this layout.
     pub const fn align_to(&mut self, union: Layout) {
         self.end = self.end.next_multiple_of(union.align);
     }
@@ -148,7 +148,7 @@ impl Fields<&mut [u8]> {
     /// Writes the next field.
     ///
     /// # Panics
-    /// When the bytes are fewer than the struct's layout says.
+    /// When the bytes are fewer than the struct's layout has.
     #[expect(clippy::needless_pass_by_value, reason = "it is a constant, which is made where it is used")]
     pub fn put<T>(&mut self, member: Member<T>, value: &T) {
         let place = self.next(member.layout);
@@ -163,7 +163,7 @@ impl Fields<&[u8]> {
     /// When the bytes are not a value of this type.
     ///
     /// # Panics
-    /// When the bytes are fewer than the struct's layout says.
+    /// When the bytes are fewer than the struct's layout has.
     #[expect(clippy::needless_pass_by_value, reason = "it is a constant, which is made where it is used")]
     pub fn take<T>(&mut self, member: Member<T>) -> Result<T, PayloadError> {
         let place = self.next(member.layout);

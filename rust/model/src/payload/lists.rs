@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Lists and texts: by themselves as many bytes as there are, in a struct a length and a slot of their full size.
+//! Lists and texts: a value by itself takes as many bytes as it has, a field of a struct a length and a slot of full
+//! size.
 use super::compound::write_elements;
 use super::layout::{Field, Fields, Layout, member};
 use super::{Payload, PayloadError};
@@ -32,7 +33,7 @@ impl<const N: usize> Payload for heapless::String<N> {
     }
 }
 
-/// Writes the elements of a list that holds at most `capacity`, and gives the number of bytes.
+/// Writes the elements of a list that holds at most `capacity`, and returns the number of bytes.
 ///
 /// # Errors
 /// When the list is longer, or the bytes do not fit.
@@ -49,7 +50,7 @@ pub fn list_to<T: Field>(elements: &[T], capacity: usize, bytes: &mut [u8]) -> R
 /// Reads a list that holds at most `capacity` elements, each of which has at least one byte.
 ///
 /// # Errors
-/// When there are more, or a part of one, or one that is no value of its type.
+/// When there are more, or a part of one, or one that is not a value of its type.
 pub fn list_from<T: Field, L: FromIterator<T>>(bytes: &[u8], capacity: usize) -> Result<L, PayloadError> {
     let elements = bytes.chunks_exact(T::LAYOUT.size().max(1));
     if !elements.remainder().is_empty() {
@@ -61,7 +62,7 @@ pub fn list_from<T: Field, L: FromIterator<T>>(bytes: &[u8], capacity: usize) ->
     elements.map(T::read_field).collect()
 }
 
-/// Writes a text of at most `capacity` bytes and a NUL, and gives the number of bytes.
+/// Writes a text of at most `capacity` bytes and a NUL, and returns the number of bytes.
 ///
 /// # Errors
 /// When the text is longer, has a NUL, or does not fit.
@@ -92,7 +93,7 @@ pub fn text_from(bytes: &[u8]) -> Result<&str, PayloadError> {
     core::str::from_utf8(text).map_err(|_| PayloadError::NotUtf8)
 }
 
-/// The length of a slot, as it stands before the slot.
+/// Returns the length of a slot in the form that precedes the slot.
 const fn length(length: usize) -> u32 {
     assert!(length <= u32::MAX as usize, "a slot has at most u32::MAX elements");
     #[expect(clippy::cast_possible_truncation, reason = "it has just been compared")]
@@ -100,7 +101,7 @@ const fn length(length: usize) -> u32 {
     length
 }
 
-/// The bytes behind a length that is at most `capacity`.
+/// Returns the length, if it is at most `capacity`, and the bytes behind it.
 fn slot(bytes: &[u8], elements: Layout, capacity: usize) -> Result<(usize, &[u8]), PayloadError> {
     let mut fields = Fields::new(bytes);
     let length: u32 = fields.take(member())?;

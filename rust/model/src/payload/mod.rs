@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Values as bytes between federates: the memory of the C type, little-endian, as the stock runtime sends it.
 //!
-//! Scalars take their size, arrays length × element, structs and tuples the C layout with its padding, enums that of a
-//! number and a union, `heapless::Vec` as many elements as it holds, `heapless::String` its bytes and a NUL, times 8
-//! bytes of nanoseconds, and `()` nothing. Within a struct, what may be longer or shorter has a slot of its full size:
+//! A scalar takes its size, an array length × element, a struct or tuple the C layout with its padding, an enum that of
+//! a number and a union, a `heapless::Vec` the elements that it holds, a `heapless::String` its bytes and a NUL, a time
+//! 8 bytes of nanoseconds, and `()` nothing. Within a struct, a value of variable length has a slot of its full size:
 //! [`layout`]. `usize` has no form as bytes, because it differs between a computer and a board.
 use core::fmt;
 
@@ -30,10 +30,10 @@ pub use serializer::{Native, Serializer, copied_by_connection, sendable, sendabl
             heapless::String, and structs and enums of these"
 )]
 pub trait Payload: Sized {
-    /// The most bytes that a value takes; the generator sizes buffers by it.
+    /// The maximum number of bytes of a value; the generator sizes buffers by it.
     const MAX_LEN: usize;
 
-    /// Writes the value to the beginning of `bytes`, and gives the number of bytes.
+    /// Writes the value to the beginning of `bytes`, and returns the number of bytes.
     ///
     /// # Errors
     /// When they do not fit, or the value has no form as bytes.
@@ -46,29 +46,29 @@ pub trait Payload: Sized {
     fn decode(bytes: &[u8]) -> Result<Self, PayloadError>;
 }
 
-/// A value that always takes the same number of bytes, so that it can stand in a struct or an array.
+/// A value that always takes the same number of bytes, so that it can be a field of a struct or an element of an array.
 #[diagnostic::on_unimplemented(
     message = "a value of type `{Self}` does not always take the same number of bytes",
     note = "write `#[derive(Payload)]` before a struct or an enum of your own"
 )]
 pub trait FixedPayload: Sized {
-    /// Its bytes.
+    /// Its size in bytes.
     const SIZE: usize;
 
-    /// Its address is a multiple of this, as in C on 64-bit Linux and 32-bit Arm.
+    /// Its alignment, as in C on 64-bit Linux and 32-bit Arm.
     const ALIGN: usize;
 
-    /// Writes it to `bytes`, which are [`SIZE`](Self::SIZE).
+    /// Writes it to `bytes`, exactly [`SIZE`](Self::SIZE).
     fn write(&self, bytes: &mut [u8]);
 
-    /// Reads it from `bytes`, which are [`SIZE`](Self::SIZE).
+    /// Reads it from `bytes`, exactly [`SIZE`](Self::SIZE).
     ///
     /// # Errors
     /// When the bytes are not a value of this type.
     fn read(bytes: &[u8]) -> Result<Self, PayloadError>;
 }
 
-/// Bytes and values that do not go together.
+/// The reason why bytes and values do not fit together.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum PayloadError {
     /// There is no value to write.
@@ -87,7 +87,7 @@ pub enum PayloadError {
         /// Bytes that there are.
         found: usize,
     },
-    /// The bytes are no whole number of elements.
+    /// The bytes are not a whole number of elements.
     Remainder {
         /// Bytes of one element.
         element: usize,
@@ -98,7 +98,7 @@ pub enum PayloadError {
     TooLong {
         /// Elements, or bytes of text, that fit.
         capacity: usize,
-        /// Those that there are.
+        /// The number found.
         found: usize,
     },
     /// A byte is neither 0 nor 1.
@@ -107,11 +107,11 @@ pub enum PayloadError {
     Nul,
     /// A text is not UTF-8.
     NotUtf8,
-    /// A number is no character.
+    /// A number is not a character.
     NotChar(u32),
     /// A number is none of the enum's variants.
     NotVariant(i64),
-    /// A serialized value takes more bytes than its bound says.
+    /// A serialized value takes more bytes than its bound.
     LongerThan(usize),
     /// The serializer has no form for the value.
     NotSerialized,

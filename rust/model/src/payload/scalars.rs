@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Values of one number, or of none.
+//! Scalar values, and the value without bytes.
 use core::time::Duration;
 
 use super::{FixedPayload, PayloadError};
@@ -67,7 +67,7 @@ times!(
     Duration, |duration| Interval::from_duration(duration).as_nanos(), |ns| Interval::from_nanos(ns).to_duration()
 );
 
-/// As C's `char32_t`.
+/// The form of C's `char32_t`.
 impl FixedPayload for char {
     const SIZE: usize = u32::SIZE;
     const ALIGN: usize = u32::ALIGN;

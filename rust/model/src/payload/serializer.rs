@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-//! How values become bytes, where a program says it with `@serializer` or `@max_length`.
+//! Serializers that a program chooses with `@serializer` or `@max_length`.
 use super::{Payload, PayloadError};
 
-/// A way to make bytes of values of a type, and values of them.
+/// A conversion between values of a type and bytes.
 #[diagnostic::on_unimplemented(
     message = "the serializer of this port cannot send a value of type `{T}` to another federate",
     label = "it goes to another federate",
@@ -10,10 +10,10 @@ use super::{Payload, PayloadError};
             `#[derive(Serialize, Deserialize)]`"
 )]
 pub trait Serializer<T> {
-    /// The most bytes that a value takes; the generator sizes buffers by it.
+    /// The maximum number of bytes of a value; the generator sizes buffers by it.
     const MAX_LEN: usize;
 
-    /// Writes a value to the beginning of `bytes`, and gives the number of bytes.
+    /// Writes a value to the beginning of `bytes`, and returns the number of bytes.
     ///
     /// # Errors
     /// When they do not fit, or the value has no form as bytes.
@@ -43,13 +43,13 @@ impl<T: Payload> Serializer<T> for Native {
     }
 }
 
-/// Asserts that values of a type can be sent; generated code does it at the place where a port has its type.
+/// Asserts that values of a type can be sent; generated code calls it where a port has its type.
 pub const fn sendable<T: Payload>() {}
 
-/// The same for a serializer.
+/// Asserts that a serializer can send values of a type.
 pub const fn sendable_by<T, S: Serializer<T>>() {}
 
-/// The same of values that a connection copies.
+/// Asserts that a connection can copy values of a type.
 pub const fn copied_by_connection<T: Clone>() {}
 
 #[cfg(feature = "postcard")]
@@ -91,14 +91,14 @@ mod by_postcard {
         }
     }
 
-    /// A type of which it is known how many bytes postcard's format takes at most.
+    /// A type whose postcard format has a known maximum size.
     #[diagnostic::on_unimplemented(
         message = "it is not known how many bytes a value of type `{Self}` takes at most",
         label = "it goes to another federate",
         note = "write `@max_length(200)` before the port, or derive `postcard::experimental::max_size::MaxSize`"
     )]
     pub trait Bounded {
-        /// The most bytes.
+        /// The maximum number of bytes.
         const BYTES: usize;
     }
 

@@ -17,12 +17,12 @@ use lf_testkit::host::{Clock, Host};
 pub const MS: i64 = 1_000_000;
 pub const START: Instant = Instant::from_nanos(5_000 * MS);
 
-/// The tag so many milliseconds and microsteps after the start.
+/// Returns the tag this many milliseconds and microsteps after the start.
 pub fn at(ms: i64, microstep: u32) -> Tag {
     Tag::new(START + Interval::from_millis(ms), lf_model::Microstep(microstep))
 }
 
-/// What triggers a reaction.
+/// The trigger of a reaction.
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub enum By {
     Startup,
@@ -37,7 +37,7 @@ pub enum By {
     Input,
 }
 
-/// What the reactions of a bench work with.
+/// The ports and actions of a bench for its reactions.
 pub struct Cells {
     pub timers: [Timer; 2],
     pub actions: [LogicalActionQueue<u32, 4>; 2],
@@ -48,7 +48,7 @@ pub struct Cells {
     pub input: TardyInput<u32, 2>,
     /// The modes whose state has been reset.
     pub resets: Vec<u16>,
-    /// What reactions want to tell the test: a word, and when.
+    /// The log of reactions for the test: a word, and when.
     pub log: Vec<(String, Tag)>,
 }
 
@@ -151,7 +151,7 @@ impl Builder {
         self.output_delay = Some(Interval::from_millis(ms));
         self
     }
-    /// The receiver of the output is told when there is no value.
+    /// Makes the output send absences.
     pub fn tells_absence(mut self) -> Self {
         self.tells_absence = true;
         self
@@ -481,7 +481,7 @@ pub struct Bench {
 }
 
 impl Bench {
-    /// Opens the next tag, with physical time at its time, and runs it; gives the tag and how it went.
+    /// Opens the next tag, with physical time at its time, and runs it; returns the tag and its outcome.
     pub fn step(&mut self) -> Option<(Tag, Progress)> {
         self.engine.drain_physical(&mut self.program, &self.host);
         let tag = self.engine.next_tag()?;
@@ -505,7 +505,7 @@ impl Bench {
         self.engine.begin(&mut self.program, tag).unwrap();
     }
 
-    /// Runs complete tags, at most `count`; gives the tags.
+    /// Runs complete tags, at most `count`; returns the tags.
     pub fn steps(&mut self, count: usize) -> Vec<Tag> {
         let mut tags = Vec::new();
         for _ in 0..count {
@@ -518,7 +518,7 @@ impl Bench {
         tags
     }
 
-    /// Runs until the program fails, and gives why.
+    /// Runs until the program fails, and returns the error.
     pub fn failure(&mut self) -> ModelError {
         loop {
             match self.step() {
@@ -537,7 +537,7 @@ impl Bench {
         self.engine.deliver_tardy(&mut self.program, InputId(0), tag, &value.to_le_bytes()).unwrap()
     }
 
-    /// What the reactions logged since the last call: the word, the milliseconds after the start, the microstep.
+    /// Returns the log since the last call: the word, the milliseconds after the start, the microstep.
     pub fn log(&mut self) -> Vec<(String, i64, u32)> {
         let log = std::mem::take(&mut self.program.cells.log);
         log.into_iter().map(|(word, tag)| (word, tag.time.since(START).as_nanos() / MS, tag.microstep.0)).collect()

@@ -42,7 +42,7 @@ pub struct Plan {
 /// A reaction that ran: at this tag, with this number, seeing this value.
 pub type Step = (TagPair, usize, Option<u32>);
 
-/// What was told to other federates at this tag, of this port: a value, or that there is none.
+/// A message to other federates at this tag, of this port: a value, or its absence.
 pub type Told = (TagPair, usize, Option<u32>);
 
 #[derive(Debug, PartialEq)]
@@ -71,7 +71,7 @@ pub const AT_PORTS: usize = AT_DELAYED + PORTS;
 pub const SHUTDOWN: usize = AT_PORTS + PORTS;
 pub const AT_SENDS: usize = SHUTDOWN + 1;
 
-/// What a reaction does at a tag, chosen by the seed.
+/// Returns the effects of a reaction at a tag, chosen by the seed.
 pub fn effects(seed: u64, tag: TagPair, reaction: usize) -> Vec<Effect> {
     let place = combine(tag.0 as u64, combine(tag.1.into(), reaction as u64));
     let mut random = Random::new(combine(seed, place));
@@ -99,7 +99,7 @@ pub fn effects(seed: u64, tag: TagPair, reaction: usize) -> Vec<Effect> {
 #[derive(Default)]
 struct Action {
     pending: BTreeMap<TagPair, Option<u32>>,
-    /// What will not happen, because it comes after the stop.
+    /// The tags after the stop, which will not happen.
     beyond: BTreeSet<TagPair>,
     last: Option<TagPair>,
     happened: Option<TagPair>,

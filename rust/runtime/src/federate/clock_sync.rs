@@ -7,8 +7,8 @@ use lf_coordination::clock_sync::Trouble;
 use lf_coordination::federate::{ClockSync, Federate, Needs};
 
 use crate::datagram::{DatagramPort, send};
+use crate::log_event::{FederateEvent, report};
 use crate::platform::{NetError, Platform};
-use crate::remark::{Remark, tell};
 use crate::tracing::set_correction;
 use log::Level;
 
@@ -16,18 +16,18 @@ use log::Level;
 #[derive(Debug, Default)]
 pub(super) struct ClockSyncPort {
     pub(super) port: DatagramPort,
-    /// Strangers have been reported.
+    /// Whether strangers have been logged.
     stranger: bool,
-    /// Which kinds of trouble with the clock have, by their bits.
+    /// The kinds of clock trouble that have been logged, by their bits.
     troubles: u8,
 }
 
 impl ClockSyncPort {
-    /// Opens a port, if a federate takes part in rounds over UDP; gives its number.
+    /// Opens a port, if a federate takes part in rounds over UDP; returns its number.
     pub(super) fn open<P: Platform>(platform: &mut P, clock_sync: ClockSync) -> Result<(Self, Option<u16>), NetError> {
         let ClockSync::On { .. } = clock_sync else { return Ok((Self::default(), None)) };
         if !P::DATAGRAMS {
-            tell(Level::Warn, &Remark::NoDatagrams);
+            report(Level::Warn, &FederateEvent::NoDatagrams);
             return Ok((Self::default(), None));
         }
         let socket = platform.bind(0)?;
@@ -52,7 +52,7 @@ impl ClockSyncPort {
                 set_correction(platform, machine.clock());
             }
             if heard.stranger && !replace(stranger, true) {
-                tell(Level::Warn, &Remark::Stranger(from));
+                report(Level::Warn, &FederateEvent::Stranger(from));
             }
             if let Some(trouble) = heard.trouble {
                 let kind = match trouble {
@@ -63,20 +63,20 @@ impl ClockSyncPort {
                 };
                 let told = *troubles;
                 if replace(troubles, told | kind) & kind == 0 {
-                    tell(Level::Warn, &Remark::ClockTrouble(trouble));
+                    report(Level::Warn, &FederateEvent::ClockTrouble(trouble));
                 }
             }
         });
     }
 
-    /// Ends clock synchronization, and says what it was good for.
+    /// Ends clock synchronization, and logs its results.
     pub(super) fn end<P: Platform>(&mut self, platform: &mut P, machine: &Federate<'_, impl Needs>) {
         if !P::DATAGRAMS {
             return;
         }
         self.port.close(platform);
-        if let Some(report) = machine.clock_sync_report() {
-            tell(Level::Info, &Remark::ClockSync(report));
+        if let Some(results) = machine.clock_sync_report() {
+            report(Level::Info, &FederateEvent::ClockSync(results));
         }
     }
 }

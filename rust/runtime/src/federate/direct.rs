@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! What federates say to each other past the RTI: heard in time, and told of when it is too late.
+//! Direct messages between federates: delivered in time, and logged when they are too late.
 
 use lf_coordination::federate::{Needs, Phase};
 use lf_model::InputId;
@@ -11,11 +11,11 @@ use super::late::Late;
 use super::peers::{Outputs, Peers};
 use crate::description::PEERS;
 use crate::error::RunError;
+use crate::log_event::{PeerEvent, report};
 use crate::platform::Platform;
-use crate::remark::{PeerRemark, tell};
 use log::Level;
 
-/// The connections past the RTI, and what has come too late over them.
+/// The direct connections, and the messages that came too late over them.
 #[derive(Debug)]
 pub(super) struct Direct<'a, 's> {
     pub(super) peers: Peers<'a, 's>,
@@ -25,22 +25,22 @@ pub(super) struct Direct<'a, 's> {
 }
 
 impl<'a, 's> Direct<'a, 's> {
-    /// Nothing has come yet.
+    /// Returns the state before the first message.
     pub(super) fn new(peers: Peers<'a, 's>, id: u16) -> Self {
         Self { peers, late: Late::default(), id }
     }
 
-    /// How many messages have come too late.
+    /// Returns the number of messages that have come too late.
     pub(super) fn late_messages(&self) -> u64 {
         self.late.messages()
     }
 
-    /// How many messages are known not to have reached their receivers.
+    /// Returns the number of messages that are known not to have reached their receivers.
     pub(super) fn lost_messages(&self) -> u64 {
         self.peers.receivers().fold(0, |sum, (_, outbound)| sum.saturating_add(outbound.lost))
     }
 
-    /// Makes the connections to other federates, and takes those that come from them.
+    /// Makes the connections to other federates, and accepts theirs.
     pub(super) fn meet<P: Platform>(
         &mut self,
         platform: &mut P,
@@ -50,8 +50,8 @@ impl<'a, 's> Direct<'a, 's> {
             return Ok(());
         }
         let machine = &mut execution.machine;
-        self.peers.welcome(platform, machine.phase() >= Phase::Running);
-        self.peers.look_for_ends(platform);
+        self.peers.accept(platform, machine.phase() >= Phase::Running);
+        self.peers.detect_ends(platform);
         if machine.phase() != Phase::Meeting {
             return Ok(());
         }
@@ -66,7 +66,7 @@ impl<'a, 's> Direct<'a, 's> {
         Ok(())
     }
 
-    /// Reads what other federates have sent, as far as a wait has told of it, and takes what there is room for.
+    /// Reads what other federates have sent, as far as a wait has reported it, and delivers what there is room for.
     pub(super) fn receive<P: Platform>(
         &mut self,
         platform: &mut P,
@@ -80,7 +80,7 @@ impl<'a, 's> Direct<'a, 's> {
         self.take(platform, execution)
     }
 
-    /// The same, though no wait has told of it. `true` when there was something.
+    /// Does the same, though no wait has reported input. Returns `true` when there was some.
     pub(super) fn sweep<P: Platform>(
         &mut self,
         platform: &mut P,
@@ -96,7 +96,7 @@ impl<'a, 's> Direct<'a, 's> {
         Ok(any)
     }
 
-    /// Takes what was held, if it may have room now.
+    /// Delivers held messages that may have room now.
     pub(super) fn take_held<P: Platform>(
         &mut self,
         platform: &mut P,
@@ -105,7 +105,7 @@ impl<'a, 's> Direct<'a, 's> {
         if self.peers.take_stale() { self.take(platform, execution) } else { Ok(()) }
     }
 
-    /// Takes what has come, as far as there is room for it; bounded by the sizes of the buffers.
+    /// Delivers messages as far as there is room; bounded by the sizes of the buffers.
     fn take<P: Platform>(
         &mut self,
         platform: &mut P,
@@ -128,16 +128,16 @@ impl<'a, 's> Direct<'a, 's> {
             }
             let tables = execution.engine.tables();
             let is_held = |input| inbound.receiver.holds_for(tables.port_of(InputId(input)));
-            // One that ends in order says so, if it is one of ours.
+            // A federate of this project says so when it ends in order.
             if !execution.is_over(from.0, inbound.physical_over, is_held) && !execution.machine.has_left(from) {
                 continue;
             }
-            // A tag that makes room for what is held may have to wait for the other inputs.
+            // A tag that makes room for held messages may have to wait for the other inputs.
             execution.end_inputs(from.0, is_held);
             if inbound.receiver.held.bytes == 0 {
                 log::debug!("federate {from} has left");
                 if !inbound.receiver.rest().is_empty() {
-                    tell(Level::Warn, &PeerRemark::LeftInMessage(from.0));
+                    report(Level::Warn, &PeerEvent::LeftInMessage(from.0));
                 }
                 inbound.close(platform);
             }
@@ -145,26 +145,27 @@ impl<'a, 's> Direct<'a, 's> {
         Ok(())
     }
 
-    /// Whether a federate whose receive buffer is full of messages without room would have to send word of another of
-    /// its inputs, for which this one waits for ever: then which input holds the messages.
-    pub(super) fn starved(&mut self, execution: &Execution<'_, '_, impl Needs>) -> Option<InputId> {
+    /// Returns the input of the held messages if this federate and a sender deadlock: the receive buffer is full of
+    /// messages without room, and only behind them can come a message or an absence for another input, for which this
+    /// federate waits without end.
+    pub(super) fn deadlocked_input(&mut self, execution: &Execution<'_, '_, impl Needs>) -> Option<InputId> {
         self.peers.inbound().iter_mut().find_map(|inbound| {
-            let (from, input) = (inbound.from?, inbound.receiver.choked()?);
-            execution.starves_for(from.0).then_some(input)
+            let (from, input) = (inbound.from?, inbound.receiver.full_input()?);
+            execution.deadlocks_with(from.0).then_some(input)
         })
     }
 
-    /// In the last tag, says over connections with a delay that nothing more comes: what is sent now would come after
-    /// that tag. The receivers need not wait for its end, for which this federate may have to wait for them.
-    pub(super) fn say_ends<P: Platform>(&mut self, platform: &mut P, execution: &Execution<'_, '_, impl Needs>) {
+    /// In the last tag, sends the end of connections with a delay: what is sent now would come after that tag. The
+    /// receivers need not wait for the end of this federate, which may have to wait for them.
+    pub(super) fn send_ends<P: Platform>(&mut self, platform: &mut P, execution: &Execution<'_, '_, impl Needs>) {
         if execution.is_decentralized() && execution.has_begun_last_tag() {
-            self.peers.say_ends(platform, &outputs(execution), false);
+            self.peers.send_ends(platform, &outputs(execution), false);
         }
     }
 
-    /// Sends other federates what is still to be sent, and closes the connections to them. One that has `resigned` says
-    /// first that nothing more comes. With decentralized coordination it also reads what they send until they end too:
-    /// what comes now is late. `false` when nothing is left to do.
+    /// Sends other federates what is still pending, and closes the connections to them. A federate that has `resigned`
+    /// sends the end of each connection first. With decentralized coordination it also reads the messages of others
+    /// until they end too: what comes now is late. Returns `false` when nothing is left to do.
     pub(super) fn leave<P: Platform>(
         &mut self,
         platform: &mut P,
@@ -174,7 +175,7 @@ impl<'a, 's> Direct<'a, 's> {
     ) -> bool {
         let in_time = platform.now() < until;
         let ends = resigned.then(|| outputs(execution));
-        let hears = resigned && execution.is_decentralized() && self.hear_out(platform, execution, in_time);
+        let hears = resigned && execution.is_decentralized() && self.drain(platform, execution, in_time);
         let sends = self.peers.leave(platform, ends.as_ref(), hears) && in_time;
         if !hears && !sends {
             self.peers.close(platform);
@@ -182,8 +183,8 @@ impl<'a, 's> Direct<'a, 's> {
         hears || sends
     }
 
-    /// Reads once what other federates send at their end. `true` while more can come, and there is time.
-    fn hear_out<P: Platform>(
+    /// Reads once what other federates send at their end. Returns `true` while more can come, and there is time.
+    fn drain<P: Platform>(
         &mut self,
         platform: &mut P,
         execution: &mut Execution<'_, '_, impl Needs>,
@@ -191,18 +192,18 @@ impl<'a, 's> Direct<'a, 's> {
     ) -> bool {
         let _ = self.sweep(platform, execution);
         if let Some(error) = execution.failure.take() {
-            tell(Level::Warn, &PeerRemark::LastMessages(error));
+            report(Level::Warn, &PeerEvent::LastMessages(error));
             return false;
         }
         if !in_time {
             for from in self.peers.senders() {
-                tell(Level::Warn, &PeerRemark::DoesNotEnd(from.0));
+                report(Level::Warn, &PeerEvent::DoesNotEnd(from.0));
             }
         }
         in_time && self.peers.can_receive()
     }
 
-    /// Says how many messages have come too late, or nowhere.
+    /// Logs the number of messages that have come too late or were lost.
     pub(super) fn report_losses(&self, execution: &Execution<'_, '_, impl Needs>) {
         if !execution.is_decentralized() {
             return;
@@ -210,20 +211,20 @@ impl<'a, 's> Direct<'a, 's> {
         self.late.sum_up();
         for (to, outbound) in self.peers.receivers() {
             if outbound.lost > 0 {
-                tell(Level::Warn, &PeerRemark::Lost { messages: outbound.lost, to });
+                report(Level::Warn, &PeerEvent::Lost { messages: outbound.lost, to });
             } else if outbound.left_early {
-                tell(Level::Warn, &PeerRemark::LeftBefore(to));
+                report(Level::Warn, &PeerEvent::LeftBefore(to));
             }
         }
     }
 }
 
-/// The outputs of a federate.
+/// Returns the outputs of a federate.
 fn outputs(execution: &Execution<'_, '_, impl Needs>) -> Outputs {
     Outputs::new(execution.engine.tables().outputs, execution.is_decentralized())
 }
 
-/// Whether messages of other federates can be taken. After its end a federate still looks for those that came late.
+/// Returns whether messages of other federates can be delivered. After its end a federate still looks for late ones.
 fn takes_messages(execution: &Execution<'_, '_, impl Needs>) -> bool {
     match execution.phase() {
         Phase::Running => PEERS,

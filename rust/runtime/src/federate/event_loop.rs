@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! The order in which the parts of a federate's event loop have their turns, and how it ends.
+//! The order of the steps of a federate's event loop, and its end.
 
 use core::fmt;
 use lf_coordination::Deadline;
@@ -26,25 +26,27 @@ use crate::trace::{Event as Traced, Role, TRACES, Waits};
 use crate::tracing::{begin, note, set_correction, waits};
 use crate::turn::Turn;
 
-/// How many tags are run before the socket is looked at again, when physical time is ahead of logical time.
+/// The number of tags to run before the socket is read again, when physical time is ahead of logical time.
 const TAGS_PER_TURN: u32 = 16;
-/// How long others may take nothing while this federate waits for that in the middle of a tag. They may be waiting for
-/// this one, and then for ever.
-const STUCK_TIME_OUT: Interval = Interval::from_secs(60);
-/// How long a federate that has failed tries to tell the RTI, and any federate tries to tell its peers.
-const LAST_WORDS: Interval = Interval::from_secs(1);
-/// How long a federate that has resigned waits until the RTI has read all of it. The RTI may read slowly, because a
-/// receiver is slow, and what it answers would reset a connection that is closed meanwhile: the rest would be lost.
-const RESIGNATION: Interval = Interval::from_secs(60);
-/// How long a federate that has come to its last tag reads what others send it too late, to say so, with decentralized
+/// The time for which others may accept nothing while this federate waits for that in the middle of a tag. They may be
+/// waiting for this one, and then without end.
+const BLOCKED_TIME_OUT: Interval = Interval::from_secs(60);
+/// The time for which a federate that has failed tries to send FAILED to the RTI, and any federate tries to send the
+/// rest to its peers.
+const FINAL_SEND_TIME_OUT: Interval = Interval::from_secs(1);
+/// The time for which a federate that has resigned waits until the RTI has read everything. The RTI may read slowly,
+/// because a receiver is slow. If the connection was closed meanwhile, the RTI's answer would reset it, and the rest
+/// would be lost.
+const RESIGN_TIME_OUT: Interval = Interval::from_secs(60);
+/// The time for which a federate at its last tag reads what others send it too late, to log it, with decentralized
 /// coordination. They come to the same tag, so their connections end soon; only one that is cut off does not end.
-const HEARING_OUT: Interval = Interval::from_secs(60);
+const DRAIN_TIME_OUT: Interval = Interval::from_secs(60);
 
 /// Runs a federate from its first connection to its end. `known` is memory, one tag for each of
 /// [`Federation::awaited`].
 ///
 /// # Errors
-/// Why it ended early. The RTI has been told, where that was possible.
+/// The reason why it ended early. The RTI has received FAILED, if that was possible.
 pub fn run_federate<'s, P: Platform, N: Needs>(
     platform: &mut P,
     program: &mut dyn Program,
@@ -57,8 +59,7 @@ pub fn run_federate<'s, P: Platform, N: Needs>(
     FederateLoop::<P, N>::new(platform, program, engine, federation, join, buffers, known)?.run()
 }
 
-/// The event loop of a federate, turn by turn: who calls [`FederateLoop::turn`] and [`FederateLoop::wait`] in
-/// alternation runs the federate, and may do something else in between.
+/// The event loop of a federate. Call [`FederateLoop::turn`] and [`FederateLoop::wait`] alternately to drive it.
 pub struct FederateLoop<'a, 's, P, N: Needs = All> {
     platform: &'a mut P,
     federation: &'a Federation,
@@ -68,16 +69,16 @@ pub struct FederateLoop<'a, 's, P, N: Needs = All> {
     clock_sync: ClockSyncPort,
     waiting: Waiting,
     /// Since when all of the session's input buffer has been held while this federate waits for room for its output.
-    choked_since: Option<Instant>,
+    full_since: Option<Instant>,
     stage: Stage,
 }
 
-/// How far a federate is from its first connection to its end.
+/// The stage of a federate between its first connection and its end.
 #[derive(Debug)]
 enum Stage {
     /// It takes part in the federation.
     Taking,
-    /// It says its last words, from this time on and for a limited time.
+    /// It sends its final messages, from this time on and for a limited time.
     Leaving(Instant),
     /// It has ended.
     Ended,
@@ -90,8 +91,7 @@ impl<P, N: Needs> fmt::Debug for FederateLoop<'_, '_, P, N> {
 }
 
 impl<'a, 's, P: Platform, N: Needs> FederateLoop<'a, 's, P, N> {
-    /// A federate that is to make its first connection. `known` is memory, one tag for each of
-    /// [`Federation::awaited`].
+    /// Returns a federate before its first connection. `known` is memory, one tag for each of [`Federation::awaited`].
     ///
     /// # Errors
     /// [`RunError::Config`] and [`RunError::BufferTooSmall`] when it can never work.
@@ -141,13 +141,13 @@ impl<'a, 's, P: Platform, N: Needs> FederateLoop<'a, 's, P, N> {
             direct,
             clock_sync,
             waiting: Waiting::NONE,
-            choked_since: None,
+            full_since: None,
             stage: Stage::Taking,
         })
     }
 
-    /// The same as [`FederateLoop::new`], in memory that need not be on a stack. It is not inlined, so that what lies
-    /// on the stack on the way there is gone from it before the event loop begins.
+    /// Makes the same as [`FederateLoop::new`], in memory that need not be on a stack. It is not inlined, so that its
+    /// own stack frame is gone before the event loop begins.
     ///
     /// # Errors
     /// Those of [`FederateLoop::new`].
@@ -169,7 +169,7 @@ impl<'a, 's, P: Platform, N: Needs> FederateLoop<'a, 's, P, N> {
     /// Runs the federate to its end.
     ///
     /// # Errors
-    /// Why it ended early. The RTI has been told, where that was possible.
+    /// The reason why it ended early. The RTI has received FAILED, if that was possible.
     pub fn run(&mut self) -> Result<(), RunError> {
         loop {
             match self.turn() {
@@ -179,10 +179,10 @@ impl<'a, 's, P: Platform, N: Needs> FederateLoop<'a, 's, P, N> {
         }
     }
 
-    /// Does what can be done now: reads once, runs a bounded number of tags, writes once.
+    /// Does everything that can be done now: reads once, runs a bounded number of tags, writes once.
     ///
-    /// After the end each call gives the same result again. If it is an error, the RTI has been told, where that was
-    /// possible.
+    /// After the end each call returns the same result again. If it is an error, the RTI has received FAILED, if that
+    /// was possible.
     #[cfg_attr(target_pointer_width = "32", inline(never))]
     pub fn turn(&mut self) -> Turn<Result<(), RunError>> {
         if let Stage::Taking = self.stage {
@@ -192,7 +192,7 @@ impl<'a, 's, P: Platform, N: Needs> FederateLoop<'a, 's, P, N> {
                 Err(Failed) => self.execution.machine.fail(),
             }
             self.clock_sync.end(self.platform, &self.execution.machine);
-            self.direct.peers.look_again();
+            self.direct.peers.recheck();
             self.stage = Stage::Leaving(self.platform.now());
         }
         if let Stage::Leaving(since) = self.stage {
@@ -208,7 +208,7 @@ impl<'a, 's, P: Platform, N: Needs> FederateLoop<'a, 's, P, N> {
     }
 
     /// Waits until there may be something to do: a socket is ready, another thread has something for the program, or
-    /// the time has come that the last [`FederateLoop::turn`] gave.
+    /// the deadline of the last [`FederateLoop::turn`] has come.
     #[cfg_attr(target_pointer_width = "32", inline(never))]
     pub fn wait(&mut self, until: Deadline) {
         let (session, peers, port) = (&mut self.session, &mut self.direct.peers, &mut self.clock_sync.port);
@@ -223,19 +223,19 @@ impl<'a, 's, P: Platform, N: Needs> FederateLoop<'a, 's, P, N> {
         }
     }
 
-    /// How many messages of other federates have come too late, with decentralized coordination. Those that were not
-    /// handled were reported, now and then one.
+    /// Returns the number of messages of other federates that have come too late, with decentralized coordination.
+    /// Those that were not handled are logged now and then.
     pub fn late_messages(&self) -> u64 {
         self.direct.late_messages()
     }
 
-    /// How many messages are known not to have reached their receivers, which had left before their last tag, with
-    /// decentralized coordination: at least. Each such receiver was reported.
+    /// Returns the minimum number of messages that have not reached their receivers, which had left before their last
+    /// tag, with decentralized coordination. Each such receiver is logged.
     pub fn lost_messages(&self) -> u64 {
         if self.execution.is_decentralized() { self.direct.lost_messages() } else { 0 }
     }
 
-    /// One turn of a federate that takes part in the federation. `None` when it has resigned.
+    /// Does one turn of a federate that takes part in the federation. Returns `None` when it has resigned.
     #[cfg_attr(target_pointer_width = "32", inline(never))]
     fn take_part(&mut self) -> Result<Option<Advance>, Failed> {
         self.clock_sync.synchronize(self.platform, &mut self.execution.machine);
@@ -260,10 +260,10 @@ impl<'a, 's, P: Platform, N: Needs> FederateLoop<'a, 's, P, N> {
         self.direct.meet(self.platform, &mut self.execution)?;
         self.direct.receive(self.platform, &mut self.execution)?;
         let advance = self.advance()?;
-        self.direct.say_ends(self.platform, &self.execution);
+        self.direct.send_ends(self.platform, &self.execution);
         self.transmit();
         self.direct.peers.flush(self.platform);
-        self.check_stuck(advance)?;
+        self.check_deadlock(advance)?;
         let has_ended = self.execution.phase() == Phase::Ended && self.session.output().is_empty();
         Ok((!has_ended).then_some(advance))
     }
@@ -278,7 +278,7 @@ impl<'a, 's, P: Platform, N: Needs> FederateLoop<'a, 's, P, N> {
             let (platform, execution) = (&mut *self.platform, &mut self.execution);
             let mut policy = FromRti { platform, execution, found: &mut found, refused: &mut refused, now };
             match self.session.receiver.next(&mut policy)? {
-                // Answers to clock synchronization are as good as they are prompt.
+                // The accuracy of clock synchronization depends on a prompt answer.
                 Some(true) if self.execution.phase() < Phase::Running => self.transmit(),
                 Some(_) => {}
                 None => break,
@@ -290,7 +290,7 @@ impl<'a, 's, P: Platform, N: Needs> FederateLoop<'a, 's, P, N> {
         if refused {
             self.session.ask_again(self.platform);
         } else if has_ended {
-            // What is still held is of no use any more: nothing can be granted.
+            // Held messages have no effect any more: nothing can be granted.
             let disconnected = self.execution.machine.handle_disconnected();
             match disconnected.map_err(|error| self.execution.fail(error.into()))? {
                 Disconnected::ConnectAgain => self.session.begin_anew(self.platform, NetError::Reset),
@@ -338,10 +338,10 @@ impl<'a, 's, P: Platform, N: Needs> FederateLoop<'a, 's, P, N> {
         Ok(Advance::Until(Deadline::Now))
     }
 
-    /// Begins the next tag, if it may begin; else says what it waits for.
+    /// Begins the next tag, if it may begin; otherwise returns what it waits for.
     #[cfg_attr(target_pointer_width = "32", inline(never))]
     fn begin_next(&mut self) -> Result<Option<Advance>, Failed> {
-        // The clock first: then all that was scheduled before this time is collected.
+        // The clock comes first: then everything that was scheduled before this time is collected.
         let (now, outside) = (self.platform.now(), self.platform.outside());
         self.execution.collect(outside, self.direct.peers.can_receive());
         let is_decentralized = self.execution.is_decentralized();
@@ -356,8 +356,8 @@ impl<'a, 's, P: Platform, N: Needs> FederateLoop<'a, 's, P, N> {
         let waits = if is_decentralized {
             self.waits_for_others(now, tag)?
         } else {
-            // One NET per tag, even when many tags go into one write: each lets the RTI grant the tag before to others,
-            // who may need that before they can take the messages of this one.
+            // Each tag has a NET, even when many tags go into one write: each lets the RTI grant the tag before to
+            // others, which may need that before they can accept the messages of this one.
             self.session.collect(self.platform, &mut self.execution.machine);
             self.execution.grant(now, tag, held)
         };
@@ -365,16 +365,16 @@ impl<'a, 's, P: Platform, N: Needs> FederateLoop<'a, 's, P, N> {
             self.execution.begin(tag)?;
             note(self.platform, Traced::TagBegins(tag));
             if N::INPUTS {
-                self.session.receiver.held.look_again();
+                self.session.receiver.held.recheck();
             }
-            self.direct.peers.look_again();
+            self.direct.peers.recheck();
         }
         Ok(waits)
     }
 
-    /// With decentralized coordination, what a tag waits for, if not all that comes before it is known or has been
-    /// waited for. Before a time is taken to be over, all that has come is read, so that no message is late that was
-    /// there in time.
+    /// With decentralized coordination, returns what a tag waits for, unless everything before it is known or its wait
+    /// is over. Before a wait counts as over, the federate reads everything that has come, so that no message is late
+    /// that was there in time.
     fn waits_for_others(&mut self, now: Instant, tag: Tag) -> Result<Option<Advance>, Failed> {
         if !self.execution.machine.may_advance(tag) || self.direct.peers.awaits_rest_before(tag) {
             return Ok(Some(Advance::NotGranted));
@@ -390,7 +390,7 @@ impl<'a, 's, P: Platform, N: Needs> FederateLoop<'a, 's, P, N> {
         Ok(None)
     }
 
-    /// The level from which on reactions of the open tag have to wait, if any have to, and what they wait for.
+    /// Returns the level from which on reactions of the open tag have to wait, if any, and what they wait for.
     #[cfg_attr(target_pointer_width = "32", inline(never))]
     fn level_limit(&mut self) -> Result<(Option<u16>, Advance), Failed> {
         if !self.execution.is_decentralized() {
@@ -414,53 +414,53 @@ impl<'a, 's, P: Platform, N: Needs> FederateLoop<'a, 's, P, N> {
         self.session.transmit(self.platform, &mut self.execution.machine);
     }
 
-    /// Ends with an error what would last for ever, because some queue is too small for what others send.
+    /// Ends with an error if the federation is deadlocked, because some queue is too small for the messages of others.
     #[cfg_attr(target_pointer_width = "32", inline(never))]
-    fn check_stuck(&mut self, advance: Advance) -> Result<(), Failed> {
-        match self.stuck(advance) {
+    fn check_deadlock(&mut self, advance: Advance) -> Result<(), Failed> {
+        match self.deadlock(advance) {
             Some(error) => Err(self.execution.fail(error)),
             None => Ok(()),
         }
     }
 
-    /// What would last for ever, if something does.
-    fn stuck(&mut self, advance: Advance) -> Option<RunError> {
-        let choked = if N::INPUTS { self.session.receiver.choked() } else { None };
+    /// Returns the error of a deadlock, if there is one.
+    fn deadlock(&mut self, advance: Advance) -> Option<RunError> {
+        let full_input = if N::INPUTS { self.session.receiver.full_input() } else { None };
         let now = self.platform.now();
         let full = |input: InputId| RunError::InputFull { input: self.execution.name_of(input) };
         let is_full = advance == Advance::OutputFull;
         if advance == Advance::NotGranted && self.execution.is_decentralized() {
-            if let Some(input) = self.direct.starved(&self.execution) {
+            if let Some(input) = self.direct.deadlocked_input(&self.execution) {
                 return Some(full(input));
             }
         } else if advance == Advance::NotGranted {
-            if let Some(input) = choked {
+            if let Some(input) = full_input {
                 return Some(full(input));
             }
-            if let Some(input) = self.execution.overfull(&self.session.receiver.held) {
+            if let Some(input) = self.execution.input_over_capacity(&self.session.receiver.held) {
                 return Some(RunError::TagFull { input: self.execution.name_of(input) });
             }
         }
-        if let Some((federate, since)) = self.direct.peers.stuck().filter(|_| is_full)
-            && now >= since + STUCK_TIME_OUT
+        if let Some((federate, since)) = self.direct.peers.blocked().filter(|_| is_full)
+            && now >= since + BLOCKED_TIME_OUT
         {
-            return Some(RunError::Peer { federate, fault: PeerFault::Stuck });
+            return Some(RunError::Peer { federate, fault: PeerFault::Blocked });
         }
-        let choked = choked.filter(|_| is_full);
-        self.choked_since = choked.and(self.choked_since.or(Some(now)));
-        let is_over = self.choked_since.is_some_and(|since| now >= since + STUCK_TIME_OUT);
-        choked.filter(|_| is_over).map(full)
+        let full_input = full_input.filter(|_| is_full);
+        self.full_since = full_input.and(self.full_since.or(Some(now)));
+        let is_over = self.full_since.is_some_and(|since| now >= since + BLOCKED_TIME_OUT);
+        full_input.filter(|_| is_over).map(full)
     }
 
-    /// Says what to wait for, and gives until when.
+    /// Sets what to wait for, and returns the deadline.
     #[cfg_attr(target_pointer_width = "32", inline(never))]
     fn prepare_wait(&mut self, advance: Advance) -> Deadline {
         let event = match advance {
             Advance::Until(deadline) => deadline,
             Advance::OutputFull => {
                 let since =
-                    self.direct.peers.stuck().map(|(_, since)| since).into_iter().chain(self.choked_since).min();
-                since.map(|since| since + STUCK_TIME_OUT).into()
+                    self.direct.peers.blocked().map(|(_, since)| since).into_iter().chain(self.full_since).min();
+                since.map(|since| since + BLOCKED_TIME_OUT).into()
             }
             Advance::NotGranted | Advance::Done => Deadline::Never,
         };
@@ -481,19 +481,19 @@ impl<'a, 's, P: Platform, N: Needs> FederateLoop<'a, 's, P, N> {
         until
     }
 
-    /// After how long it is said what the running federate waits for, if at all.
+    /// Returns the time after which the running federate logs what it waits for, if at all.
     fn log_waits(&self) -> Option<Interval> {
         if N::WAITS { self.federation.log_waits } else { None }
     }
 
-    /// What this federate waits for, if it is not just the time.
+    /// Returns what this federate waits for, if it is not just the time.
     fn reason(&self, advance: Advance) -> Option<Reason> {
         match self.execution.phase() {
             Phase::Running => {
                 if !TRACES {
                     self.log_waits()?;
                 }
-                reason(&self.execution, advance, self.direct.peers.stuck().map(|(federate, _)| federate))
+                reason(&self.execution, advance, self.direct.peers.blocked().map(|(federate, _)| federate))
             }
             Phase::Disconnected => Some(self.session.reason(self.session.missing())),
             Phase::Meeting => {
@@ -507,14 +507,14 @@ impl<'a, 's, P: Platform, N: Needs> FederateLoop<'a, 's, P, N> {
         }
     }
 
-    /// Says the last words, since this time. Gives until when to wait; `None` when nothing is left to do, or at a time
-    /// no time for it.
+    /// Sends the final messages, since this time. Returns the deadline of the wait; `None` when nothing is left to do,
+    /// or when the time is over.
     #[cfg_attr(target_pointer_width = "32", inline(never))]
     fn leave(&mut self, since: Instant, is_ok: bool) -> Option<Deadline> {
         let resigned = is_ok && !self.platform.interrupted();
-        let until = since + if resigned { RESIGNATION } else { LAST_WORDS };
+        let until = since + if resigned { RESIGN_TIME_OUT } else { FINAL_SEND_TIME_OUT };
         let hears = resigned && self.execution.is_decentralized();
-        let direct_until = since + if hears { HEARING_OUT } else { LAST_WORDS };
+        let direct_until = since + if hears { DRAIN_TIME_OUT } else { FINAL_SEND_TIME_OUT };
         let direct = self.direct.leave(self.platform, &mut self.execution, resigned, direct_until);
         let linked = self.platform.now() < until && self.session.leave(self.platform, &mut self.execution.machine);
         if !linked {

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 //! The tags of a running federate: which may begin and when, how far one runs, and when it is complete.
 //!
-//! This part owns the engine with its program, the coordination machine, and what is known of awaited inputs. It asks
-//! for the time, for what is held and for what others can still send; it reads and writes no connection. A tag whose
-//! output does not fit stays open, and goes on where it has stopped.
+//! This part owns the engine with its program, the coordination machine, and the state of awaited inputs. Its caller
+//! passes the time, the held messages and whether others can still send; it reads and writes no connection. A tag whose
+//! output does not fit stays open, and continues where it has stopped.
 
 use core::fmt;
 
@@ -22,14 +22,14 @@ use crate::error::RunError;
 use crate::trace::Event;
 #[cfg(feature = "traces")]
 use crate::tracing::step_event;
-use crate::unfederated::World;
+use crate::unfederated::IdleEnv;
 
-/// How far the tags of one turn came.
+/// The progress of the tags in one turn.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub(super) enum Advance {
-    /// All that is possible now is done; at this time more may be.
+    /// Everything that is possible now is done; at this time more may be.
     Until(Deadline),
-    /// The next tag, or the rest of the open one, needs word from the RTI or from other federates.
+    /// The next tag, or the rest of the open one, needs a message of the RTI or of other federates.
     NotGranted,
     /// The output buffer is full in the middle of a tag.
     OutputFull,
@@ -37,12 +37,12 @@ pub(super) enum Advance {
     Done,
 }
 
-/// This federate cannot go on: [`Execution::fail`] was told why. An error is large, and is not handed from function to
-/// function.
+/// This federate cannot go on: [`Execution::fail`] has the reason. An error is large, and is not passed from function
+/// to function.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub(super) struct Failed;
 
-/// Where messages go. It says [`SendError::NoRoom`] when one does not fit now.
+/// The destination of messages. It returns [`SendError::NoRoom`] when one does not fit now.
 pub(super) trait Outlet {
     /// See [`Env::outside`].
     fn outside(&self) -> &'static dyn Outside;
@@ -50,16 +50,16 @@ pub(super) trait Outlet {
     /// Sends a message through the RTI.
     fn send(&mut self, message: &Outgoing<'_>, tag: lf_wire::Tag) -> Result<(), SendError>;
 
-    /// Sends word through the RTI.
-    fn tell(&mut self, message: &Message<'_>) -> Result<(), SendError>;
+    /// Sends a control message through the RTI.
+    fn send_control(&mut self, message: &Message<'_>) -> Result<(), SendError>;
 
-    /// Sends a message past the RTI; over a logical connection with this tag.
+    /// Sends a message to its receiver directly; over a logical connection with this tag.
     fn send_directly(&mut self, message: &Outgoing<'_>, tag: Option<lf_wire::Tag>) -> Result<(), SendError>;
 
-    /// Sends another federate word past the RTI.
-    fn tell_directly(&mut self, federate: u16, message: &Message<'_>) -> Result<(), SendError>;
+    /// Sends another federate a control message directly.
+    fn send_control_directly(&mut self, federate: u16, message: &Message<'_>) -> Result<(), SendError>;
 
-    /// Records what happens: now, or at this physical time of the federation.
+    /// Records an event: now, or at this physical time of the federation.
     #[cfg(feature = "traces")]
     fn note(&mut self, at: Option<Instant>, event: Event);
 }
@@ -69,15 +69,15 @@ pub(super) struct Execution<'a, 's, N: Needs> {
     pub(super) engine: Engine<'s>,
     pub(super) program: &'a mut dyn Program,
     pub(super) machine: Federate<'a, N>,
-    /// What is known of inputs for which reactions wait.
+    /// The awaited inputs.
     pub(super) awaited: Awaited<'s>,
-    /// Other federates send to this one through the RTI.
+    /// Whether other federates send to this one through the RTI.
     has_upstream: bool,
-    /// The RTI has been told that nothing more is sent from here, though a last tag is still to be run.
+    /// Whether the RTI knows that nothing more is sent from here, though a last tag is still to be run.
     silent: bool,
-    /// The physical time at which the common stop tag was learnt.
+    /// The physical time at which the common stop tag became known.
     stop_decided: Instant,
-    /// Why this federate cannot go on, if it cannot.
+    /// The reason why this federate cannot go on, if there is one.
     pub(super) failure: Option<RunError>,
 }
 
@@ -110,29 +110,29 @@ impl<'a, 's, N: Needs> Execution<'a, 's, N> {
         }
     }
 
-    /// Whether messages go past the RTI; never where there are no connections past it.
+    /// Returns whether messages go directly to their receivers; never without direct connections.
     pub(super) fn is_decentralized(&self) -> bool {
         PEERS && self.machine.coordination() == Coordination::Decentralized
     }
 
-    /// Keeps why this federate cannot go on.
+    /// Stores the reason why this federate cannot go on.
     #[cfg_attr(target_pointer_width = "32", inline(never))]
     pub(super) fn fail(&mut self, error: RunError) -> Failed {
         self.failure = Some(error);
         Failed
     }
 
-    /// How far the federate is.
+    /// Returns the federate's phase.
     pub(super) fn phase(&self) -> Phase {
         self.machine.phase()
     }
 
-    /// The federation's physical time at this time of the platform.
+    /// Returns the federation's physical time at this time of the platform.
     pub(super) fn physical(&self, now: Instant) -> Instant {
         self.machine.clock().physical(now)
     }
 
-    /// The federation starts at this physical time.
+    /// Starts the federation at this physical time.
     #[cfg_attr(target_pointer_width = "32", inline(never))]
     pub(super) fn start(&mut self, start: Instant) {
         log::debug!("the federation starts");
@@ -146,26 +146,26 @@ impl<'a, 's, N: Needs> Execution<'a, 's, N> {
         }
     }
 
-    /// All stop at this tag, as is known from now on.
+    /// Sets the tag at which all stop.
     pub(super) fn stop(&mut self, now: Instant, tag: Tag) {
         log::debug!("the federation stops at {tag}");
         self.stop_decided = self.physical(now);
         self.engine.set_stop_tag(tag);
     }
 
-    /// Whether a message of this tag, or without one, has to wait for room in the queue of its input. What comes after
-    /// the last tag needs no room.
+    /// Returns whether a message of this tag, or without one, has to wait for room in the queue of its input. What
+    /// comes after the last tag needs no room.
     pub(super) fn lacks_room(&mut self, input: InputId, tag: Option<Tag>) -> bool {
         tag.is_none_or(|tag| tag <= self.engine.stop_tag()) && !self.engine.has_room(self.program, input)
     }
 
-    /// Schedules what has come from other threads. `can_receive`: other federates can send something past the RTI.
+    /// Schedules the events of other threads. `can_receive`: other federates can send something directly.
     pub(super) fn collect(&mut self, outside: &'static dyn Outside, can_receive: bool) {
-        // Asked first: who leaves now has left all its events behind. A program that stays without events has sources
-        // that nobody has told of.
+        // Asked first: a thread that has left by now has left all its events behind. A program that stays without
+        // events has sources that it has not registered.
         let stays = self.engine.settings().keepalive;
         self.machine.set_physical_sources(stays || outside.mailbox().links() > 0 || can_receive);
-        self.engine.drain_physical(self.program, &World(outside));
+        self.engine.drain_physical(self.program, &IdleEnv(outside));
         self.take_stop_request();
     }
 
@@ -175,21 +175,21 @@ impl<'a, 's, N: Needs> Execution<'a, 's, N> {
         }
     }
 
-    /// With centralized coordination, the tag that is next, which the RTI is told; `None` when there is none. The
+    /// With centralized coordination, announces the next tag to the RTI and returns it; `None` when there is none. The
     /// earliest message that is `held` counts like those in the queues.
     #[cfg_attr(target_pointer_width = "32", inline(never))]
     pub(super) fn announce(&mut self, now: Instant, held: Tag) -> Option<Tag> {
         let event = self.engine.next_tag();
         // In a cycle without delay others may wait for this federate at a tag at which it has no event.
-        let summons = self.machine.summons().filter(|summons| event.is_none_or(|event| *summons < event));
-        let tag = summons.or(event)?;
-        // What this federate announces after it has done something stands for all that it was sent before the grant for
-        // that, which includes the messages that wait for room.
+        let demanded = self.machine.demanded_tag().filter(|demanded| event.is_none_or(|event| *demanded < event));
+        let tag = demanded.or(event)?;
+        // An announcement accounts for everything that was sent to this federate before the grant that it has followed,
+        // which includes held messages.
         self.machine.next_event(now, event.unwrap_or(Tag::FOREVER).min(held));
         Some(tag)
     }
 
-    /// What a tag that was announced waits for, if it waits.
+    /// Returns what a tag that was announced waits for, if it waits.
     pub(super) fn grant(&self, now: Instant, tag: Tag, held: Tag) -> Option<Advance> {
         // A message of the last tag can come though that was granted long ago.
         if !self.machine.may_advance(tag) || N::INPUTS && tag >= held {
@@ -205,20 +205,19 @@ impl<'a, 's, N: Needs> Execution<'a, 's, N> {
         self.engine.begin(self.program, tag).map_err(|error| self.fail(error.into()))
     }
 
-    /// There is no event. When none can come any more, the next microstep is the last tag.
+    /// Handles that there is no event. When none can come any more, the next microstep is the last tag.
     #[cfg_attr(target_pointer_width = "32", inline(never))]
     pub(super) fn idle(&mut self, now: Instant, held: Tag, outside: &dyn Outside, can_receive: bool) -> Advance {
-        // Neither the program, nor one of its threads, nor another federate can make an event out of nothing.
+        // Without an event, neither the program nor one of its threads nor another federate can make a new one.
         let has_source = self.engine.settings().keepalive || outside.mailbox().links() > 0 || can_receive;
         if self.is_decentralized() {
             if has_source {
                 return Advance::Until(Deadline::Never);
             }
         } else if N::INPUTS && self.has_upstream || has_source {
-            // FOREVER is granted when all upstream federates have left. Others may be granted any tag once they are
-            // told that nothing comes from here before FOREVER; so what the last tag sends would come too late, and is
-            // not sent.
-            // What still waits for room has just got some, and is about to be an event.
+            // FOREVER is granted when all upstream federates have left. Others may be granted any tag once they know
+            // that nothing comes from here before FOREVER; so what the last tag sends would come too late, and is not
+            // sent. A held message has just got room, and is about to be an event.
             self.silent = self.machine.next_event(now, held) && !has_source && held == Tag::FOREVER;
             if !self.silent {
                 return Advance::Until(Deadline::Never);
@@ -228,13 +227,14 @@ impl<'a, 's, N: Needs> Execution<'a, 's, N> {
         Advance::Until(Deadline::Now)
     }
 
-    /// With centralized coordination, the level from which on reactions of the open tag wait for word, if any do.
+    /// With centralized coordination, returns the level from which on reactions of the open tag wait for inputs, if any
+    /// do.
     pub(super) fn max_level(&self) -> Option<u16> {
         if N::CYCLES { self.awaited.max_level(&self.machine) } else { None }
     }
 
-    /// Runs the open tag up to this level. `None` when it is complete and others may follow; else where it stops, which
-    /// is `limit` at the level.
+    /// Runs the open tag up to this level. Returns `None` when it is complete and others may follow; otherwise why it
+    /// stops, which is `limit` at the level.
     pub(super) fn run(
         &mut self,
         outlet: &mut impl Outlet,
@@ -242,7 +242,7 @@ impl<'a, 's, N: Needs> Execution<'a, 's, N> {
         limit: Advance,
     ) -> Result<Option<Advance>, Failed> {
         let is_decentralized = self.is_decentralized();
-        let mut gate = Gate { machine: &mut self.machine, silent: self.silent, is_decentralized, outlet };
+        let mut gate = TagEnv { machine: &mut self.machine, silent: self.silent, is_decentralized, outlet };
         match self.engine.advance(self.program, &mut gate, max_level) {
             Progress::Complete => {}
             Progress::OutputFull { .. } => return Ok(Some(Advance::OutputFull)),
@@ -260,22 +260,22 @@ impl<'a, 's, N: Needs> Execution<'a, 's, N> {
         Ok(Some(Advance::Done))
     }
 
-    /// The tag that is open, or else the one that is next.
+    /// Returns the open tag, or else the next one.
     pub(super) fn tag_in_question(&self) -> Option<Tag> {
         if self.engine.is_in_tag() { Some(self.engine.current_tag()) } else { self.engine.next_tag() }
     }
 
-    /// The input of which it is to be known first what comes, before this tag begins or within it.
+    /// Returns the input that has to become known first, before this tag begins or within it.
     pub(super) fn unknown_input(&self, tag: Tag) -> Option<InputId> {
         let waits = self.is_decentralized() || N::CYCLES && self.engine.is_in_tag();
-        // A tag begins when all is known that comes before it.
+        // A tag begins when everything before it is known.
         let needed = if self.engine.is_in_tag() { tag } else { tag.before() };
         self.awaited.first_unknown(needed).filter(|_| waits).map(InputId)
     }
 
-    /// Whether more messages have come for one tag than a queue holds: then which input holds the others. They have to
-    /// be in the queue before the tag is begun, and nothing that is earlier can make room any more.
-    pub(super) fn overfull(&self, held: &Held) -> Option<InputId> {
+    /// Returns the input whose queue cannot hold all messages of one tag, if there is one. They have to be in the queue
+    /// before the tag begins, and nothing that is earlier can make room any more.
+    pub(super) fn input_over_capacity(&self, held: &Held) -> Option<InputId> {
         if !N::INPUTS {
             return None;
         }
@@ -286,21 +286,21 @@ impl<'a, 's, N: Needs> Execution<'a, 's, N> {
         held.input.filter(|_| due && nothing_before)
     }
 
-    /// The name of the connection that ends at an input.
+    /// Returns the name of the connection that ends at an input.
     pub(super) fn name_of(&self, input: InputId) -> &'static str {
         self.engine.tables().inputs.get(usize::from(input.0)).map_or("", |input| input.name)
     }
 
-    /// The local time at which this tag's time has come, where the program waits for that.
+    /// Returns the local time of this tag, if the program waits for physical time.
     pub(super) fn local(&self, tag: Tag) -> Option<Instant> {
         (!self.engine.settings().fast).then(|| self.machine.clock().local(tag.time))
     }
 }
 
-/// With decentralized coordination: when tags begin, and where their reactions wait.
+/// Decentralized coordination: when tags begin, and where their reactions wait.
 impl<N: Needs> Execution<'_, '_, N> {
-    /// From when on the next tag may begin, and whether all is known that comes before it. `None` when it can, or what
-    /// it waits for.
+    /// Returns the time from which on the next tag may begin, and whether everything before it is known. The last part
+    /// is `None` when the tag may begin, or what it waits for.
     pub(super) fn begin_time(&self, now: Instant, tag: Tag) -> (Instant, bool, Option<Advance>) {
         let max_wait = |port| self.engine.max_wait(InputId(port));
         let is_known = self.awaited.knows_before(tag);
@@ -310,29 +310,29 @@ impl<N: Needs> Execution<'_, '_, N> {
         (begins, is_known, waits.then(|| self.wait_for(begins)))
     }
 
-    /// The level from which on reactions of the open tag have to wait, if any have to, and what they wait for: `None`
-    /// once the time for that is over.
+    /// Returns the level from which on reactions of the open tag have to wait, if any have to, and what they wait for:
+    /// `None` once the time for that is over.
     pub(super) fn pause(&self, now: Instant) -> Option<(u16, Option<Advance>)> {
         let current = self.engine.current_tag();
-        let pause = self.awaited.pause(current, self.waits_since(current), |port| self.patience(port))?;
+        let pause = self.awaited.pause(current, self.waits_since(current), |port| self.wait_limit(port))?;
         let waits = self.physical(now) < pause.until;
         Some((pause.level, waits.then(|| self.wait_for(pause.until))))
     }
 
-    /// It is this time, and all has been read that had come: the inputs whose time is over are taken as absent.
+    /// Takes inputs as absent whose wait is over at `now`. Everything that had come by then has been read.
     pub(super) fn assume_absent(&mut self, now: Instant) {
         let (now, engine) = (self.physical(now), &self.engine);
         let (current, since) = (engine.current_tag(), self.waits_since(engine.current_tag()));
-        self.awaited.assume_absent(current, since, now, |port| patience(engine, port));
+        self.awaited.assume_absent(current, since, now, |port| wait_limit(engine, port));
     }
 
-    /// From when on inputs of this tag are waited for: from its time, or else from when this federate has learnt that
-    /// all stop there. Nobody could begin the tag before.
+    /// Returns the time from which on waits for inputs of this tag count: the tag's time, or else the time at which
+    /// this federate has learnt that all stop there. It could not begin the tag before.
     fn waits_since(&self, tag: Tag) -> Instant {
         if self.machine.stop_tag() == Some(tag) { tag.time.max(self.stop_decided) } else { tag.time }
     }
 
-    /// Waits until this physical time of the federation, or for word from others.
+    /// Waits until this physical time of the federation, or for a message of others.
     fn wait_for(&self, time: Instant) -> Advance {
         if time == Instant::FOREVER {
             return Advance::NotGranted;
@@ -340,64 +340,64 @@ impl<N: Needs> Execution<'_, '_, N> {
         Advance::Until(Deadline::At(self.machine.clock().local(time)))
     }
 
-    fn patience(&self, port: u16) -> Interval {
-        patience(&self.engine, port)
+    fn wait_limit(&self, port: u16) -> Interval {
+        wait_limit(&self.engine, port)
     }
 
-    /// The inputs to which a federate sends past the RTI, and whether that is over a physical connection.
+    /// Returns the inputs to which a federate sends directly, and whether that is over a physical connection.
     fn direct_inputs(&self, from: u16) -> impl Iterator<Item = (u16, bool)> + use<N> {
         let (inputs, is_decentralized) = (self.engine.tables().inputs, self.is_decentralized());
         let is_direct = move |input: &NetworkInput| input.federate == from && (input.physical || is_decentralized);
         (0..).zip(inputs).filter(move |(_, input)| is_direct(input)).map(|(port, input)| (port, input.physical))
     }
 
-    /// Whether a federate has said of each input to which it sends past the RTI that nothing more comes, or will have
-    /// when what is held is taken. `physical`: it has said so of physical connections.
+    /// Returns whether a federate has ended every input to which it sends directly, or will have when held messages are
+    /// delivered. `physical`: it has ended its physical connections.
     pub(super) fn is_over(&self, from: u16, physical: bool, is_held: impl Fn(u16) -> bool) -> bool {
         self.direct_inputs(from).all(|(port, is_physical)| {
             is_held(port) || if is_physical { physical } else { self.awaited.is_known(port, Tag::FOREVER) }
         })
     }
 
-    /// A federate sends nothing past the RTI any more, apart from what is held for some of its inputs.
+    /// Handles that a federate sends nothing directly any more, apart from held messages for some of its inputs.
     pub(super) fn end_inputs(&mut self, from: u16, is_held: impl Fn(u16) -> bool) {
         for (port, _) in self.direct_inputs(from).filter(|(port, is_physical)| !is_physical && !is_held(*port)) {
             self.awaited.learn(port, Tag::FOREVER);
         }
     }
 
-    /// Whether the last tag has begun: nothing is sent for a later one.
+    /// Returns whether the last tag has begun: nothing is sent for a later one.
     pub(super) fn has_begun_last_tag(&self) -> bool {
         self.engine.current_tag() >= self.engine.stop_tag()
     }
 
-    /// Whether a federate, whose receive buffer is full of messages without room, would have to send word of another of
-    /// its inputs, for which this one waits for ever.
-    pub(super) fn starves_for(&self, from: u16) -> bool {
+    /// Returns whether this federate and a sender deadlock: the receive buffer is full of messages without room, and
+    /// only behind them can come a message or an absence for another input, for which this federate waits without end.
+    pub(super) fn deadlocks_with(&self, from: u16) -> bool {
         let Some(tag) = self.tag_in_question() else { return false };
         let tag = if self.engine.is_in_tag() { tag } else { tag.before() };
         let inputs = (0..).zip(self.engine.tables().inputs);
         let mut inputs = inputs.filter(|(_, input)| !input.physical && input.federate == from);
-        inputs.any(|(port, _)| self.patience(port) == Interval::FOREVER && !self.awaited.is_known(port, tag))
+        inputs.any(|(port, _)| self.wait_limit(port) == Interval::FOREVER && !self.awaited.is_known(port, tag))
     }
 }
 
-/// How long after a tag's time an input is waited for within the tag.
-fn patience(engine: &Engine<'_>, port: u16) -> Interval {
+/// Returns how long after a tag's time to wait for an input within the tag.
+fn wait_limit(engine: &Engine<'_>, port: u16) -> Interval {
     let input = engine.tables().inputs.get(usize::from(port));
     input.map_or(Interval::ZERO, |input| engine.max_wait(InputId(port)).saturating_add(input.absent_after))
 }
 
 /// The engine's environment while a tag runs: what may be sent, and which way.
-struct Gate<'x, 'a, O, N: Needs> {
+struct TagEnv<'x, 'a, O, N: Needs> {
     machine: &'x mut Federate<'a, N>,
-    /// Nothing is sent any more.
+    /// Whether nothing is sent any more.
     silent: bool,
     is_decentralized: bool,
     outlet: &'x mut O,
 }
 
-impl<O: Outlet, N: Needs> Env for Gate<'_, '_, O, N> {
+impl<O: Outlet, N: Needs> Env for TagEnv<'_, '_, O, N> {
     fn outside(&self) -> &'static dyn Outside {
         self.outlet.outside()
     }
@@ -413,7 +413,7 @@ impl<O: Outlet, N: Needs> Env for Gate<'_, '_, O, N> {
             return self.outlet.send_directly(message, None);
         }
         if self.silent || !self.machine.may_send(message.tag) {
-            // Nobody gets as far as this tag.
+            // No federate reaches this tag.
             return Ok(());
         }
         let tag = to_wire(message.tag);
@@ -431,9 +431,9 @@ impl<O: Outlet, N: Needs> Env for Gate<'_, '_, O, N> {
         }
         let message = Message::PortAbsent { port: output.port, federate: output.federate, tag: to_wire(tag) };
         if PEERS && self.is_decentralized {
-            self.outlet.tell_directly(output.federate, &message)
+            self.outlet.send_control_directly(output.federate, &message)
         } else {
-            self.outlet.tell(&message)
+            self.outlet.send_control(&message)
         }
     }
 }
@@ -494,22 +494,23 @@ mod tests {
         });
     }
 
-    /// The federate waits for ever for one of two inputs from the same sender, and not at all for that of another one.
+    /// The federate waits without end for one of two inputs from the same sender, and not at all for that of another
+    /// one.
     #[test]
-    fn a_federate_starves_for_an_input_until_its_sender_has_ended_and_nothing_is_held_for_it() {
+    fn a_federate_deadlocks_with_an_input_until_its_sender_has_ended_and_nothing_is_held_for_it() {
         with_execution(|execution| {
             execution.start(Instant::from_nanos(100));
             execution.engine.set_stop_tag(Tag::at(Instant::from_nanos(150)));
-            assert_eq!([1, 2].map(|from| execution.starves_for(from)), [true, false]);
+            assert_eq!([1, 2].map(|from| execution.deadlocks_with(from)), [true, false]);
             let tag = execution.tag_in_question().expect("the last tag is to come");
             assert_eq!(
                 execution.begin_time(Instant::from_nanos(150), tag),
                 (Instant::FOREVER, false, Some(Advance::NotGranted))
             );
             execution.end_inputs(1, |port| port == 0);
-            assert!(execution.starves_for(1));
+            assert!(execution.deadlocks_with(1));
             execution.end_inputs(1, |_| false);
-            assert!(!execution.starves_for(1));
+            assert!(!execution.deadlocks_with(1));
             assert_eq!(execution.begin_time(Instant::from_nanos(150), tag).0, tag.time);
         });
     }

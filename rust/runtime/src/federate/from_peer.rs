@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-//! What comes from another federate, past the RTI. It carries values, and word that there are none, and nothing else;
-//! a value that comes too late is handled all the same, and counted.
+//! Messages of another federate over a direct connection: values, absences, and nothing else. A value that comes too
+//! late is delivered all the same, and counted.
 
 use lf_coordination::federate::Needs;
 use lf_coordination::from_wire;
@@ -11,27 +11,27 @@ use lf_wire::{DecodeError, Message};
 use super::execution::{Execution, Failed};
 use super::held::Held;
 use super::late::Late;
-use super::receiver::{Fate, Policy, too_long};
+use super::receiver::{Disposition, Policy, too_long};
 use crate::error::{PeerFault, RunError};
 use crate::platform::{Observation, Platform};
 use crate::tracing::note_received;
 
-/// What this federate sends changes these parts.
+/// The parts that such a message changes.
 pub(super) struct FromPeer<'x, 'a, 's, P, N: Needs> {
     pub(super) platform: &'x mut P,
     pub(super) execution: &'x mut Execution<'a, 's, N>,
     pub(super) late: &'x mut Late,
-    /// The federate that sends, and this one.
+    /// The sender's id, and this federate's.
     pub(super) from: u16,
     pub(super) to: u16,
-    /// Nothing more comes over physical connections, once that is said.
+    /// Whether the sender has ended its physical connections.
     pub(super) physical_over: &'x mut bool,
     /// The federation's physical time.
     pub(super) now: Instant,
 }
 
 impl<P: Platform, N: Needs> Policy for FromPeer<'_, '_, '_, P, N> {
-    fn take(&mut self, message: Message<'_>, _: &Held) -> Result<Fate, Failed> {
+    fn take(&mut self, message: Message<'_>, _: &Held) -> Result<Disposition, Failed> {
         let (port, federate, tag) = match message {
             Message::P2pMessage { port, federate, .. } => (port, federate, None),
             Message::P2pTaggedMessage { port, federate, tag, .. } => {
@@ -46,7 +46,7 @@ impl<P: Platform, N: Needs> Policy for FromPeer<'_, '_, '_, P, N> {
             _ => return Err(self.fault(PeerFault::Unexpected(message.message_type()))),
         };
         let tables = self.execution.engine.tables();
-        // Of every connection it is said when nothing more comes.
+        // The sender ends every connection separately.
         let is_end = matches!(message, Message::PortAbsent { .. }) && tag == Some(Tag::FOREVER);
         let fits = |input: &InputId| {
             let input = &tables.inputs[usize::from(input.0)];
@@ -56,7 +56,7 @@ impl<P: Platform, N: Needs> Policy for FromPeer<'_, '_, '_, P, N> {
             return Err(self.fault(PeerFault::WrongInput { federate, port }));
         };
         if !self.execution.engine.is_done() && self.execution.lacks_room(input, tag) {
-            return Ok(Fate::Held(tag.unwrap_or(Tag::FOREVER), Some(input)));
+            return Ok(Disposition::Held(tag.unwrap_or(Tag::FOREVER), Some(input)));
         }
         note_received(self.platform, &message, self.from);
         let Execution { engine, program, awaited, failure, .. } = &mut *self.execution;
@@ -76,7 +76,7 @@ impl<P: Platform, N: Needs> Policy for FromPeer<'_, '_, '_, P, N> {
             (_, Some(tag)) => awaited.learn(input.0, tag),
             (_, None) => {}
         }
-        Ok(Fate::Taken)
+        Ok(Disposition::Taken)
     }
 
     fn refuse(&mut self, bytes: &[u8], error: DecodeError) -> Failed {
@@ -93,13 +93,13 @@ impl<P, N: Needs> FromPeer<'_, '_, '_, P, N> {
     }
 }
 
-/// Keeps why a message cannot be used.
+/// Stores why a message cannot be delivered.
 fn fail(failure: &mut Option<RunError>, error: DeliverError) -> Failed {
     *failure = Some(error.into());
     Failed
 }
 
-/// The tag at which a message happens, if it does.
+/// Returns the tag at which a message takes effect, if it does.
 fn happens(delivery: Delivery) -> Option<Tag> {
     match delivery {
         Delivery::InTime(tag) | Delivery::Tardy(tag) => Some(tag),

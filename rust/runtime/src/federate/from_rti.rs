@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-//! What comes from the RTI.
+//! Messages of the RTI.
 //!
-//! All comes on one connection, so the grant that lets a full queue empty itself may lie behind messages for that very
-//! queue. Therefore messages for other queues and what the RTI says of the federation are taken out of their turn, and
-//! a grant counts at once up to just before the earliest message that is held. Nor does this change what the RTI is
-//! told: the earliest message that is held counts for the next event like those in the queues.
+//! All of them come on one connection, so the grant that lets a full queue empty itself may lie behind messages for
+//! that very queue. Therefore messages for other queues and control messages are handled out of order, and a grant
+//! counts at once up to just before the earliest held message. This does not change what the RTI learns: the earliest
+//! held message counts for the next event like those in the queues.
 //!
 //! When the buffer is full of held messages and none of them can move, no grant can ever be read: that is certain, and
 //! an error that names the input.
@@ -17,19 +17,19 @@ use lf_wire::{DecodeError, Message, MessageType};
 
 use super::execution::{Execution, Failed};
 use super::held::Held;
-use super::receiver::{Fate, Policy, too_long};
+use super::receiver::{Disposition, Policy, too_long};
 use crate::error::RunError;
 use crate::platform::Platform;
 use crate::trace::{Event as Traced, RTI};
 use crate::tracing::{note, note_received, set_correction};
 
-/// What the RTI sends changes these parts.
+/// The parts that such a message changes.
 pub(super) struct FromRti<'x, 'a, 's, P, N: Needs> {
     pub(super) platform: &'x mut P,
     pub(super) execution: &'x mut Execution<'a, 's, N>,
-    /// A federate to connect to, when the RTI has told of one.
+    /// A federate to connect to, when the RTI has sent its address.
     pub(super) found: &'x mut Option<(FederateId, Endpoint)>,
-    /// Whether the RTI has refused this federate, because its id is taken.
+    /// Whether the RTI has refused this federate, because its id is in use.
     pub(super) refused: &'x mut bool,
     pub(super) now: Instant,
 }
@@ -40,49 +40,49 @@ impl<P: Platform, N: Needs> Policy for FromRti<'_, '_, '_, P, N> {
     fn expects(message_type: MessageType) -> bool {
         match message_type {
             MessageType::TaggedMessage => N::INPUTS,
-            // Also the answer to what the federate asks to keep its pace.
+            // This is also the answer to the question by which the federate limits its pace.
             MessageType::PortAbsent => true,
             MessageType::RtiResponse => N::AUTHENTICATION,
             _ => false,
         }
     }
 
-    fn take(&mut self, message: Message<'_>, held: &Held) -> Result<Fate, Failed> {
+    fn take(&mut self, message: Message<'_>, held: &Held) -> Result<Disposition, Failed> {
         let (behind, earliest) = (held.bytes > 0, held.earliest);
         let is_before = |tag: Tag| tag < earliest || earliest == Tag::FOREVER;
         match message {
             _ if !N::INPUTS => {}
             Message::TaggedMessage { port, tag, .. } => {
                 let tag = from_wire(tag);
-                // For an input that is not there it is an error.
+                // For an input that does not exist it is an error.
                 if let Some(input) = self.execution.engine.tables().input_of(port)
                     && self.execution.lacks_room(input, Some(tag))
                 {
-                    return Ok(Fate::Held(tag, Some(input)));
+                    return Ok(Disposition::Held(tag, Some(input)));
                 }
             }
-            // It takes back what was granted before, which may be among what is held.
+            // It revokes earlier grants, which may be among the held messages.
             Message::ProvisionalTagGrant(tag)
                 if N::CYCLES && behind && from_wire(tag) <= self.execution.machine.granted() =>
             {
-                return Ok(Fate::Held(Tag::FOREVER, None));
+                return Ok(Disposition::Held(Tag::FOREVER, None));
             }
-            // So much of it counts already.
+            // This much of it counts already.
             Message::TagGrant(tag) | Message::ProvisionalTagGrant(tag) if !is_before(from_wire(tag)) => {
                 let granted = Message::TagGrant(to_wire(earliest.before()));
                 let result = self.execution.machine.handle_message(self.now, granted);
                 result.map_err(|error| self.execution.fail(error.into()))?;
-                return Ok(Fate::HeldGrant);
+                return Ok(Disposition::HeldGrant);
             }
-            // So may some of the held messages come from the federate that has left.
+            // Some of the held messages may come from the federate that has left.
             Message::UpstreamDisconnected { federate } if N::CYCLES && !is_before(Tag::FOREVER) => {
                 self.learn_from(federate, earliest.before());
-                return Ok(Fate::Held(Tag::FOREVER, None));
+                return Ok(Disposition::Held(Tag::FOREVER, None));
             }
             // One of the held messages may be for this very input.
             Message::PortAbsent { port, tag, .. } if !is_before(from_wire(tag)) => {
                 self.learn(port, earliest.before());
-                return Ok(Fate::Held(Tag::FOREVER, None));
+                return Ok(Disposition::Held(Tag::FOREVER, None));
             }
             _ => {}
         }
@@ -102,7 +102,7 @@ impl<P: Platform, N: Needs> Policy for FromRti<'_, '_, '_, P, N> {
 
 impl<P: Platform, N: Needs> FromRti<'_, '_, '_, P, N> {
     #[cfg_attr(target_pointer_width = "32", inline(never))]
-    fn handle(&mut self, message: Message<'_>) -> Result<Fate, Failed> {
+    fn handle(&mut self, message: Message<'_>) -> Result<Disposition, Failed> {
         note_received(self.platform, &message, RTI);
         let result = self.execution.machine.handle_message(self.now, message);
         let event = result.map_err(|error| {
@@ -131,8 +131,8 @@ impl<P: Platform, N: Needs> FromRti<'_, '_, '_, P, N> {
             }
             Event::StopGranted(tag) => {
                 self.execution.stop(self.now, tag);
-                // What is held may be for after the last tag now.
-                return Ok(Fate::TakenForAll);
+                // Held messages may be for after the last tag now.
+                return Ok(Disposition::TakenForAll);
             }
             Event::IdInUse => {
                 *self.refused = true;
@@ -140,17 +140,17 @@ impl<P: Platform, N: Needs> FromRti<'_, '_, '_, P, N> {
             Event::Accepted => log::debug!("the RTI has accepted this federate"),
             Event::None | Event::Granted(_) | Event::GrantedProvisionally(_) | Event::StopRequested(_) => {}
         }
-        Ok(Fate::Taken)
+        Ok(Disposition::Taken)
     }
 
-    /// It is known what comes at a port up to this tag.
+    /// Records that a port is known up to this tag.
     fn learn(&mut self, port: u16, tag: Tag) {
         if let Some(input) = self.execution.engine.tables().input_of(port) {
             self.execution.awaited.learn(input.0, tag);
         }
     }
 
-    /// It is known what comes from a federate up to this tag, at all inputs.
+    /// Records that all inputs from a federate are known up to this tag.
     fn learn_from(&mut self, federate: u16, tag: Tag) {
         let inputs = (0..).zip(self.execution.engine.tables().inputs);
         for (input, _) in inputs.filter(|(_, input)| input.federate == federate) {
@@ -176,8 +176,7 @@ impl<P: Platform, N: Needs> FromRti<'_, '_, '_, P, N> {
     }
 }
 
-/// A message that comes too late or too early is reported with the name of its connection, which tells more than the
-/// number of the input.
+/// Names the connection of a message that comes too late or too early, which says more than the number of the input.
 fn name_input(error: FederateError, engine: &Engine<'_>) -> RunError {
     let tables = engine.tables();
     let named = |port: u16| tables.input_of(port).map(|input| tables.inputs[usize::from(input.0)].name);

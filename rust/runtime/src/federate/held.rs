@@ -1,41 +1,42 @@
 // SPDX-License-Identifier: Apache-2.0
-//! What is known of the messages that wait at the front of a receive buffer.
+//! The messages that wait at the front of a receive buffer.
 
 use lf_model::InputId;
 use lf_model::time::Tag;
 
-/// The messages at the front of the input buffer that have been looked at, and wait.
+/// The messages at the front of the input buffer that have been examined, and wait.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Held {
-    /// How many bytes they have.
+    /// The number of their bytes.
     pub(super) bytes: usize,
     /// The earliest of their tags; FOREVER if nothing is held.
     pub(super) earliest: Tag,
-    /// The input for which the first of them is.
+    /// The input of the first of them.
     pub(super) input: Option<InputId>,
-    /// Some of them are for something else.
+    /// Whether some of them are for something else.
     mixed: bool,
-    /// Some of them may have room now: they are to be looked at though nothing has come.
+    /// Whether some of them may have room now, and have to be examined though nothing has come.
     pub(super) stale: bool,
-    /// A grant behind them reaches their earliest tag.
+    /// Whether a grant behind them reaches their earliest tag.
     pub(super) granted: bool,
 }
 
 impl Held {
-    /// Nothing is held.
+    /// No message is held.
     pub(super) const NONE: Self =
         Self { bytes: 0, earliest: Tag::FOREVER, input: None, mixed: false, stale: false, granted: false };
 
-    /// A tag has been begun, which takes its events out of their queues: there is room for others.
+    /// Handles that a tag has begun, which removes its events from their queues: there is room for others.
     ///
-    /// All that is held is then looked at from the front. As room comes about in no other way, a message never
+    /// All held messages are then examined from the front. As room comes about in no other way, a message never
     /// overtakes an earlier one for the same input.
-    pub(super) fn look_again(&mut self) {
+    pub(super) fn recheck(&mut self) {
         self.stale = self.input.is_some();
     }
 
-    /// Lets go what is held, if it may have room now. How many bytes at the front all are messages for one input, so
-    /// that none of them has room when the first has not: a long queue of them need not be looked at after each tag.
+    /// Releases held messages, if they may have room now. Returns how many bytes at the front are all messages for one
+    /// input, so that none of them has room if the first has not: a long queue of them need not be examined after each
+    /// tag.
     pub(super) fn release(&mut self) -> usize {
         if !self.stale {
             return 0;
@@ -45,7 +46,7 @@ impl Held {
         alike
     }
 
-    /// The message stays where it is.
+    /// Holds a message where it is.
     pub(super) fn hold(&mut self, bytes: usize, tag: Tag, input: Option<InputId>) {
         self.mixed |= self.bytes > 0 && self.input != input;
         self.bytes += bytes;
@@ -53,7 +54,7 @@ impl Held {
         self.input = self.input.or(input);
     }
 
-    /// A grant stays where it is, which reaches the earliest tag.
+    /// Holds a grant where it is. It reaches the earliest tag.
     pub(super) fn hold_grant(&mut self, bytes: usize) {
         self.hold(bytes, Tag::FOREVER, None);
         self.granted = true;

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Messages that have come too late, with decentralized coordination: told and counted.
+//! Messages that have come too late, with decentralized coordination: logged and counted.
 
 use core::time::Duration;
 
-use crate::remark::{PeerRemark, tell};
+use crate::log_event::{PeerEvent, report};
 use lf_coordination::{Tally, Times};
 use lf_model::time::{EventTag, Tag};
 use lf_model::{Delivery, Engine, InputId, NetworkInput, ReactionKind, Tables};
@@ -13,19 +13,19 @@ use log::Level;
 #[derive(Debug, Default)]
 pub(super) struct Late {
     messages: u64,
-    /// Those of them that not all reactions handle.
+    /// The number of those that not all reactions handle.
     unhandled: u64,
-    /// The same, to tell them now and then.
+    /// The same number, to log them now and then.
     told: Tally,
 }
 
 impl Late {
-    /// How many there have been.
+    /// Returns their number.
     pub(super) fn messages(&self) -> u64 {
         self.messages
     }
 
-    /// Says what has come too late, by so much, to which `federate` and which of its inputs, and counts it.
+    /// Logs a message that has come too late, by this time, for `federate` and one of its inputs, and counts it.
     pub(super) fn report(
         &mut self,
         engine: &Engine<'_>,
@@ -40,7 +40,7 @@ impl Late {
         match delivery {
             Delivery::InTime(_) => return,
             Delivery::AfterStop => {
-                tell(Level::Info, &PeerRemark::AfterStop { input: name, intended });
+                report(Level::Info, &PeerEvent::AfterStop { input: name, intended });
                 return;
             }
             Delivery::Tardy(actual) if is_handled(engine.tables(), info) => {
@@ -50,36 +50,36 @@ impl Late {
             Delivery::Tardy(actual) => {
                 let (level, times) = self.count_unhandled();
                 let actual = EventTag::relative(actual, start);
-                tell(
+                report(
                     level,
-                    &PeerRemark::Late { input: name, intended, actual: Some(actual), lateness, federate, times },
+                    &PeerEvent::Late { input: name, intended, actual: Some(actual), lateness, federate, times },
                 );
             }
             Delivery::Lost => {
                 let (level, times) = self.count_unhandled();
-                tell(level, &PeerRemark::Late { input: name, intended, actual: None, lateness, federate, times });
+                report(level, &PeerEvent::Late { input: name, intended, actual: None, lateness, federate, times });
             }
         }
         self.messages = self.messages.saturating_add(1);
     }
 
-    /// One more that not all reactions handle: how loudly it is said, with how many there have been.
+    /// Counts one more that not all reactions handle. Returns the level at which to log it, with their number.
     fn count_unhandled(&mut self) -> (log::Level, Times) {
         self.unhandled = self.unhandled.saturating_add(1);
         let times = self.told.count();
-        (if times.is_told() { log::Level::Warn } else { log::Level::Debug }, times)
+        (if times.is_logged() { log::Level::Warn } else { log::Level::Debug }, times)
     }
 
-    /// Says at the end how many there have been.
+    /// Logs their number at the end.
     pub(super) fn sum_up(&self) {
         let Self { messages, unhandled, .. } = *self;
         if messages > 0 {
-            tell(Level::Warn, &PeerRemark::LateInAll { messages, unhandled });
+            report(Level::Warn, &PeerEvent::LateInAll { messages, unhandled });
         }
     }
 }
 
-/// Whether every reaction that a value of this input triggers has a handler for tardy ones.
+/// Returns whether every reaction that a value of this input triggers has a handler for tardy ones.
 fn is_handled(tables: &Tables, info: &NetworkInput) -> bool {
     let port = tables.triggers.get(usize::from(info.trigger.0)).and_then(|trigger| trigger.kind.fills());
     let reactions = port.and_then(|port| tables.ports.get(usize::from(port.0))).map_or(&[][..], |port| port.reactions);

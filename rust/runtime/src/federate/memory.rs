@@ -11,8 +11,7 @@ use crate::connection::Connection;
 use crate::description::{CONTROL_BYTES, Federation, TAGGED_MESSAGE_HEADER_BYTES};
 use crate::error::RunError;
 
-/// The memory of a federate's connections: buffers that a connection uses as long as it lasts, and the next connection
-/// after it.
+/// The memory of a federate's connections: buffers that successive connections use.
 #[derive(Debug)]
 pub struct Buffers<'s> {
     pub(super) rti: Connection<'s>,
@@ -21,20 +20,21 @@ pub struct Buffers<'s> {
 }
 
 impl<'s> Buffers<'s> {
-    /// For the connection to the RTI. `input` must hold the longest message that can come, and `output` the longest
-    /// that can be sent, and control messages beside it.
+    /// Returns the buffers for the connection to the RTI. `input` must hold the longest message that can come, and
+    /// `output` the longest that can be sent, and control messages beside it.
     pub fn new(input: &'s mut [u8], output: &'s mut [u8]) -> Self {
         Self { rti: Connection::new(input, output), outbound: &mut [], inbound: &mut [] }
     }
 
-    /// With connections to the federates of [`Federation::peers_out`], in the same order, and as many places for
+    /// Adds connections to the federates of [`Federation::peers_out`], in the same order, and as many slots for
     /// connections from others as [`Federation::peers_in`] has.
     #[must_use]
     pub fn with_peers(self, outbound: &'s mut [Outbound<'s>], inbound: &'s mut [Inbound<'s>]) -> Self {
         Self { outbound, inbound, ..self }
     }
 
-    /// Whether the buffers can hold what this federate sends and receives; otherwise it would wait for room for ever.
+    /// Checks that the buffers can hold what this federate sends and receives; otherwise it would wait for room without
+    /// end.
     pub(super) fn check(&self, tables: &Tables, federation: &Federation, federation_id: &[u8]) -> Result<(), RunError> {
         let is_decentralized = federation.coordination == Coordination::Decentralized;
         let message = |payload: usize| payload.saturating_add(TAGGED_MESSAGE_HEADER_BYTES);

@@ -1,16 +1,17 @@
 // SPDX-License-Identifier: Apache-2.0
-//! The event loop of a federate, made of parts that do not know each other's insides:
+//! The event loop of a federate. It consists of parts that do not know each other's insides:
 //!
-//! - the [`session`] with the RTI: its connection, and what the machine has to say;
-//! - the [`peers`]: connections with other federates past the RTI, of which there are [`outbound`] and [`inbound`]
-//!   ones, and [`visitors`] that have not said who they are;
-//! - one [`receiver`] for what comes on any of them, with a policy for what comes [`from_rti`], and one for what comes
-//!   [`from_peer`]s, which [`direct`] does;
+//! - the [`session`] with the RTI: its connection, and the messages of the machine;
+//! - the [`peers`]: direct connections with other federates, of which there are [`outbound`] and [`inbound`] ones, and
+//!   an [`accept_queue`] for peers that have not sent their id;
+//! - one [`receiver`] for messages of any of them, with a policy for those [`from_rti`], and one for those
+//!   [`from_peer`]s, which [`direct`] uses;
 //! - the [`execution`] of tags, which sends to an [`output`];
-//! - [`waiting`], which says what this federate waits for, and [`late`], which counts what has come too late.
+//! - [`waiting`], which logs what this federate waits for, and [`late`], which counts messages that have come too late.
 //!
 //! The [`event_loop`] calls them in order.
 
+mod accept_queue;
 mod clock_sync;
 mod direct;
 mod event_loop;
@@ -28,7 +29,6 @@ mod peers;
 mod reason;
 mod receiver;
 mod session;
-mod visitors;
 mod waiting;
 
 pub use event_loop::{FederateLoop, run_federate};

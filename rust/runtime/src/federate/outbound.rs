@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-//! A connection to a federate to which this one sends directly. It is made by the side that sends; the other one
-//! answers whether it takes it, and then only ever ends it.
+//! A connection to a federate to which this one sends directly. The sending side makes it; the other one accepts or
+//! refuses it, and then only ever ends it.
 
 use lf_coordination::peer::{IntroductionReply, read_answer};
 use lf_coordination::{Deadline, Endpoint};
@@ -11,7 +11,7 @@ use crate::connection::Connection;
 use crate::error::PeerFault;
 use crate::platform::{Interest, NetError, Platform, SocketId, Transfer};
 
-/// How long a connection to another federate may take until that has answered; then it is made anew.
+/// The time within which another federate has to answer a connection; then it is made anew.
 const ANSWER_TIME_OUT: Interval = Interval::from_secs(10);
 
 /// A connection to a federate to which this one sends directly, with its memory.
@@ -20,33 +20,33 @@ pub struct Outbound<'s> {
     connection: Connection<'s>,
     answer: InBuffer<[u8; 2]>,
     stage: Approach,
-    /// What the next introduction says of whether this federate is transient. LF 0.12 takes no introduction that says
-    /// it, LF 0.13 none that does not, and nothing tells of which release the receiver is: so each attempt takes the
-    /// other form. That of LF 0.13 is the first, because a receiver of LF 0.12 refuses it at once, while one of LF 0.13
-    /// would wait for the rest of the other form.
+    /// The statement of the next introduction whether this federate is transient. LF 0.12 accepts no introduction that
+    /// says it, LF 0.13 none that does not, and the release of the receiver is unknown: so each attempt uses the other
+    /// form. That of LF 0.13 is the first, because a receiver of LF 0.12 refuses it at once, while one of LF 0.13 would
+    /// wait for the rest of the other form.
     says_transient: Option<bool>,
-    /// When the wait for the answer of the other federate is over.
+    /// The end of the wait for the other federate's answer.
     answer_due: Instant,
-    /// Why the last attempt to connect has failed.
+    /// The fault of the last attempt to connect.
     pub(super) trouble: Option<PeerFault>,
-    /// Since when a message has had no room.
-    pub(super) stuck: Option<Instant>,
-    /// How many messages at least the other federate cannot have got, because it has left.
+    /// The time since which a message has had no room.
+    pub(super) blocked_since: Option<Instant>,
+    /// The minimum number of messages that the other federate cannot have received, because it has left.
     pub(super) lost: u64,
-    /// The other federate has left before this one: what was on its way then may be lost too.
+    /// Whether the other federate has left before this one: what was in transit then may be lost too.
     pub(super) left_early: bool,
-    /// Of how many outputs it has been said that nothing more comes.
-    pub(super) ends_said: usize,
+    /// The number of outputs whose end has been sent.
+    pub(super) ends_sent: usize,
 }
 
-/// How far the connection is.
+/// The stage of the connection.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 enum Approach {
     /// It is not to be made yet.
     Absent,
-    /// An attempt is under way; `true` when the socket says that it has an outcome.
+    /// An attempt is open; `true` when the socket reports an outcome.
     Connecting(SocketId, bool),
-    /// This federate has said who it is, and the other one has not answered.
+    /// This federate has sent its introduction, and the other one has not answered.
     Introduced,
     /// Messages can be sent.
     Open,
@@ -55,7 +55,7 @@ enum Approach {
 }
 
 impl<'s> Outbound<'s> {
-    /// A connection that is still to be made, with a send buffer in this memory.
+    /// Returns a connection that is still to be made, with a send buffer in this memory.
     pub fn new(output: &'s mut [u8]) -> Self {
         Self {
             connection: Connection::new(&mut [], output),
@@ -64,47 +64,47 @@ impl<'s> Outbound<'s> {
             says_transient: Some(false),
             answer_due: Instant::NEVER,
             trouble: None,
-            stuck: None,
+            blocked_since: None,
             lost: 0,
             left_early: false,
-            ends_said: 0,
+            ends_sent: 0,
         }
     }
 
-    /// What the next introduction has to say of whether this federate is transient.
+    /// Returns what the next introduction has to say about whether this federate is transient.
     pub(super) fn says_transient(&self) -> Option<bool> {
         self.says_transient
     }
 
-    /// What is to be sent.
+    /// Returns the send buffer.
     pub(super) fn output(&mut self) -> &mut OutBuffer<&'s mut [u8]> {
         &mut self.connection.output
     }
 
-    /// Whether all has been sent.
+    /// Returns whether everything has been sent.
     pub(super) fn is_empty(&self) -> bool {
         self.connection.output.is_empty()
     }
 
-    /// Bytes that the send buffer can hold.
+    /// Returns the capacity of the send buffer in bytes.
     pub(super) fn capacity(&self) -> usize {
         self.connection.output.capacity()
     }
 
-    /// Whether the other federate has left, so that what is sent to it goes nowhere.
+    /// Returns whether the other federate has left, so that messages to it are lost.
     pub(super) fn has_ended(&self) -> bool {
         self.stage == Approach::Ended
     }
 
-    /// One more message for a federate that has left. `true` for the first.
+    /// Counts one more message for a federate that has left. Returns `true` for the first.
     pub(super) fn lose(&mut self) -> bool {
         self.lost = self.lost.saturating_add(1);
         self.lost == 1
     }
 
-    /// A message has no room.
+    /// Records that a message has no room.
     pub(super) fn is_full(&mut self, now: Instant) {
-        self.stuck = self.stuck.or(Some(now));
+        self.blocked_since = self.blocked_since.or(Some(now));
     }
 
     /// Begins to connect.
@@ -117,44 +117,44 @@ impl<'s> Outbound<'s> {
         self.answer_due = platform.now() + ANSWER_TIME_OUT;
     }
 
-    /// Writes what is pending. A connection that is broken is over.
+    /// Writes what is pending. A broken connection ends.
     pub(super) fn flush<P: Platform>(&mut self, platform: &mut P) {
         let before = self.connection.output.pending().len();
         let is_sound = self.connection.flush(platform);
         if self.connection.output.pending().len() < before {
-            self.stuck = None;
+            self.blocked_since = None;
         }
         if !is_sound {
             self.lose_peer(platform);
         }
     }
 
-    /// The other side has ended the connection.
+    /// Handles that the other side has ended the connection.
     fn lose_peer<P: Platform>(&mut self, platform: &mut P) {
         self.left_early |= self.stage == Approach::Open;
         self.end(platform);
     }
 
-    /// The other side has left, or cannot be reached; or this one has sent all.
+    /// Ends the connection: the other side has left, or cannot be reached; or this one has sent everything.
     pub(super) fn end<P: Platform>(&mut self, platform: &mut P) {
         if let Approach::Connecting(socket, _) = self.stage {
             platform.close(socket);
         }
-        // Its last message at least is not complete.
+        // At least its last message is not complete.
         let loses = self.stage == Approach::Open && !self.is_empty();
         self.lost = self.lost.saturating_add(u64::from(loses));
         self.stage = Approach::Ended;
         self.connection.close(platform);
         self.answer.clear();
-        self.stuck = None;
+        self.blocked_since = None;
     }
 
-    /// Goes on with a connection that is being made. `Some` when it is there (`true`), or cannot be made (`false`).
+    /// Advances a connection that is being made. Returns `Some` when it is there (`true`), or cannot be made (`false`).
     pub(super) fn establish<P: Platform>(&mut self, platform: &mut P, introduction: &Message<'_>) -> Option<bool> {
         match self.step(platform, introduction) {
             Ok(connected) => connected.then_some(true),
             Err(fault) => {
-                // A refusal says more than the silence in which the other form ends.
+                // A refusal says more than the silence that ends the other form.
                 if !matches!((self.trouble, fault), (Some(PeerFault::Refuses(_)), PeerFault::Unanswered)) {
                     self.trouble = Some(fault);
                 }
@@ -164,7 +164,7 @@ impl<'s> Outbound<'s> {
         }
     }
 
-    /// `true` when the connection is there.
+    /// Does the next step. Returns `true` when the connection is there.
     fn step<P: Platform>(&mut self, platform: &mut P, introduction: &Message<'_>) -> Result<bool, PeerFault> {
         if let Approach::Connecting(socket, true) = self.stage {
             platform.connected(socket).map_err(PeerFault::Unreachable)?;
@@ -201,13 +201,13 @@ impl<'s> Outbound<'s> {
         matches!(self.stage, Approach::Connecting(..) | Approach::Introduced)
     }
 
-    /// When to give up the attempt that is under way.
+    /// Returns when to give up the open attempt.
     pub(super) fn poll_timeout(&self) -> Deadline {
         if self.is_attempt() { Deadline::At(self.answer_due) } else { Deadline::Never }
     }
 
     /// Looks for the end of the other side, which never says anything else.
-    pub(super) fn look_for_end<P: Platform>(&mut self, platform: &mut P) {
+    pub(super) fn detect_end<P: Platform>(&mut self, platform: &mut P) {
         if let (Approach::Open, Some(socket)) = (self.stage, self.connection.socket())
             && !matches!(platform.read(socket, &mut [0; 1]), Ok(Transfer::WouldBlock | Transfer::Bytes(_)))
         {
@@ -223,7 +223,7 @@ impl<'s> Outbound<'s> {
         }
     }
 
-    /// A wait found this socket ready.
+    /// Handles that a wait found this socket ready.
     pub(super) fn handle_ready(&mut self, ready: SocketId) {
         if let Approach::Connecting(socket, has_outcome) = &mut self.stage {
             *has_outcome |= *socket == ready;

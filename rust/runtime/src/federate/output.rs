@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Where messages go while a tag runs: into the send buffer of the session, or of a connection past the RTI.
+//! The destination of messages while a tag runs: the send buffer of the session, or of a direct connection.
 
 #[cfg(feature = "traces")]
 use lf_model::time::Instant;
@@ -12,8 +12,8 @@ use super::outbound::Outbound;
 use super::peers::Peers;
 use super::session::Session;
 use crate::description::{CONTROL_BYTES, TAGGED_MESSAGE_HEADER_BYTES};
+use crate::log_event::{PeerEvent, report};
 use crate::platform::{Observation, Platform};
-use crate::remark::{PeerRemark, tell};
 use crate::trace::{Event, RTI, Subject, Word};
 use crate::tracing::{note, note_sent};
 use log::Level;
@@ -26,7 +26,7 @@ pub(super) struct Output<'x, 'a, 's, P> {
 }
 
 impl<'s, P: Platform> Output<'_, '_, 's, P> {
-    /// Sees to it that a message of so many bytes fits, beside what coordination may have to say.
+    /// Makes room for a message of this many bytes, beside the control messages.
     fn make_room(&mut self, bytes: usize) -> Result<(), SendError> {
         let needed = bytes.saturating_add(CONTROL_BYTES);
         if self.session.output().room() < needed {
@@ -35,8 +35,8 @@ impl<'s, P: Platform> Output<'_, '_, 's, P> {
         if self.session.output().room() < needed { Err(SendError::NoRoom) } else { Ok(()) }
     }
 
-    /// The connection to this federate, with room for a message with so many bytes of payload if the system takes what
-    /// is before it. `None` when it has left: then nothing is sent.
+    /// Returns the connection to this federate, with room for a message with this many bytes of payload if the system
+    /// accepts what is before it. Returns `None` when the federate has left: then nothing is sent.
     fn peer(&mut self, federate: u16, payload_bytes: usize) -> Option<(&mut Outbound<'s>, &mut P)> {
         let peer = self.peers.to(federate)?;
         if peer.output().room() < payload_bytes.saturating_add(TAGGED_MESSAGE_HEADER_BYTES) {
@@ -46,7 +46,7 @@ impl<'s, P: Platform> Output<'_, '_, 's, P> {
     }
 }
 
-/// Records that a value of so many bytes goes to the other end of a connection.
+/// Records that a value of this many bytes goes to the other end of a connection.
 fn note_value(platform: &mut impl Platform, message: &Outgoing<'_>, tag: Option<Tag>, peer: u16, bytes: usize) {
     let to = (message.output.federate, message.output.port);
     let bytes = u32::try_from(bytes).unwrap_or(u32::MAX);
@@ -72,7 +72,7 @@ impl<P: Platform> Outlet for Output<'_, '_, '_, P> {
         }
     }
 
-    fn tell(&mut self, message: &Message<'_>) -> Result<(), SendError> {
+    fn send_control(&mut self, message: &Message<'_>) -> Result<(), SendError> {
         self.make_room(message.encoded_len())?;
         self.session.output().push(message).map_err(|_| SendError::NoRoom)?;
         note_sent(self.platform, message, RTI);
@@ -83,7 +83,7 @@ impl<P: Platform> Outlet for Output<'_, '_, '_, P> {
         let NetworkOutput { port, federate, max_len, .. } = *message.output;
         let Some((peer, platform)) = self.peer(federate, max_len) else {
             if tag.is_some() && self.peers.to(federate).is_some_and(Outbound::lose) {
-                tell(Level::Warn, &PeerRemark::Left(federate));
+                report(Level::Warn, &PeerEvent::Left(federate));
             }
             return Ok(());
         };
@@ -97,7 +97,7 @@ impl<P: Platform> Outlet for Output<'_, '_, '_, P> {
                 note_value(platform, message, tag.map(|_| message.tag), federate, bytes);
                 if tag.is_some() {
                     platform.observe(Observation::Sends { federate, port, tag: message.tag });
-                    // At once, for its receiver may be waiting only for a time.
+                    // Written at once, because its receiver may be waiting only for a time.
                     peer.flush(platform);
                 }
                 Ok(())
@@ -110,7 +110,7 @@ impl<P: Platform> Outlet for Output<'_, '_, '_, P> {
         }
     }
 
-    fn tell_directly(&mut self, federate: u16, message: &Message<'_>) -> Result<(), SendError> {
+    fn send_control_directly(&mut self, federate: u16, message: &Message<'_>) -> Result<(), SendError> {
         let Some((peer, platform)) = self.peer(federate, 0) else { return Ok(()) };
         if peer.output().push(message).is_err() {
             peer.is_full(platform.now());

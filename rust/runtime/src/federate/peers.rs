@@ -1,23 +1,23 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Connections with other federates, past the RTI: one in each direction in which something is sent.
+//! Direct connections with other federates: one in each direction in which something is sent.
 //!
-//! Each has a bounded buffer of its own: what does not fit there holds the sender's tag open. What comes is looked at
-//! by others; this part makes the connections, takes those that come, and ends them.
+//! Each has a bounded buffer of its own: what does not fit there keeps the sender's tag open. Other parts examine the
+//! messages; this part makes the connections, accepts those of others, and ends them.
 
 use lf_coordination::{Deadline, Endpoint, FederateId};
 use lf_model::NetworkOutput;
 use lf_model::time::{Instant, Tag};
 use lf_wire::{Message, RejectCode};
 
+use super::accept_queue::{AcceptQueue, Introduced, refuse};
 use super::inbound::Inbound;
 use super::outbound::Outbound;
-use super::visitors::{Introduced, Visitors, refuse};
 use crate::description::{Federation, PEERS};
 use crate::error::PeerFault;
 use crate::platform::{Interest, NetError, Platform, SocketId};
 use crate::tracing::note_sent;
 
-/// The outputs of a federate, of which some lead past the RTI.
+/// The outputs of a federate, some of which lead directly to their receivers.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Outputs {
     outputs: &'static [NetworkOutput],
@@ -25,12 +25,12 @@ pub(super) struct Outputs {
 }
 
 impl Outputs {
-    /// All outputs of a federate; those without a tag, or with decentralized coordination all, lead past the RTI.
+    /// Returns all outputs of a federate; those without a tag, or with decentralized coordination all, are direct.
     pub(super) fn new(outputs: &'static [NetworkOutput], is_decentralized: bool) -> Self {
         Self { outputs, is_decentralized }
     }
 
-    /// Those that lead to this federate past the RTI.
+    /// Returns the direct outputs to this federate.
     fn to(&self, federate: u16) -> impl Iterator<Item = &'static NetworkOutput> {
         let is_direct = |output: &&NetworkOutput| output.physical || self.is_decentralized;
         self.outputs.iter().filter(move |output| output.federate == federate && is_direct(output))
@@ -42,17 +42,17 @@ impl Outputs {
 pub(super) struct Peers<'a, 's> {
     outbound: &'s mut [Outbound<'s>],
     inbound: &'s mut [Inbound<'s>],
-    visitors: Visitors,
+    accept_queue: AcceptQueue,
     federation: &'a Federation,
     federation_id: &'a [u8],
-    /// Which of the outbound connections is being made.
+    /// The index of the outbound connection that is being made.
     meeting: Option<usize>,
-    /// Messages wait in a receive buffer, and there may be room for them now.
+    /// Whether messages wait in a receive buffer, and there may be room for them now.
     stale: bool,
 }
 
 impl<'a, 's> Peers<'a, 's> {
-    /// Connections to the federates of [`Federation::peers_out`], in the same order, and places for those from
+    /// Returns connections to the federates of [`Federation::peers_out`], in the same order, and slots for those from
     /// [`Federation::peers_in`].
     pub(super) fn new(
         outbound: &'s mut [Outbound<'s>],
@@ -60,16 +60,16 @@ impl<'a, 's> Peers<'a, 's> {
         federation: &'a Federation,
         federation_id: &'a [u8],
     ) -> Self {
-        let visitors = Visitors::default();
-        Self { outbound, inbound, visitors, federation, federation_id, meeting: None, stale: false }
+        let accept_queue = AcceptQueue::default();
+        Self { outbound, inbound, accept_queue, federation, federation_id, meeting: None, stale: false }
     }
 
-    /// The connections that lead here; none without the feature.
+    /// Returns the connections that lead here; none without the feature.
     pub(super) fn inbound(&mut self) -> &mut [Inbound<'s>] {
         if PEERS { self.inbound } else { &mut [] }
     }
 
-    /// The connections that lead to others; none without the feature.
+    /// Returns the connections that lead to others; none without the feature.
     fn outbound(&self) -> &[Outbound<'s>] {
         if PEERS { self.outbound } else { &[] }
     }
@@ -78,36 +78,36 @@ impl<'a, 's> Peers<'a, 's> {
         if PEERS { self.outbound } else { &mut [] }
     }
 
-    /// The connections that lead to others, with these.
+    /// Returns the connections that lead to others, with their receivers.
     pub(super) fn receivers(&self) -> impl Iterator<Item = (u16, &Outbound<'s>)> {
         self.federation.peers_out.iter().copied().zip(self.outbound())
     }
 
-    /// The connection to this federate.
+    /// Returns the connection to this federate.
     pub(super) fn to(&mut self, federate: u16) -> Option<&mut Outbound<'s>> {
         let index = self.federation.peers_out.iter().position(|peer| *peer == federate)?;
         self.outbound_mut().get_mut(index)
     }
 
-    /// Gives whether messages may have room that wait since before this was asked last.
+    /// Returns whether held messages may have room that the last call did not report.
     pub(super) fn take_stale(&mut self) -> bool {
         core::mem::take(&mut self.stale)
     }
 
-    /// A tag has been begun: there is room for messages that wait.
-    pub(super) fn look_again(&mut self) {
+    /// Handles that a tag has begun: there may be room for held messages.
+    pub(super) fn recheck(&mut self) {
         self.stale = true;
         for inbound in self.inbound() {
-            inbound.receiver.held.look_again();
+            inbound.receiver.held.recheck();
         }
     }
 
-    /// Begins to await connections, if any are to come; gives the port.
+    /// Opens the port for connections, if any are to come; returns its number.
     pub(super) fn listen<P: Platform>(&mut self, platform: &mut P) -> Result<Option<u16>, NetError> {
         if self.inbound().is_empty() {
             return Ok(None);
         }
-        self.visitors.listen(platform).map(Some)
+        self.accept_queue.listen(platform).map(Some)
     }
 
     /// Begins to connect to this federate.
@@ -119,7 +119,7 @@ impl<'a, 's> Peers<'a, 's> {
         }
     }
 
-    /// Goes on with the connection that is being made. `Some` when it is there, or cannot be made.
+    /// Advances the connection that is being made. Returns `Some` when it is there, or cannot be made.
     pub(super) fn establish<P: Platform>(&mut self, platform: &mut P) -> Option<Result<(), (u16, PeerFault)>> {
         let index = self.meeting?;
         let (federate, federation_id) = (self.federation.id, self.federation_id);
@@ -133,28 +133,28 @@ impl<'a, 's> Peers<'a, 's> {
         Some(if connected { Ok(()) } else { Err((federate, fault)) })
     }
 
-    /// The federate to which a connection is being made, or else the one that is `next` among those to which this one
-    /// sends, and why the last attempt has failed.
+    /// Returns the federate to which a connection is being made, or else the one that is `next` among those to which
+    /// this one sends, and the fault of the last attempt.
     pub(super) fn meets(&self, next: Option<usize>) -> Option<(u16, Option<PeerFault>)> {
         self.receivers().nth(self.meeting.or(next)?).map(|(federate, outbound)| (federate, outbound.trouble))
     }
 
-    /// Takes connections that wait, and lets those in that say who they are, as long as this federate has not `begun`
-    /// with all of them. Bounded by the number of places.
-    pub(super) fn welcome<P: Platform>(&mut self, platform: &mut P, begun: bool) {
+    /// Accepts pending connections, and admits peers that send their id, as long as this federate has not `begun` with
+    /// all of them. Bounded by the number of slots.
+    pub(super) fn accept<P: Platform>(&mut self, platform: &mut P, begun: bool) {
         if begun && self.inbound().iter().all(|inbound| inbound.from.is_some()) {
-            return self.visitors.close(platform);
+            return self.accept_queue.close(platform);
         }
-        while let Some(visitor) = self.visitors.receive(platform, self.federation_id) {
-            let Introduced { federate, socket, address } = visitor;
+        while let Some(peer) = self.accept_queue.receive(platform, self.federation_id) {
+            let Introduced { federate, socket, address } = peer;
             match self.place_for(platform, federate, begun) {
                 Ok(place) => place.open(platform, federate, socket),
-                Err(code) => refuse(platform, socket, address, code, self.visitors.refused.count()),
+                Err(code) => refuse(platform, socket, address, code, self.accept_queue.refused.count()),
             }
         }
     }
 
-    /// The place of a federate that has introduced itself, or why there is none.
+    /// Returns the slot of a federate that has introduced itself, or why there is none.
     fn place_for<P: Platform>(
         &mut self,
         platform: &mut P,
@@ -181,43 +181,43 @@ impl<'a, 's> Peers<'a, 's> {
         }
     }
 
-    /// Says over direct connections that nothing more comes, as far as there is room for that: over those with a delay,
-    /// and over `all` when the last tag is complete.
+    /// Sends the ends of direct connections, as far as there is room for that: those with a delay, and `all` when the
+    /// last tag is complete.
     ///
-    /// A receiver knows by it that this federate ends in order, and what to wait for at its own last tag.
-    pub(super) fn say_ends<P: Platform>(&mut self, platform: &mut P, outputs: &Outputs, all: bool) {
+    /// A receiver learns by it that this federate ends in order, and what to wait for at its own last tag.
+    pub(super) fn send_ends<P: Platform>(&mut self, platform: &mut P, outputs: &Outputs, all: bool) {
         for (federate, outbound) in self.federation.peers_out.iter().zip(self.outbound_mut()) {
             let to = |delayed: bool| outputs.to(*federate).filter(move |output| output.delay.is_some() == delayed);
-            for output in to(true).chain(to(false).filter(|_| all)).skip(outbound.ends_said) {
+            for output in to(true).chain(to(false).filter(|_| all)).skip(outbound.ends_sent) {
                 let end = Message::PortAbsent { port: output.port, federate: *federate, tag: lf_wire::Tag::FOREVER };
                 if outbound.has_ended() || outbound.output().push(&end).is_err() {
                     break;
                 }
                 note_sent(platform, &end, *federate);
-                outbound.ends_said += 1;
+                outbound.ends_sent += 1;
             }
         }
     }
 
-    /// Sends what is still to be sent, and closes each connection when that is done. A federate that `ends` in order
-    /// says that first. Those over which something may come stay open as long as this federate `hears`. `false` when
-    /// nothing is left to be sent.
+    /// Sends what is still pending, and closes each connection when that is done. A federate that `ends` in order sends
+    /// that first. Those over which something may come stay open as long as this federate `hears`. Returns `false` when
+    /// nothing is left to send.
     pub(super) fn leave<P: Platform>(&mut self, platform: &mut P, ends: Option<&Outputs>, hears: bool) -> bool {
         if !PEERS {
             return false;
         }
-        self.visitors.close(platform);
+        self.accept_queue.close(platform);
         for inbound in self.inbound.iter_mut().filter(|_| !hears) {
             inbound.close(platform);
         }
-        self.look_for_ends(platform);
+        self.detect_ends(platform);
         if let Some(outputs) = ends {
-            self.say_ends(platform, outputs, true);
+            self.send_ends(platform, outputs, true);
         }
         self.flush(platform);
         let mut sends = false;
         for (federate, outbound) in self.federation.peers_out.iter().zip(self.outbound.iter_mut()) {
-            let has_said = ends.is_none_or(|outputs| outbound.ends_said >= outputs.to(*federate).count());
+            let has_said = ends.is_none_or(|outputs| outbound.ends_sent >= outputs.to(*federate).count());
             if outbound.is_empty() && (has_said || outbound.has_ended()) {
                 outbound.end(platform);
             } else {
@@ -227,34 +227,34 @@ impl<'a, 's> Peers<'a, 's> {
         sends
     }
 
-    /// The federates that can still send something directly.
+    /// Returns the federates that can still send something directly.
     pub(super) fn senders(&self) -> impl Iterator<Item = FederateId> {
         let inbound: &[Inbound<'s>] = if PEERS { self.inbound } else { &[] };
         inbound.iter().filter_map(|inbound| inbound.from)
     }
 
-    /// Whether another federate can still send something directly.
+    /// Returns whether another federate can still send something directly.
     pub(super) fn can_receive(&self) -> bool {
         self.senders().next().is_some()
     }
 
-    /// Whether a message for an earlier tag than this has begun to come. See [`Inbound::awaits_rest_before`].
+    /// Returns whether a message for an earlier tag than this is incomplete. See [`Inbound::awaits_rest_before`].
     pub(super) fn awaits_rest_before(&mut self, tag: Tag) -> bool {
         self.inbound().iter_mut().any(|inbound| inbound.awaits_rest_before(tag))
     }
 
-    /// The federate that has taken nothing for longest though this one waits for that, and since when.
-    pub(super) fn stuck(&self) -> Option<(u16, Instant)> {
-        let stuck = self.receivers().filter_map(|(federate, outbound)| Some((federate, outbound.stuck?)));
-        stuck.min_by_key(|(_, since)| *since)
+    /// Returns the federate that has accepted nothing for longest though this one waits for that, and since when.
+    pub(super) fn blocked(&self) -> Option<(u16, Instant)> {
+        let blocked = self.receivers().filter_map(|(federate, outbound)| Some((federate, outbound.blocked_since?)));
+        blocked.min_by_key(|(_, since)| *since)
     }
 
-    /// Says what to wait for; messages only while the program can take them.
+    /// Sets what to wait for; messages only while the program can handle them.
     pub(super) fn set_interest<P: Platform>(&mut self, platform: &mut P, running: bool) {
         if !PEERS {
             return;
         }
-        self.visitors.set_interest(platform);
+        self.accept_queue.set_interest(platform);
         for inbound in self.inbound.iter_mut() {
             inbound.receiver.connection.set_interest(platform, running);
         }
@@ -263,12 +263,12 @@ impl<'a, 's> Peers<'a, 's> {
         }
     }
 
-    /// A wait found this socket ready.
+    /// Handles that a wait found this socket ready.
     pub(super) fn handle_ready(&mut self, ready: SocketId, interest: Interest) {
         if !PEERS {
             return;
         }
-        self.visitors.handle_ready(ready);
+        self.accept_queue.handle_ready(ready);
         for inbound in self.inbound.iter_mut() {
             inbound.receiver.connection.handle_ready(ready, interest);
         }
@@ -277,14 +277,14 @@ impl<'a, 's> Peers<'a, 's> {
         }
     }
 
-    /// Notices which federates have left.
-    pub(super) fn look_for_ends<P: Platform>(&mut self, platform: &mut P) {
+    /// Detects which federates have left.
+    pub(super) fn detect_ends<P: Platform>(&mut self, platform: &mut P) {
         for outbound in self.outbound_mut() {
-            outbound.look_for_end(platform);
+            outbound.detect_end(platform);
         }
     }
 
-    /// When there is something to do though no socket is ready.
+    /// Returns when there is something to do though no socket is ready.
     pub(super) fn poll_timeout(&mut self, running: bool) -> Deadline {
         if !PEERS {
             return Deadline::Never;
@@ -293,15 +293,15 @@ impl<'a, 's> Peers<'a, 's> {
             return Deadline::Now;
         }
         let answers = self.outbound.iter().map(Outbound::poll_timeout).min().unwrap_or(Deadline::Never);
-        self.visitors.poll_timeout().min(answers)
+        self.accept_queue.poll_timeout().min(answers)
     }
 
-    /// Ends all connections.
+    /// Closes all connections.
     pub(super) fn close<P: Platform>(&mut self, platform: &mut P) {
         if !PEERS {
             return;
         }
-        self.visitors.close(platform);
+        self.accept_queue.close(platform);
         for outbound in self.outbound.iter_mut() {
             outbound.end(platform);
         }

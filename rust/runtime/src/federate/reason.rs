@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! What a federate can wait for, beside the time.
+//! The reasons for which a federate can wait, beside the time.
 
 use core::fmt;
 
@@ -11,34 +11,34 @@ use lf_texts::say;
 use crate::error::PeerFault;
 use crate::platform::NetError;
 
-/// What a federate waits for.
+/// The reason for which a federate waits.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub enum Reason {
-    /// An RTI that takes its connection at this address; what went wrong with the last attempt.
+    /// An RTI that accepts its connection at this address; the error of the last attempt.
     Rti(Endpoint, Option<NetError>),
-    /// Its id, which the RTI says is taken.
+    /// Its id, which the RTI says is in use.
     Id,
     /// An answer of the RTI in the handshake.
     Answer(Phase),
-    /// Another federate that takes its connection; what went wrong with the last attempt.
+    /// Another federate that accepts its connection; the fault of the last attempt.
     Peer(u16, Option<PeerFault>),
-    /// The start time, which the RTI tells when all federates are ready.
+    /// The start time, which the RTI sends when all federates are ready.
     Others,
     /// A grant of the RTI for this tag.
     Grant(Tag),
-    /// What comes at this tag from the named connection.
+    /// A value or an absence at this tag from the named connection.
     Input(Tag, &'static str),
-    /// Others that have taken what this federate has sent at this tag: the RTI, or another federate.
+    /// Others that have to accept the messages of this tag: the RTI, or another federate.
     Room(Tag, Option<u16>),
 }
 
 impl Reason {
-    /// Whether the federate has not started yet.
+    /// Returns whether the federate has not started yet.
     pub(super) fn is_before_start(&self) -> bool {
         matches!(self, Self::Rti(..) | Self::Id | Self::Answer(_) | Self::Peer(..) | Self::Others)
     }
 
-    /// What tells this wait from others. What has gone wrong with a federate does not make another wait of it.
+    /// Returns what distinguishes this wait from others. A fault of a federate does not make another wait of it.
     pub(super) fn key(&self) -> Key {
         match *self {
             Self::Rti(..) => (Tag::NEVER, 0, 0),
@@ -46,7 +46,7 @@ impl Reason {
             Self::Answer(phase) => (Tag::NEVER, 2, phase as usize),
             Self::Peer(federate, _) => (Tag::NEVER, 3, federate.into()),
             Self::Grant(tag) => (tag, 4, 0),
-            // The names of inputs are constants of the program, each in its place.
+            // The names of inputs are constants of the program, each at its own address.
             Self::Input(tag, name) => (tag, 5, name.as_ptr().addr()),
             Self::Room(tag, None) => (tag, 6, 0),
             Self::Room(tag, Some(federate)) => (tag, 7, federate.into()),
@@ -55,10 +55,10 @@ impl Reason {
     }
 }
 
-/// What tells one wait from another.
+/// The identity of a wait.
 pub(super) type Key = (Tag, u8, usize);
 
-/// A reason in words: what comes after "waiting for".
+/// A reason in words: the text after "waiting for".
 pub(crate) struct Words(pub(crate) Reason, pub(crate) Instant);
 
 impl fmt::Display for Words {
@@ -66,7 +66,7 @@ impl fmt::Display for Words {
         let Self(reason, start) = *self;
         let at = |tag| EventTag::relative(tag, start);
         match reason {
-            // There are no connections with others.
+            // There are no direct connections.
             Reason::Peer(..) if !cfg!(feature = "peers") => Ok(()),
             Reason::Rti(address, None) => say!(f, "an RTI that answers at {address}"),
             Reason::Rti(address, Some(last)) => say!(f, "an RTI that answers at {address} ({last})"),
@@ -85,7 +85,7 @@ impl fmt::Display for Words {
     }
 }
 
-/// What can be done about a wait, in words: what comes behind how long it has lasted.
+/// Advice about a wait, in words: the text behind its duration.
 pub(crate) struct Advice(pub(crate) Reason);
 
 impl fmt::Display for Advice {

@@ -1,14 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 //! From bytes to messages that are taken or held, on any connection of a federate.
 //!
-//! Over one connection come messages for several inputs, and on that to the RTI what it says of the federation. A
-//! message that finds no room in the queue of its input is held where it lies, and what comes behind it is looked at:
-//! it may be for another input, or be the very word that lets the tag begin that makes room. What may come, what waits
-//! for what, and what is wrong with bytes that are no message: that is a [`Policy`], one for the RTI and one for other
-//! federates.
+//! One connection carries messages for several inputs, and that to the RTI control messages too. A message without room
+//! in the queue of its input is held where it lies, and the messages behind it are examined: they may be for another
+//! input, or let the tag begin that makes room. A [`Policy`] decides what may come, what waits for what, and which
+//! error bytes are that are no message: there is one for the RTI and one for other federates.
 //!
-//! Taking messages out of their turn changes nothing that the program sees, since events are ordered by tag and no tag
-//! is begun before all of its messages are in their queues.
+//! Handling messages out of order changes nothing that the program sees, since events are ordered by tag and no tag
+//! begins before all of its messages are in their queues.
 
 use lf_model::time::Tag;
 use lf_model::{DeliverError, Engine, InputId};
@@ -20,84 +19,84 @@ use crate::connection::Connection;
 use crate::error::RunError;
 use crate::platform::Platform;
 
-/// What has become of a message.
+/// The disposition of a message.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
-pub(super) enum Fate {
-    /// It has been handled.
+pub(super) enum Disposition {
+    /// It is handled.
     Taken,
-    /// It has been handled, and what is held may need no room any more.
+    /// It is handled, and held messages may need no room any more.
     TakenForAll,
-    /// It waits for room for this tag in the queue of its input, or else until all before it has been handled.
+    /// It waits for room for this tag in the queue of its input, or else until everything before it has been handled.
     Held(Tag, Option<InputId>),
-    /// It is a grant that waits, and reaches the earliest tag that is held.
+    /// It is a grant that waits, and reaches the earliest held tag.
     HeldGrant,
 }
 
-/// What may come over a connection, and what is to be done with it.
+/// The rules for messages on a connection.
 pub(super) trait Policy {
-    /// Whether messages can have to wait.
+    /// Whether messages may have to wait.
     const HOLDS: bool = true;
 
-    /// Whether messages of this type, which have more than a tag or a time, can come when all is as it should be.
+    /// Returns whether messages of this type, which have more than a tag or a time, can come in a correct federation.
     fn expects(_: MessageType) -> bool {
         true
     }
 
-    /// Takes a message behind what is held, or says what it waits for.
+    /// Handles a message behind the held ones, or returns what it waits for.
     ///
     /// # Errors
     /// When it must not come.
-    fn take(&mut self, message: Message<'_>, held: &Held) -> Result<Fate, Failed>;
+    fn take(&mut self, message: Message<'_>, held: &Held) -> Result<Disposition, Failed>;
 
-    /// What is wrong when these bytes are no message.
+    /// Returns the error for bytes that are no message.
     fn refuse(&mut self, bytes: &[u8], error: DecodeError) -> Failed;
 }
 
-/// A connection, of which the messages that have come are looked at one by one.
+/// A connection whose messages are examined one by one.
 #[derive(Debug)]
 pub(super) struct Receiver<'s> {
     pub(super) connection: Connection<'s>,
     pub(super) held: Held,
-    /// What belongs together was held before, and has so many bytes that have not been looked at again.
+    /// The number of bytes of messages that were held together before and have not been examined again.
     alike: usize,
     limits: Limits,
 }
 
 impl<'s> Receiver<'s> {
-    /// Takes messages within these limits.
+    /// Returns a receiver of messages within these limits.
     pub(super) fn new(connection: Connection<'s>, limits: Limits) -> Self {
         Self { connection, held: Held::NONE, alike: 0, limits }
     }
 
-    /// Goes back to the front of what is held, if there may be room for it now.
+    /// Goes back to the front of the held messages, if there may be room for them now.
     pub(super) fn resume(&mut self) {
         self.alike = self.held.release();
     }
 
-    /// Looks at the next message, which is not looked at again before [`Receiver::resume`]. `None` when there is none
-    /// that is whole; else whether it has been taken. Its bytes are then gone.
+    /// Examines the next message, which is not examined again before [`Receiver::resume`]. Returns `None` when there is
+    /// no complete one; else whether it was taken. Its bytes are then gone.
     ///
     /// # Errors
-    /// As the policy says.
+    /// Those of the policy.
     pub(super) fn next<P: Policy>(&mut self, policy: &mut P) -> Result<Option<bool>, Failed> {
         let held = if P::HOLDS { self.held.bytes } else { 0 };
         let next = self.connection.input.next_expected(held, &self.limits, P::expects);
         let Some((message, len)) = next.map_err(|error| policy.refuse(self.rest(), error))? else { return Ok(None) };
-        let fate = policy.take(message, &self.held)?;
-        match fate {
+        let disposition = policy.take(message, &self.held)?;
+        match disposition {
             _ if !P::HOLDS => self.connection.input.remove(0, len),
-            Fate::Taken | Fate::TakenForAll => {
+            Disposition::Taken | Disposition::TakenForAll => {
                 self.connection.input.remove(self.held.bytes, len);
                 self.alike = self.alike.saturating_sub(len);
             }
-            // With those behind it that are for the same input, whose tags are later.
-            Fate::Held(tag, to) => self.held.hold(len.max(core::mem::take(&mut self.alike)), tag, to),
-            Fate::HeldGrant => self.held.hold_grant(len),
+            // With those behind it for the same input, whose tags are later.
+            Disposition::Held(tag, to) => self.held.hold(len.max(core::mem::take(&mut self.alike)), tag, to),
+            Disposition::HeldGrant => self.held.hold_grant(len),
         }
-        if P::HOLDS && fate == Fate::TakenForAll && self.held.input.is_some() {
+        if P::HOLDS && disposition == Disposition::TakenForAll && self.held.input.is_some() {
             (self.held, self.alike) = (Held::NONE, 0);
         }
-        Ok(Some(matches!(fate, Fate::Taken | Fate::TakenForAll)))
+        Ok(Some(matches!(disposition, Disposition::Taken | Disposition::TakenForAll)))
     }
 
     /// Closes the connection: nothing is held any more.
@@ -106,18 +105,18 @@ impl<'s> Receiver<'s> {
         self.connection.close(platform);
     }
 
-    /// Whether the connection cannot be read, because all of its buffer is held: then which input holds it. While no
-    /// tag can be begun or completed either, this lasts.
-    pub(super) fn choked(&mut self) -> Option<InputId> {
+    /// Returns the input whose held messages fill the whole buffer, so that the connection cannot be read. This lasts
+    /// while no tag can begin or complete either.
+    pub(super) fn full_input(&mut self) -> Option<InputId> {
         self.held.input.filter(|_| !self.held.stale && self.connection.input.space().is_empty())
     }
 
-    /// What has come and is not held: the message that is not whole.
+    /// Returns the bytes that are not held: the incomplete message.
     pub(super) fn rest(&self) -> &[u8] {
         self.connection.input.bytes().get(self.held.bytes..).unwrap_or_default()
     }
 
-    /// Whether a message for this port is held.
+    /// Returns whether a message for this port is held.
     pub(super) fn holds_for(&self, awaited: u16) -> bool {
         let mut held = self.connection.input.bytes().get(..self.held.bytes).unwrap_or_default();
         while let Ok(Decoded::Complete { message, len }) = decode(held, &self.limits) {
@@ -132,7 +131,8 @@ impl<'s> Receiver<'s> {
     }
 }
 
-/// What is true of a message that is too long for the receive buffer: it is a message, and no value of its input.
+/// Returns the error for a message that is too long for the receive buffer: it is a message, but not a value of its
+/// input.
 pub(super) fn too_long(bytes: &[u8], error: DecodeError, engine: &Engine<'_>) -> Option<RunError> {
     if !matches!(error, DecodeError::OverLimit { .. } | DecodeError::LargerThanBuffer { .. }) {
         return None;
@@ -156,7 +156,7 @@ mod tests {
 
     use super::*;
 
-    /// Inputs with so much room each, and what they have got; `looks` counts the messages that were looked at.
+    /// Inputs with this much room each, and what they have received; `looks` counts the examined messages.
     struct Inputs {
         room: [usize; 2],
         taken: Vec<(u16, i64)>,
@@ -164,16 +164,16 @@ mod tests {
     }
 
     impl Policy for Inputs {
-        fn take(&mut self, message: Message<'_>, _: &Held) -> Result<Fate, Failed> {
+        fn take(&mut self, message: Message<'_>, _: &Held) -> Result<Disposition, Failed> {
             self.looks += 1;
-            let Message::P2pTaggedMessage { port, tag, .. } = message else { return Ok(Fate::TakenForAll) };
+            let Message::P2pTaggedMessage { port, tag, .. } = message else { return Ok(Disposition::TakenForAll) };
             let room = &mut self.room[usize::from(port)];
             if *room == 0 {
-                return Ok(Fate::Held(lf_coordination::from_wire(tag), Some(InputId(port))));
+                return Ok(Disposition::Held(lf_coordination::from_wire(tag), Some(InputId(port))));
             }
             *room -= 1;
             self.taken.push((port, tag.time));
-            Ok(Fate::Taken)
+            Ok(Disposition::Taken)
         }
 
         fn refuse(&mut self, _: &[u8], error: DecodeError) -> Failed {
@@ -185,7 +185,7 @@ mod tests {
         Message::P2pTaggedMessage { port, federate: 0, tag: to_wire(Tag::at(Instant::from_nanos(time))), payload: &[7] }
     }
 
-    /// What these messages are taken and held by a receiver for inputs with so much room.
+    /// Returns which of these messages a receiver takes and holds, for inputs with this much room.
     fn run(
         messages: &[Message<'_>],
         room: [usize; 2],
@@ -202,7 +202,7 @@ mod tests {
         test(&mut |again| {
             let mut inputs = Inputs { room: again.unwrap_or(room), taken: Vec::new(), looks: 0 };
             if again.is_some() {
-                receiver.held.look_again();
+                receiver.held.recheck();
             }
             receiver.resume();
             while receiver.next(&mut inputs).expect("all are messages").is_some() {}
@@ -214,7 +214,7 @@ mod tests {
     fn a_message_without_room_is_held_and_others_pass_it_in_order() {
         run(&[message(0, 1), message(1, 2), message(0, 3), message(1, 4)], [0, 2], |take| {
             assert_eq!(take(None).taken, [(1, 2), (1, 4)]);
-            // As nothing has changed, nothing is looked at.
+            // As nothing has changed, nothing is examined.
             assert_eq!(take(None).looks, 0);
             assert_eq!(take(Some([1, 0])).taken, [(0, 1)]);
             assert_eq!(take(Some([5, 0])).taken, [(0, 3)]);

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-//! The session with the RTI: its connection, made, made again until the RTI has accepted the federate, and closed; and
-//! the messages on it, in both directions.
+//! The session with the RTI: its connection, which is made again until the RTI has accepted the federate, and closed;
+//! and the messages on it, in both directions.
 //!
-//! A session knows no tags: what the machine has to say it sends, and what comes it looks at as a policy says.
+//! A session knows no tags: it sends the machine's messages, and examines incoming ones by a policy.
 
 use lf_coordination::federate::{ConnectRetry, ConnectStep, Federate, FederateError, Needs};
 use lf_coordination::{Deadline, Endpoint, IpAddress};
@@ -19,25 +19,25 @@ use crate::platform::{Interest, NetError, Platform, SocketId};
 use crate::trace::RTI;
 use crate::tracing::note_sent;
 
-/// How long one of several addresses may leave an attempt without an outcome.
+/// The time that one of several addresses may take for an attempt without an outcome.
 const ATTEMPT_TIME_OUT: Interval = Interval::from_secs(5);
 
 /// The session with the RTI.
 #[derive(Debug)]
 pub(super) struct Session<'a, 's> {
     pub(super) receiver: Receiver<'s>,
-    /// The RTI's address, and those to try after it; the one in use has this place among them, from 0.
+    /// The RTI's address, and those to try after it; the one in use has this index among them, from 0.
     first: Endpoint,
     others: &'a [Endpoint],
     place: u16,
     attempt: Attempt,
     retry: ConnectRetry,
-    /// Why the last attempt failed.
+    /// The error of the last attempt.
     last_error: Option<NetError>,
     refusal: Refusal,
 }
 
-/// Whether the RTI has refused this federate because its id is taken.
+/// Whether the RTI has refused this federate because its id is in use.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 enum Refusal {
     /// It has not.
@@ -48,12 +48,12 @@ enum Refusal {
     Last,
 }
 
-/// How far the connection is.
+/// The stage of the connection.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 enum Attempt {
-    /// No connection, none under way; the next attempt is due at this time.
+    /// There is neither a connection nor an attempt; the next attempt is due at this time.
     Due(Instant),
-    /// An attempt is under way; `true` when the socket says that it has an outcome.
+    /// An attempt is open; `true` when the socket reports an outcome.
     UnderWay(SocketId, bool),
     /// The connection is there.
     Made,
@@ -62,10 +62,10 @@ enum Attempt {
 }
 
 impl<'a, 's> Session<'a, 's> {
-    /// A session that begins now.
+    /// Returns a session that begins now.
     pub(super) fn new(now: Instant, join: &Join<'a>, connection: Connection<'s>) -> Self {
         let limits = Limits {
-            // What the buffer holds is the limit; an input's own length is checked when its value is decoded.
+            // The capacity of the buffer is the limit; an input's own length is checked when its value is decoded.
             payload_bytes_max: connection.input.capacity(),
             federation_id_bytes_max: 0,
             neighbors_max: 0,
@@ -83,17 +83,17 @@ impl<'a, 's> Session<'a, 's> {
         }
     }
 
-    /// What is to be sent.
+    /// Returns the send buffer.
     pub(super) fn output(&mut self) -> &mut OutBuffer<&'s mut [u8]> {
         &mut self.receiver.connection.output
     }
 
-    /// Whether messages can be exchanged.
+    /// Returns whether messages can be exchanged.
     pub(super) fn is_open(&self) -> bool {
         self.attempt == Attempt::Made
     }
 
-    /// Makes the connection, as far as that goes without waiting. `true` when it has just been made.
+    /// Makes the connection, as far as that goes without waiting. Returns `true` when it has just been made.
     ///
     /// # Errors
     /// When the time for it is over.
@@ -135,7 +135,7 @@ impl<'a, 's> Session<'a, 's> {
         }
     }
 
-    /// The address that is tried, or at which the RTI is.
+    /// Returns the address that is tried, or at which the RTI is.
     fn address<P: Platform>(&self) -> Endpoint {
         if !P::NAMES {
             return self.first;
@@ -144,14 +144,14 @@ impl<'a, 's> Session<'a, 's> {
         other.copied().unwrap_or(self.first)
     }
 
-    /// When an attempt without an outcome is over.
+    /// Returns when an attempt without an outcome is over.
     fn attempt_ends(&self) -> Instant {
         let give_up = self.retry.give_up();
         if self.others.is_empty() { give_up } else { give_up.min(self.retry.last() + ATTEMPT_TIME_OUT) }
     }
 
-    /// Drops a connection over which the RTI has refused this federate because its id is taken, and asks again as long
-    /// as the RTI may take to notice that a federate is gone, from the first refusal on.
+    /// Drops a connection over which the RTI has refused this federate because its id is in use, and tries again as
+    /// long as the RTI may take to detect that a federate is gone, from the first refusal on.
     #[cfg_attr(target_pointer_width = "32", inline(never))]
     pub(super) fn ask_again<P: Platform>(&mut self, platform: &mut P) {
         if self.refusal == Refusal::Never {
@@ -162,29 +162,29 @@ impl<'a, 's> Session<'a, 's> {
         self.refusal = Refusal::Last;
     }
 
-    /// The address at which the RTI is.
+    /// Returns the address at which the RTI is.
     pub(super) fn rti<P: Platform>(&self) -> IpAddress {
         self.address::<P>().ip
     }
 
-    /// What this federate waits for, before the RTI has accepted it.
+    /// Returns what this federate waits for, before the RTI has accepted it.
     pub(super) fn reason(&self, otherwise: Reason) -> Reason {
         if self.refusal == Refusal::Last { Reason::Id } else { otherwise }
     }
 
-    /// What a federate waits for that has no connection.
+    /// Returns what a federate without a connection waits for.
     pub(super) fn missing(&self) -> Reason {
         Reason::Rti(self.first, self.last_error)
     }
 
-    /// Reads once, if there is something to read, for [`Receiver::next`]. `true` when the connection has ended.
+    /// Reads once, if there is something to read, for [`Receiver::next`]. Returns `true` when the connection has ended.
     #[cfg_attr(target_pointer_width = "32", inline(never))]
     pub(super) fn fill<P: Platform>(&mut self, platform: &mut P) -> bool {
         self.receiver.resume();
         self.receiver.connection.fill(platform) == Reading::End
     }
 
-    /// Moves what the machine has to say into the output buffer, and writes it.
+    /// Moves the machine's messages into the output buffer, and writes it.
     #[cfg_attr(target_pointer_width = "32", inline(never))]
     pub(super) fn transmit<P: Platform>(&mut self, platform: &mut P, machine: &mut Federate<'_, impl Needs>) {
         while self.is_open() {
@@ -199,35 +199,35 @@ impl<'a, 's> Session<'a, 's> {
         }
     }
 
-    /// Moves what the machine has to say into the output buffer, behind the messages of the tags it speaks of.
+    /// Moves the machine's messages into the output buffer, behind the messages of the tags that they cover.
     pub(super) fn collect<P: Platform>(&mut self, platform: &mut P, machine: &mut Federate<'_, impl Needs>) {
         while let Some(message) = machine.poll_transmit(self.receiver.connection.output.room()) {
-            // There is room: the machine was told how much, and gave a message that fits.
+            // There is room: the machine knows how much, and returned a message that fits.
             let _ = self.receiver.connection.output.push(&message);
             note_sent(platform, &message, RTI);
         }
     }
 
-    /// Writes what is pending. `true` when the output buffer has become empty by it.
+    /// Writes what is pending. Returns `true` when this has emptied the output buffer.
     ///
-    /// A broken connection is not reported here: reading finds its end, after the peer's last words.
+    /// A broken connection is not reported here: reading finds its end, after the peer's last messages.
     pub(super) fn flush<P: Platform>(&mut self, platform: &mut P) -> bool {
         if !self.is_open() || self.receiver.connection.output.is_empty() {
             return false;
         }
         if !self.receiver.connection.flush(platform) {
             self.receiver.connection.output.clear();
-            self.receiver.connection.look();
+            self.receiver.connection.mark_readable();
             return false;
         }
         self.receiver.connection.output.is_empty()
     }
 
-    /// Sends what is still to be said (RESIGN or FAILED), closes our direction, and awaits the RTI's end. `false` when
-    /// there is nothing more to wait for.
+    /// Sends the final messages (RESIGN or FAILED), closes our direction, and awaits the RTI's end. Returns `false`
+    /// when there is nothing more to wait for.
     ///
-    /// A socket that is closed while something is unread resets the connection, and what was sent last may be lost. So
-    /// the RTI's last words are read.
+    /// A socket that is closed with unread bytes resets the connection, and the last messages may be lost. So the RTI's
+    /// last messages are read.
     #[cfg_attr(target_pointer_width = "32", inline(never))]
     pub(super) fn leave<P: Platform>(&mut self, platform: &mut P, machine: &mut Federate<'_, impl Needs>) -> bool {
         let Some(socket) = self.receiver.connection.socket() else { return false };
@@ -252,7 +252,7 @@ impl<'a, 's> Session<'a, 's> {
         self.attempt = Attempt::Over;
     }
 
-    /// Says what to wait for: bytes as long as there is space for them, and room if something is pending.
+    /// Sets what to wait for: bytes while there is space for them, and room if something is pending.
     pub(super) fn set_interest<P: Platform>(&mut self, platform: &mut P) {
         if let Attempt::UnderWay(socket, _) = self.attempt {
             platform.set_interest(socket, Interest::WRITE);
@@ -260,7 +260,7 @@ impl<'a, 's> Session<'a, 's> {
         self.receiver.connection.set_interest(platform, true);
     }
 
-    /// A wait found this socket ready.
+    /// Handles that a wait found this socket ready.
     pub(super) fn handle_ready(&mut self, ready: SocketId, interest: Interest) {
         if let Attempt::UnderWay(socket, has_outcome) = &mut self.attempt {
             *has_outcome |= *socket == ready;
@@ -268,12 +268,12 @@ impl<'a, 's> Session<'a, 's> {
         self.receiver.connection.handle_ready(ready, interest);
     }
 
-    /// When there is something to do though no socket is ready.
+    /// Returns when there is something to do though no socket is ready.
     pub(super) fn poll_timeout(&mut self) -> Deadline {
         match self.attempt {
             Attempt::Due(time) => Deadline::At(time),
             Attempt::UnderWay(..) => Deadline::At(self.attempt_ends()),
-            // What is held may have room, or a write found the connection broken, and the end is to be read.
+            // Held messages may have room, or a write found the connection broken, and the end is to be read.
             Attempt::Made if self.receiver.held.stale || self.receiver.connection.is_due() => Deadline::Now,
             Attempt::Made | Attempt::Over => Deadline::Never,
         }
@@ -283,7 +283,7 @@ impl<'a, 's> Session<'a, 's> {
         let now = platform.now();
         if P::NAMES && self.place > 0 {
             // The addresses of one host are tried one after the other without a pause.
-            self.retry.hurry(now);
+            self.retry.retry_now(now);
         }
         match self.retry.poll(now) {
             ConnectStep::Attempt => match platform.connect(self.address::<P>()) {
@@ -296,7 +296,7 @@ impl<'a, 's> Session<'a, 's> {
         Ok(())
     }
 
-    /// What is wrong when [`Session::establish`] fails.
+    /// Returns the error when [`Session::establish`] fails.
     pub(super) fn unreachable(&self) -> RunError {
         match self.refusal {
             Refusal::Last => FederateError::Rejected(RejectCode::IdInUse).into(),

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-//! What a federate waits for, said when that lasts.
+//! Logs what a federate waits for, when that lasts.
 //!
-//! Before the start it is always said, after a while and then ever more rarely; while the federate runs, if the program
+//! Before the start it always logs it, after a while and then ever more rarely; while the federate runs, if the program
 //! asks for it with `log-waits`.
 
 use lf_coordination::Deadline;
@@ -11,19 +11,19 @@ use log::Level;
 
 use super::execution::{Advance, Execution};
 use super::reason::{Key, Reason};
-use crate::remark::{Remark, tell};
+use crate::log_event::{FederateEvent, report};
 
-/// After how long it is said what the start of a federate waits for, and the longest pause until it is said again.
+/// The time after which a federate logs what its start waits for, and the longest pause until it logs that again.
 const START_REPORT: Interval = Interval::from_secs(5);
 const START_REPORT_PAUSE_MAX: Interval = Interval::from_secs(60);
 
-/// The wait that is going on.
+/// The current wait.
 #[derive(Debug)]
 pub(super) struct Waiting {
-    /// Which one it is, if there is one; else the rest says nothing.
+    /// Its identity, if there is a wait; otherwise the other fields have no meaning.
     key: Option<Key>,
     since: Instant,
-    /// When to say it; NEVER once it is said for good.
+    /// The time at which to log it; NEVER once it was logged for good.
     due: Instant,
     pause: Interval,
 }
@@ -32,10 +32,11 @@ impl Waiting {
     /// Nothing is waited for.
     pub(super) const NONE: Self = Self { key: None, since: Instant::NEVER, due: Instant::NEVER, pause: Interval::ZERO };
 
-    /// Notes what is waited for, and says it if that has lasted, while the federate runs for as long as `log_waits`.
-    /// Gives when to look again. `local` is the time of a tag on the platform's clock, `start` the federation's start.
+    /// Records the current wait, and logs it if it has lasted, while the federate runs for as long as `log_waits`.
+    /// Returns when to call again. `local` is the time of a tag on the platform's clock, `start` the federation's
+    /// start.
     ///
-    /// A wait counts from when it is noted, but before the time of its tag a federate waits for that only.
+    /// A wait counts from its first record, but before the time of its tag a federate waits for that only.
     #[cfg_attr(target_pointer_width = "32", inline(never))]
     pub(super) fn note(
         &mut self,
@@ -61,7 +62,7 @@ impl Waiting {
         if self.due != Instant::NEVER && self.due <= now {
             let (lasts, is_before_start) = (now.since(self.since), reason.is_before_start());
             let level = if is_before_start { Level::Info } else { Level::Warn };
-            tell(level, &Remark::Waits { reason: *reason, start, lasts });
+            report(level, &FederateEvent::Waits { reason: *reason, start, lasts });
             self.pause = self.pause.saturating_add(self.pause).min(START_REPORT_PAUSE_MAX);
             self.due = if is_before_start { now + self.pause } else { Instant::NEVER };
         }
@@ -69,8 +70,8 @@ impl Waiting {
     }
 }
 
-/// What this federate waits for, if it is not just the time: after `advance`, with `peer`, the federate that is to take
-/// what has no room.
+/// Returns what this federate waits for, if it is not just the time: after `advance`, with `peer`, the federate that
+/// has to accept what has no room.
 #[cfg_attr(target_pointer_width = "32", inline(never))]
 pub(super) fn reason(execution: &Execution<'_, '_, impl Needs>, advance: Advance, peer: Option<u16>) -> Option<Reason> {
     let tag = execution.tag_in_question()?;
@@ -113,7 +114,7 @@ mod tests {
             now = expected;
         }
         assert_eq!(note(&mut waiting, 200, Some(Reason::Others), None), Deadline::At(s(205)));
-        // What has gone wrong with a federate does not make another wait of it.
+        // A fault of a federate does not make another wait of it.
         assert_eq!(note(&mut waiting, 201, Some(Reason::Peer(1, None)), None), Deadline::At(s(206)));
         let again = Some(Reason::Peer(1, Some(PeerFault::Unanswered)));
         assert_eq!(note(&mut waiting, 202, again, None), Deadline::At(s(206)));

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-//! The two sides of a connection of the RTI. They are separate, because a message is handled while it still lies in the
-//! input buffer of its connection, and goes straight from there into the output buffers of others.
+//! The two directions of a connection of the RTI. They are separate, because a message is handled while it still lies
+//! in the input buffer of its connection, and goes straight from there into the output buffers of others.
 
 use core::fmt;
 
@@ -14,31 +14,31 @@ use crate::platform::{Interest, Platform, SocketId};
 #[cfg(feature = "traces")]
 use crate::trace::RTI;
 
-/// How long a closed connection may take to send what is pending, and its peer to close its own direction.
+/// The time that a closed connection may take to send what is pending, and its peer to close its own direction.
 ///
-/// A socket that is closed while bytes of the peer are unread resets the connection, and the last message, such as the
-/// reason of a rejection, may be lost. So the peer is read until it closes, but not for longer than this.
+/// A socket that is closed with unread bytes of the peer resets the connection, and the last message, such as the
+/// reason of a rejection, may be lost. So the RTI reads the peer until it closes, but not for longer than this.
 const LINGER: Interval = Interval::from_secs(2);
 
-/// Most bytes that one read takes, so that what has been read is still in the processor's cache when it is handled.
+/// The maximum number of bytes of one read, so that they are still in the processor's cache when they are handled.
 const READ_BYTES_MAX: usize = 1 << 16;
 
 /// The receiving side of one connection.
 pub struct Inlet<B> {
     pub(super) buffer: InBuffer<B>,
-    /// The socket may have something to read.
+    /// Whether the socket may have something to read.
     pub(super) readable: bool,
-    /// The peer has closed, or the connection broke.
+    /// Whether the peer has closed, or the connection broke.
     pub(super) ended: bool,
-    /// The message at the front waits for this.
+    /// The event that the message at the front waits for.
     pub(super) awaits: Option<Awaited>,
-    /// Since when messages have been waiting here; FOREVER once that was told.
+    /// The time since which messages have been waiting here; FOREVER once that was logged.
     pub(super) awaits_since: Option<Instant>,
-    /// The buffer may hold whole messages that have not been consumed.
+    /// Whether the buffer may hold complete messages that have not been consumed.
     pub(super) fresh: bool,
 }
 
-/// What a message waits for.
+/// The event that a message waits for.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub(super) enum Awaited {
     /// Room on this connection.
@@ -50,13 +50,13 @@ pub(super) enum Awaited {
 }
 
 impl Awaited {
-    /// The connection where it has to come about.
+    /// Returns the connection that the message waits for.
     pub(super) fn connection(self) -> ConnectionId {
         let (Self::Room(connection) | Self::Input(connection) | Self::InputOrMore(connection)) = self;
         connection
     }
 
-    /// Whether this has come about: room or input.
+    /// Returns whether `what` has come about: room or input.
     pub(super) fn is(self, what: Self) -> bool {
         match self {
             Self::Room(_) | Self::Input(_) => self == what,
@@ -71,30 +71,30 @@ pub struct Outgoing<B> {
     pub(super) socket: Option<SocketId>,
     pub(super) buffer: OutBuffer<B>,
     pub(super) state: State,
-    /// The connection of the socket whose place in the platform's table is this one, modulo the length of the table.
+    /// The connection of the socket whose index in the platform's table is this one, modulo the length of the table.
     pub(super) of_socket: u16,
-    /// Input of others may wait for room or input here.
+    /// Whether input of others may wait for room or input here.
     pub(super) awaited: bool,
-    /// Memory was refused for a message of so many bytes, which is lost; nothing that belongs behind it may be sent.
+    /// The size of a message that got no memory and is lost; nothing that belongs behind it may be sent.
     pub(super) refused: Option<usize>,
-    /// What is pending is more than advice: somebody may wait for it.
+    /// Whether something other than a DNET is pending: a federate may wait for it.
     urgent: bool,
-    /// Something went before its turn, and nobody has been told yet that there is room.
+    /// Whether something was sent early, and the room for it has not been reported yet.
     went: bool,
-    /// This connection is in the queue of those that are due.
+    /// Whether this connection is in the queue of due ones.
     pub(super) due: bool,
     /// An entry of that queue.
     pub(super) queue: u16,
-    /// Which federate it is, once it has said so, for records.
+    /// The federate, once it has sent its id, for records.
     #[cfg(feature = "traces")]
     pub(super) federate: u16,
 }
 
-/// How far a connection is closed from our side.
+/// The stage of closing a connection from our side.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub(super) enum State {
     Open,
-    /// Our direction is to be closed once all is sent.
+    /// Our direction is to be closed once everything is sent.
     HalfClosing,
     HalfClosed,
     /// Closed for the RTI; what is pending is still sent, and the peer's end awaited, until the time.
@@ -103,7 +103,7 @@ pub(super) enum State {
 }
 
 impl<B: Storage> Inlet<B> {
-    /// An inlet that keeps what has come in `buffer`, which has to hold the longest message or to grow so far.
+    /// Returns an inlet that keeps received bytes in `buffer`, which has to hold the longest message or to grow so far.
     pub fn new(buffer: B) -> Self {
         Self {
             buffer: InBuffer::new(buffer),
@@ -137,17 +137,17 @@ impl<B: Storage> Inlet<B> {
         reading != Reading::Nothing
     }
 
-    /// Whether more is wanted, and there is space for it.
+    /// Returns whether more is wanted, and there is space for it.
     pub(super) fn wants_more(&mut self) -> bool {
         !self.ended && self.reads_on() && !self.buffer.space().is_empty()
     }
 
-    /// Whether the message at the front, if there is one, does not wait for others alone.
+    /// Returns whether the message at the front, if there is one, does not wait for others alone.
     pub(super) fn reads_on(&self) -> bool {
         matches!(self.awaits, None | Some(Awaited::InputOrMore(_)))
     }
 
-    /// Reads once and forgets it: for a peer whose connection is closed for the RTI.
+    /// Reads once and drops it: for a peer whose connection is closed for the RTI.
     pub(super) fn discard<P: Platform>(&mut self, platform: &mut P, socket: SocketId) {
         self.clear();
         (self.awaits, self.fresh) = (None, false);
@@ -157,7 +157,7 @@ impl<B: Storage> Inlet<B> {
 }
 
 impl<B: Storage> Outgoing<B> {
-    /// A vacant place whose connections keep what is to be sent in `buffer`, which has to hold the longest message or
+    /// Returns a vacant slot whose connections keep pending bytes in `buffer`, which has to hold the longest message or
     /// to grow so far.
     pub fn new(buffer: B) -> Self {
         Self {
@@ -187,7 +187,7 @@ impl<B: Storage> Outgoing<B> {
         }
     }
 
-    /// Frees the place: gives the socket, which is to be closed.
+    /// Frees the slot: returns the socket, which has to be closed.
     pub(super) fn vacate(&mut self) -> Option<SocketId> {
         self.clear();
         self.socket.take()
@@ -198,7 +198,8 @@ impl<B: Storage> Outgoing<B> {
         self.buffer.shrink();
     }
 
-    /// Puts a message behind what is pending. If memory is refused for it, it is lost, and so is all that follows.
+    /// Puts a message behind what is pending. If there is no memory for it, it is lost, and so is everything that
+    /// follows.
     pub(super) fn push(&mut self, message: &Message<'_>) {
         if self.refused.is_some() {
             return;
@@ -213,7 +214,7 @@ impl<B: Storage> Outgoing<B> {
         }
     }
 
-    /// Until when it is kept only for the peer to read what it has been sent.
+    /// Returns until when it is kept only for the peer to read what it has been sent.
     pub(super) fn lingers_until(&self) -> Option<Instant> {
         match self.state {
             State::Draining(until) if self.socket.is_some() => Some(until),
@@ -221,24 +222,24 @@ impl<B: Storage> Outgoing<B> {
         }
     }
 
-    /// Whether it is open in both directions; nothing waits for room on one that is not.
+    /// Returns whether it is open in both directions; nothing waits for room on one that is not.
     pub(super) fn is_open(&self) -> bool {
         self.socket.is_some() && self.state == State::Open
     }
 
-    /// Whether the RTI still reads this connection.
+    /// Returns whether the RTI still reads this connection.
     pub(super) fn is_read(&self) -> bool {
         self.socket.is_some() && matches!(self.state, State::Open | State::HalfClosing | State::HalfClosed)
     }
 
-    /// Writes what is pending if somebody may wait for it.
-    pub(super) fn hurry<P: Platform>(&mut self, platform: &mut P) {
+    /// Writes what is pending if a federate may wait for it.
+    pub(super) fn flush_urgent<P: Platform>(&mut self, platform: &mut P) {
         if core::mem::take(&mut self.urgent) {
             self.went |= self.flush(platform);
         }
     }
 
-    /// Writes what is pending. `true` when something went, also before.
+    /// Writes what is pending. Returns `true` when something was sent, also before.
     pub(super) fn flush<P: Platform>(&mut self, platform: &mut P) -> bool {
         let Some(socket) = self.socket else { return false };
         let went = core::mem::take(&mut self.went);
@@ -251,7 +252,7 @@ impl<B: Storage> Outgoing<B> {
         went || self.buffer.pending().len() < before
     }
 
-    /// Goes on with closing, as far as that goes without waiting. `ended`: the peer has closed its direction.
+    /// Advances closing, as far as that goes without waiting. `ended`: the peer has closed its direction.
     pub(super) fn advance_closing<P: Platform>(&mut self, platform: &mut P, ended: bool) {
         let Some(socket) = self.socket else { return };
         match self.state {
@@ -280,7 +281,7 @@ impl<B: Storage> Outgoing<B> {
         }
     }
 
-    /// When [`Outgoing::advance_closing`] is to be called though the socket is not ready.
+    /// Returns when to call [`Outgoing::advance_closing`] though the socket is not ready.
     pub(super) fn poll_timeout(&self) -> Deadline {
         match (self.socket, self.state) {
             (Some(_), State::Closing(Some(until)) | State::Draining(until)) => Deadline::At(until),

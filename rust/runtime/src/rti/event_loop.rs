@@ -6,7 +6,7 @@ use core::fmt;
 use lf_coordination::Deadline;
 use lf_coordination::auth::Nonce;
 use lf_coordination::rti::{
-    Config, ConnectionId, Notice, Outcome, Rti, RtiStorage, SetupError, Status, Verdict, Waits,
+    Config, ConnectionId, Outcome, Rti, RtiEvent, RtiStorage, SetupError, Status, Verdict, Waits,
 };
 use lf_model::time::{Instant, Interval, Tag};
 use lf_wire::Storage;
@@ -15,22 +15,22 @@ use super::connections::{Awaited, Inlet, Outgoing, State};
 use super::table::{Outgoings, Table};
 use crate::datagram::{DatagramPort, send};
 use crate::listener::Listener;
+use crate::log_event::{ConnectionEvent, report};
 use crate::platform::{Platform, SocketId};
-use crate::remark::{ConnectionRemark, tell};
 use crate::trace::{Event, Role, Waits as WaitsFor};
 use crate::tracing::{begin, note};
 use crate::turn::Turn;
 use log::Level;
 
-/// How many messages of one connection are handled before the next connection has its turn: about as many as one read
-/// brings. Where one federate sends to many, what stands behind its messages grants them their tags, so both go out
-/// with one write; it is writes that take an RTI's time.
+/// The number of messages of one connection that are handled before the next connection: about as many as one read
+/// brings. If one federate sends to many, the announcement behind its messages lets the RTI grant their tags, so both
+/// go out with one write; writes take most of an RTI's time.
 const MESSAGES_PER_TURN: u32 = 8192;
 
-/// All that an RTI needs: the machine's memory, and as many inlets and outgoings as that has connections, whose buffers
+/// The parts of an RTI: the machine's memory, and as many inlets and outgoings as that has connections, whose buffers
 /// are in slices or in [`Storage`] that grows.
 pub struct RtiSetup<'s, B = &'s mut [u8]> {
-    /// What the RTI is told about the federation.
+    /// The configuration of the RTI.
     pub config: Config<'s>,
     /// The machine's memory.
     pub storage: RtiStorage<'s>,
@@ -44,22 +44,21 @@ pub struct RtiSetup<'s, B = &'s mut [u8]> {
 
 /// Runs the RTI of one federation on a listening socket, until all federates have left or the program is interrupted.
 ///
-/// `notices` is told what people may want to know.
+/// Passes log events to `log`.
 ///
 /// # Errors
-/// When configuration and storage do not go together, or a buffer cannot hold the longest message. The listening socket
-/// is closed in any case.
+/// When configuration and storage do not fit together, or a buffer cannot hold the longest message. The listening
+/// socket is closed in any case.
 pub fn run_rti<P: Platform, B: Storage>(
     platform: &mut P,
     setup: RtiSetup<'_, B>,
     listener: SocketId,
-    notices: &mut impl FnMut(Notice<'_>),
+    log: &mut impl FnMut(RtiEvent<'_>),
 ) -> Result<Outcome, SetupError> {
-    RtiLoop::new(platform, setup, listener, notices).map(|mut rti| rti.run())
+    RtiLoop::new(platform, setup, listener, log).map(|mut rti| rti.run())
 }
 
-/// The event loop of the RTI, turn by turn: who calls [`RtiLoop::turn`] and [`RtiLoop::wait`] in alternation runs the
-/// RTI, and may do something else in between.
+/// The event loop of the RTI. Call [`RtiLoop::turn`] and [`RtiLoop::wait`] alternately to drive it.
 pub struct RtiLoop<'a, 's, P, N, B = &'s mut [u8]> {
     platform: &'a mut P,
     rti: Rti<'s>,
@@ -68,13 +67,13 @@ pub struct RtiLoop<'a, 's, P, N, B = &'s mut [u8]> {
     /// For clock synchronization.
     port: DatagramPort,
     aborted: bool,
-    /// The tag at which all stop, once it is known and what was held has been let go on.
+    /// The tag at which all stop, once it is known and held messages have been released.
     stop_tag: Option<Tag>,
-    /// Each connection gets a nonce.
+    /// Whether each connection gets a nonce.
     authentication: bool,
-    /// After how long it is said that messages wait, and when to look whether some do.
+    /// The time after which waiting messages are logged, and the time of the next check.
     log_waits: Option<(Interval, Instant)>,
-    notices: &'a mut N,
+    log: &'a mut N,
 }
 
 impl<P, N, B> fmt::Debug for RtiLoop<'_, '_, P, N, B> {
@@ -83,17 +82,17 @@ impl<P, N, B> fmt::Debug for RtiLoop<'_, '_, P, N, B> {
     }
 }
 
-impl<'a, 's, P: Platform, N: FnMut(Notice<'_>), B: Storage> RtiLoop<'a, 's, P, N, B> {
-    /// An RTI whose federates may come now.
+impl<'a, 's, P: Platform, N: FnMut(RtiEvent<'_>), B: Storage> RtiLoop<'a, 's, P, N, B> {
+    /// Returns an RTI that accepts federates from now on.
     ///
     /// # Errors
-    /// When configuration and storage do not go together, or a buffer cannot hold the longest message. The listening
+    /// When configuration and storage do not fit together, or a buffer cannot hold the longest message. The listening
     /// socket is then closed.
     pub fn new(
         platform: &'a mut P,
         setup: RtiSetup<'s, B>,
         listener: SocketId,
-        notices: &'a mut N,
+        log: &'a mut N,
     ) -> Result<Self, SetupError>
     where
         's: 'a,
@@ -125,7 +124,7 @@ impl<'a, 's, P: Platform, N: FnMut(Notice<'_>), B: Storage> RtiLoop<'a, 's, P, N
             stop_tag: None,
             authentication,
             log_waits,
-            notices,
+            log,
         })
     }
 
@@ -139,14 +138,14 @@ impl<'a, 's, P: Platform, N: FnMut(Notice<'_>), B: Storage> RtiLoop<'a, 's, P, N
         }
     }
 
-    /// Does what can be done now. Bounded by the number of connections with something to do times
+    /// Does everything that can be done now. Bounded by the number of connections with something to do times
     /// [`MESSAGES_PER_TURN`].
     #[cfg_attr(target_pointer_width = "32", inline(never))]
     pub fn turn(&mut self) -> Turn<Outcome> {
         self.synchronize();
         if !self.aborted && self.platform.interrupted() {
             self.aborted = true;
-            self.tell(|rti, outlet| rti.abort(outlet));
+            self.drive(|rti, outlet| rti.abort(outlet));
         }
         self.exchange();
         let now = self.platform.now();
@@ -157,17 +156,17 @@ impl<'a, 's, P: Platform, N: FnMut(Notice<'_>), B: Storage> RtiLoop<'a, 's, P, N
             self.exchange();
         }
         if self.rti.poll_timeout().is_due(now) {
-            self.tell(|rti, outlet| rti.handle_timeout(now, outlet));
+            self.drive(|rti, outlet| rti.handle_timeout(now, outlet));
         }
-        self.look_for_waits(now);
+        self.report_waits(now);
         if self.stop_tag != self.rti.stop_tag() {
             self.stop_tag = self.rti.stop_tag();
-            (0..self.table.len()).for_each(|index| self.table.let_go_on(Awaited::Input(ConnectionId(index))));
+            (0..self.table.len()).for_each(|index| self.table.resume(Awaited::Input(ConnectionId(index))));
         }
-        // Messages and grants go before advice: a write can take longer than all that was done for it.
+        // Messages and grants go before DNETs: a write can take longer than everything that was done for it.
         for entry in 0..self.table.due() {
             let index = self.table.due_at(entry);
-            self.table.outgoings[index].hurry(self.platform);
+            self.table.outgoings[index].flush_urgent(self.platform);
         }
         for _ in 0..self.table.due() {
             if let Some(index) = self.table.pop() {
@@ -189,7 +188,7 @@ impl<'a, 's, P: Platform, N: FnMut(Notice<'_>), B: Storage> RtiLoop<'a, 's, P, N
         }
     }
 
-    /// Waits until a socket is ready, or the time has come that the last [`RtiLoop::turn`] gave.
+    /// Waits until a socket is ready, or the deadline of the last [`RtiLoop::turn`] has come.
     pub fn wait(&mut self, until: Deadline) {
         let Self { platform, table, listener, port, .. } = self;
         platform.wait(until, &mut |socket, interest| {
@@ -203,22 +202,22 @@ impl<'a, 's, P: Platform, N: FnMut(Notice<'_>), B: Storage> RtiLoop<'a, 's, P, N
         }
     }
 
-    fn tell<R>(&mut self, what: impl FnOnce(&mut Rti<'s>, &mut Outgoings<'_, P, N, B>) -> R) -> R {
-        what(&mut self.rti, &mut self.table.outlet(self.platform, self.notices).1)
+    fn drive<R>(&mut self, what: impl FnOnce(&mut Rti<'s>, &mut Outgoings<'_, P, N, B>) -> R) -> R {
+        what(&mut self.rti, &mut self.table.outlet(self.platform, self.log).1)
     }
 
-    /// Closes what is still open after the end of the federation. `true` when nothing is.
+    /// Closes what is still open after the end of the federation. Returns `true` when nothing is.
     fn close_all(&mut self) -> bool {
-        // Whoever comes now shall see at once that nobody is here.
+        // A peer that comes now has to learn at once that there is no RTI any more.
         self.listener.close(self.platform);
         self.port.close(self.platform);
         self.table.close_all();
         self.table.open() == 0
     }
 
-    /// Takes the connections that wait, as long as there are places for them.
+    /// Accepts pending connections, while there are slots for them.
     fn accept(&mut self, now: Instant) {
-        while self.listener.knocks(now)
+        while self.listener.has_pending(now)
             && let Some(index) = self.place()
             && let Some((socket, address)) = self.listener.accept(self.platform, now)
         {
@@ -226,34 +225,34 @@ impl<'a, 's, P: Platform, N: FnMut(Notice<'_>), B: Storage> RtiLoop<'a, 's, P, N
             if self.authentication
                 && let Err(error) = self.platform.random(&mut nonce)
             {
-                tell(Level::Error, &ConnectionRemark::NoRandom(error));
+                report(Level::Error, &ConnectionEvent::NoRandom(error));
                 self.platform.close(socket);
                 continue;
             }
             self.table.occupy(index, socket);
-            self.tell(|rti, outlet| {
+            self.drive(|rti, outlet| {
                 rti.handle_connect(now, ConnectionId(index), address, nonce, outlet);
             });
         }
     }
 
-    /// A place for a new connection. When there is none, and one has come for sure, somebody makes way for it: who is
-    /// being closed, or else who has not said which federate it is.
+    /// Returns a slot for a new connection. When there is none, and one is pending for sure, evicts a connection: one
+    /// that is being closed, or else one that has not sent its id.
     fn place(&mut self) -> Option<usize> {
         let vacant = self.table.vacant();
         // Asked again when the listener says that one waits.
-        if vacant.is_some() || !self.listener.put_off() {
+        if vacant.is_some() || !self.listener.postpone() {
             return vacant;
         }
         let index = match self.table.lingering() {
             Some(index) => index,
-            None => self.tell(|rti, outlet| rti.make_way(outlet))?.0,
+            None => self.drive(|rti, outlet| rti.evict(outlet))?.0,
         };
         self.platform.close(self.table.vacate(index)?);
         Some(index)
     }
 
-    /// Reads one connection and handles what has come.
+    /// Reads one connection and handles its input.
     fn receive(&mut self, index: usize) {
         let Some(socket) = self.table.outgoings[index].socket else { return };
         if !self.table.outgoings[index].is_read() {
@@ -271,20 +270,20 @@ impl<'a, 's, P: Platform, N: FnMut(Notice<'_>), B: Storage> RtiLoop<'a, 's, P, N
         }
         if self.table.inlets[index].fresh && self.table.inlets[index].awaits.is_none() {
             self.offer(index);
-            self.table.let_go_on(Awaited::Input(ConnectionId(index)));
+            self.table.resume(Awaited::Input(ConnectionId(index)));
         }
         if self.table.inlets[index].ended && !self.table.inlets[index].fresh && self.table.has_work(index) {
             let now = self.platform.now();
-            self.tell(|rti, outlet| rti.handle_disconnect(now, ConnectionId(index), outlet));
+            self.drive(|rti, outlet| rti.handle_disconnect(now, ConnectionId(index), outlet));
             self.table.outgoings[index].state = State::Closing(None);
         }
     }
 
-    /// Offers what has come on one connection to the machine, message by message.
+    /// Passes the input of one connection to the machine, message by message.
     fn offer(&mut self, index: usize) {
         let now = self.platform.now();
         for _ in 0..MESSAGES_PER_TURN {
-            let (inlets, mut outlet) = self.table.outlet(self.platform, self.notices);
+            let (inlets, mut outlet) = self.table.outlet(self.platform, self.log);
             let inlet = &mut inlets[index];
             let bytes = inlet.buffer.bytes();
             if bytes.is_empty() {
@@ -306,14 +305,14 @@ impl<'a, 's, P: Platform, N: FnMut(Notice<'_>), B: Storage> RtiLoop<'a, 's, P, N
                     }
                     return;
                 }
-                Verdict::Blocked(by) => return self.table.put_off(now, index, Awaited::Room(by)),
-                Verdict::Held(until) => return self.table.put_off(now, index, Awaited::Input(until)),
+                Verdict::Blocked(by) => return self.table.postpone(now, index, Awaited::Room(by)),
+                Verdict::Held(until) => return self.table.postpone(now, index, Awaited::Input(until)),
                 Verdict::HeldReadOn(until) => {
                     let needed = bytes.len() + 1;
                     if !inlet.buffer.make_space_for(needed) {
                         return self.give_up(index, needed);
                     }
-                    return self.table.put_off(now, index, Awaited::InputOrMore(until));
+                    return self.table.postpone(now, index, Awaited::InputOrMore(until));
                 }
                 Verdict::Closed => {
                     inlet.fresh = false;
@@ -325,15 +324,15 @@ impl<'a, 's, P: Platform, N: FnMut(Notice<'_>), B: Storage> RtiLoop<'a, 's, P, N
         }
     }
 
-    /// There is no memory for a message of so many bytes, from a connection or for it: nothing goes on there.
+    /// Abandons a connection without memory for a message of this many bytes, from it or for it.
     fn give_up(&mut self, index: usize, bytes: usize) {
-        self.tell(|rti, outlet| rti.handle_no_memory(ConnectionId(index), bytes, outlet));
+        self.drive(|rti, outlet| rti.handle_no_memory(ConnectionId(index), bytes, outlet));
         self.table.inlets[index].clear();
         self.table.outgoings[index].state = State::Closing(None);
         self.table.push(index);
     }
 
-    /// Writes what is pending on one connection, lets go on what waited for room there, and says what to wait for.
+    /// Writes what is pending on one connection, releases input that waited for room there, and sets what to wait for.
     fn send(&mut self, index: usize) {
         if self.table.outgoings[index].socket.is_none() {
             return;
@@ -343,19 +342,19 @@ impl<'a, 's, P: Platform, N: FnMut(Notice<'_>), B: Storage> RtiLoop<'a, 's, P, N
         }
         if self.table.outgoings[index].flush(self.platform) {
             let now = self.platform.now();
-            self.tell(|rti, outlet| rti.handle_writable(now, ConnectionId(index), outlet));
-            // What was put off goes with the same turn.
+            self.drive(|rti, outlet| rti.handle_writable(now, ConnectionId(index), outlet));
+            // What was postponed goes out in the same turn.
             self.table.outgoings[index].flush(self.platform);
-            self.table.let_go_on(Awaited::Room(ConnectionId(index)));
+            self.table.resume(Awaited::Room(ConnectionId(index)));
         }
         self.table.outgoings[index].advance_closing(self.platform, self.table.inlets[index].ended);
         if !self.table.outgoings[index].is_open() {
-            self.table.let_go_on(Awaited::Room(ConnectionId(index)));
-            self.table.let_go_on(Awaited::Input(ConnectionId(index)));
+            self.table.resume(Awaited::Room(ConnectionId(index)));
+            self.table.resume(Awaited::Input(ConnectionId(index)));
         }
         let Some(socket) = self.table.outgoings[index].socket else {
             self.table.freed();
-            self.listener.look();
+            self.listener.mark_pending();
             return;
         };
         let interest = self.table.interest(index);
@@ -365,8 +364,8 @@ impl<'a, 's, P: Platform, N: FnMut(Notice<'_>), B: Storage> RtiLoop<'a, 's, P, N
         }
     }
 
-    /// Says whose messages have been waiting for too long, and for whom, if it is time to look.
-    fn look_for_waits(&mut self, now: Instant) {
+    /// Logs senders whose messages have been waiting for too long, and their receivers, when a check is due.
+    fn report_waits(&mut self, now: Instant) {
         let Some((interval, due)) = self.log_waits.filter(|(_, due)| *due <= now) else { return };
         self.log_waits = Some((interval, due.max(now) + Interval::from_nanos((interval.as_nanos() / 4).max(1))));
         for index in 0..self.table.len() {
@@ -379,22 +378,22 @@ impl<'a, 's, P: Platform, N: FnMut(Notice<'_>), B: Storage> RtiLoop<'a, 's, P, N
             {
                 self.table.inlets[index].awaits_since = Some(Instant::FOREVER);
                 let room = matches!(awaited, Awaited::Room(_));
-                (self.notices)(Notice::Waits(Waits::Sender { from, to, room, lasts }));
+                (self.log)(RtiEvent::Waits(Waits::Sender { from, to, room, lasts }));
             }
         }
     }
 
-    /// When a round is to begin: never without a port, which is closed when the federation has ended.
+    /// Returns when the next round begins: never without a port, which is closed when the federation has ended.
     fn next_round(&self) -> Deadline {
         if P::DATAGRAMS && self.port.socket().is_some() { self.rti.poll_round_timeout() } else { Deadline::Never }
     }
 
-    /// Answers the datagrams that have come, a bounded number of them, and begins a round if it is time.
+    /// Answers the datagrams that have come, a bounded number of them, and begins a round if one is due.
     fn synchronize(&mut self) {
         let Some(socket) = self.port.socket().filter(|_| P::DATAGRAMS) else { return };
-        let Self { rti, table, notices, .. } = self;
+        let Self { rti, table, log, .. } = self;
         self.port.receive(self.platform, |platform, socket, now, from, datagram| {
-            if let Some(answer) = rti.handle_datagram(now, from, datagram, &mut table.outlet(platform, *notices).1) {
+            if let Some(answer) = rti.handle_datagram(now, from, datagram, &mut table.outlet(platform, *log).1) {
                 send(platform, socket, answer.to, &answer.message);
                 let probe = answer.coded_probe(platform.now());
                 send(platform, socket, probe.to, &probe.message);
@@ -408,12 +407,11 @@ impl<'a, 's, P: Platform, N: FnMut(Notice<'_>), B: Storage> RtiLoop<'a, 's, P, N
         }
     }
 
-    /// Clock synchronization over TCP before the start: what stands between an answer and the times that it leads to
-    /// would be taken for a part of its way. So the connection whose turn it is comes before all others, and again
-    /// after each of them; its answer is written at once, and each time that begins an exchange is taken right before
-    /// it is.
+    /// Clock synchronization over TCP before the start. Everything between an answer and the times that follow from it
+    /// would count as network delay. So the connection of the current exchange comes before all others, and again after
+    /// each of them; the RTI writes its answer at once, and reads the time right before it begins an exchange.
     ///
-    /// Whether something has come there, only reading says: the last wait is over.
+    /// Only reading shows whether something has come there, because the last wait is over.
     fn exchange(&mut self) {
         if let Some(ConnectionId(index)) = self.rti.exchanging() {
             self.table.inlets[index].readable = true;
@@ -422,19 +420,19 @@ impl<'a, 's, P: Platform, N: FnMut(Notice<'_>), B: Storage> RtiLoop<'a, 's, P, N
         }
         while self.rti.poll_exchange_timeout() != Deadline::Never {
             let now = self.platform.now();
-            let Some(ConnectionId(index)) = self.tell(|rti, outlet| rti.poll_exchange(now, outlet)) else { return };
+            let Some(ConnectionId(index)) = self.drive(|rti, outlet| rti.poll_exchange(now, outlet)) else { return };
             self.send(index);
         }
     }
 
-    /// Says whether to wait for connections, and gives until when to wait.
+    /// Sets whether to wait for connections, and returns the deadline of the wait.
     fn prepare_wait(&mut self) -> Deadline {
         let room = self.table.vacant().is_some();
-        self.listener.set_interest(self.platform, room || self.table.lingering().is_some() || self.rti.can_make_way());
+        self.listener.set_interest(self.platform, room || self.table.lingering().is_some() || self.rti.can_evict());
         if self.table.due() > 0 {
             return Deadline::Now;
         }
-        // A place may have become free after this turn's look at the listener.
+        // A slot may have become free after this turn's check of the listener.
         let accept = self.listener.poll_timeout(room);
         let now = self.platform.now();
         let next_event = self.rti.next_event_after(now);

@@ -1,17 +1,17 @@
 // SPDX-License-Identifier: Apache-2.0
-//! The event loop of the RTI, made of parts:
+//! The event loop of the RTI. It consists of parts:
 //!
 //! - [`connections`], each with a receiving and a sending side, and
-//! - their [`table`], with a queue of those that something is to be done for;
-//! - [`notices`], for people.
+//! - their [`table`], with a queue of those with something to do;
+//! - [`events`], the log.
 //!
-//! The [`event_loop`] calls them in order, and gives the machine what comes.
+//! The [`event_loop`] calls them in order, and passes input to the machine.
 
 mod connections;
 mod event_loop;
-mod notices;
+mod events;
 mod table;
 
 pub use connections::{Inlet, Outgoing};
 pub use event_loop::{RtiLoop, RtiSetup, run_rti};
-pub use notices::log_notice;
+pub use events::log_rti_event;

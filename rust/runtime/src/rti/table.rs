@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-//! The table of the RTI's connections, with a queue of those that something is to be done for: a federate that is
-//! silent costs nothing.
+//! The table of the RTI's connections, with a queue of those with something to do: a federate that is silent costs
+//! nothing.
 
 use lf_coordination::Deadline;
-use lf_coordination::rti::{ConnectionId, Notice, Outlet, SetupError};
+use lf_coordination::rti::{ConnectionId, Outlet, RtiEvent, SetupError};
 use lf_model::time::Instant;
 #[cfg(feature = "traces")]
 use lf_wire::{Decoded, Limits, decode};
@@ -16,23 +16,23 @@ use crate::trace::{Event, Word};
 #[cfg(feature = "traces")]
 use crate::tracing::note_sent;
 
-/// The connections: what comes in on one side, what goes out on the other.
+/// The connections: incoming and outgoing directions.
 pub(super) struct Table<'a, B> {
     pub(super) inlets: &'a mut [Inlet<B>],
     pub(super) outgoings: &'a mut [Outgoing<B>],
-    /// Where something came, went or is to be done; all others are left alone.
+    /// The connections with something to do; all others are left alone.
     due: Due,
-    /// How many connections there are.
+    /// The number of connections.
     open: usize,
-    /// When the next connection that is being closed may be due.
+    /// The time at which the next connection that is being closed may be due.
     closing: Deadline,
 }
 
 impl<'a, B: Storage> Table<'a, B> {
-    /// A table without connections.
+    /// Returns a table without connections.
     ///
     /// # Errors
-    /// When a buffer has less than the `needed` bytes of the longest message, which it would hold back for ever.
+    /// When a buffer has less than the `needed` bytes of the longest message, which it would hold back without end.
     pub(super) fn new(
         inlets: &'a mut [Inlet<B>],
         outgoings: &'a mut [Outgoing<B>],
@@ -48,47 +48,47 @@ impl<'a, B: Storage> Table<'a, B> {
         Ok(Self { inlets, outgoings, due: Due::default(), open: 0, closing: Deadline::Never })
     }
 
-    /// How many connections there can be.
+    /// Returns the maximum number of connections.
     pub(super) fn len(&self) -> usize {
         self.outgoings.len()
     }
 
-    /// How many there are.
+    /// Returns the number of connections.
     pub(super) fn open(&self) -> usize {
         self.open
     }
 
-    /// The receiving sides, and the sending sides as the machine sees them.
+    /// Returns the receiving sides, and the sending sides as the machine sees them.
     #[cfg_attr(target_pointer_width = "32", inline(never))]
     pub(super) fn outlet<'x, P, N>(
         &'x mut self,
         platform: &'x mut P,
-        notices: &'x mut N,
+        log: &'x mut N,
     ) -> (&'x mut [Inlet<B>], Outgoings<'x, P, N, B>) {
-        (self.inlets, Outgoings { table: self.outgoings, due: &mut self.due, platform, notices })
+        (self.inlets, Outgoings { table: self.outgoings, due: &mut self.due, platform, log })
     }
 
-    /// How many connections are in the queue.
+    /// Returns the number of connections in the queue.
     pub(super) fn due(&self) -> usize {
         self.due.len()
     }
 
-    /// One of the queue.
+    /// Returns an entry of the queue.
     pub(super) fn due_at(&self, entry: usize) -> usize {
         self.due.get(self.outgoings, entry)
     }
 
-    /// Takes the first one of the queue.
+    /// Takes the first entry of the queue.
     pub(super) fn pop(&mut self) -> Option<usize> {
         self.due.pop(self.outgoings)
     }
 
-    /// Puts a connection at the end of the queue, if it is not there.
+    /// Puts a connection at the end of the queue, unless it is there.
     pub(super) fn push(&mut self, index: usize) {
         self.due.push(self.outgoings, index);
     }
 
-    /// A wait found this socket ready.
+    /// Handles that a wait found this socket ready.
     pub(super) fn handle_ready(&mut self, socket: SocketId, interest: Interest) {
         if let Some(index) = connection_of(self.outgoings, socket) {
             self.inlets[index].readable |= interest.readable;
@@ -96,7 +96,7 @@ impl<'a, B: Storage> Table<'a, B> {
         }
     }
 
-    /// A free place.
+    /// Returns a free slot.
     pub(super) fn vacant(&self) -> Option<usize> {
         if self.open == self.len() {
             return None;
@@ -104,7 +104,7 @@ impl<'a, B: Storage> Table<'a, B> {
         self.outgoings.iter().position(|outgoing| outgoing.socket.is_none())
     }
 
-    /// A connection has come for a free place.
+    /// Puts a new connection into a free slot.
     pub(super) fn occupy(&mut self, index: usize, socket: SocketId) {
         self.open += 1;
         self.outgoings[index].open(socket);
@@ -113,27 +113,27 @@ impl<'a, B: Storage> Table<'a, B> {
         self.push(index);
     }
 
-    /// A connection makes way for another one. Gives its socket, which is to be closed.
+    /// Evicts a connection. Returns its socket, which has to be closed.
     pub(super) fn vacate(&mut self, index: usize) -> Option<SocketId> {
         let socket = self.outgoings.get_mut(index)?.vacate()?;
         self.freed();
-        self.let_go_on(Awaited::Room(ConnectionId(index)));
-        self.let_go_on(Awaited::Input(ConnectionId(index)));
+        self.resume(Awaited::Room(ConnectionId(index)));
+        self.resume(Awaited::Input(ConnectionId(index)));
         Some(socket)
     }
 
-    /// A socket has been closed.
+    /// Records that a socket has been closed.
     pub(super) fn freed(&mut self) {
         self.open -= 1;
     }
 
-    /// The connection that has been being closed for longest, if its peer has been sent all.
+    /// Returns the connection that has been closing for longest, if its peer has been sent everything.
     pub(super) fn lingering(&self) -> Option<usize> {
         let until = |(index, outgoing): (usize, &Outgoing<B>)| outgoing.lingers_until().map(|until| (until, index));
         self.outgoings.iter().enumerate().filter_map(until).min().map(|(_, index)| index)
     }
 
-    /// Looks at the connections that are being closed, if the time of one may have come.
+    /// Checks the connections that are being closed, if the time of one may have come.
     pub(super) fn expire(&mut self, now: Instant) {
         if !self.closing.is_due(now) {
             return;
@@ -149,12 +149,12 @@ impl<'a, B: Storage> Table<'a, B> {
         }
     }
 
-    /// When [`Table::expire`] is to be called.
+    /// Returns when to call [`Table::expire`].
     pub(super) fn poll_timeout(&self) -> Deadline {
         self.closing
     }
 
-    /// What to wait for on a connection.
+    /// Returns what to wait for on a connection.
     pub(super) fn interest(&mut self, index: usize) -> Interest {
         self.closing = self.closing.min(self.outgoings[index].poll_timeout());
         let reading = self.inlets[index].wants_more();
@@ -171,21 +171,21 @@ impl<'a, B: Storage> Table<'a, B> {
         }
     }
 
-    /// The message at the front of a connection has to wait.
-    pub(super) fn put_off(&mut self, now: Instant, index: usize, awaited: Awaited) {
+    /// Makes the message at the front of a connection wait.
+    pub(super) fn postpone(&mut self, now: Instant, index: usize, awaited: Awaited) {
         let inlet = &mut self.inlets[index];
         inlet.awaits = Some(awaited);
         inlet.awaits_since = inlet.awaits_since.or(Some(now));
         let on = awaited.connection();
         if let Some(outgoing) = self.outgoings.get_mut(on.0) {
             outgoing.awaited = true;
-            // Should it be closing already, nothing else would lead there.
+            // If it is closing already, nothing else would lead there.
             self.push(on.0);
         }
     }
 
-    /// What was awaited has come about.
-    pub(super) fn let_go_on(&mut self, awaited: Awaited) {
+    /// Resumes the connections whose wait is over.
+    pub(super) fn resume(&mut self, awaited: Awaited) {
         let on = awaited.connection();
         if !core::mem::take(&mut self.outgoings[on.0].awaited) {
             return;
@@ -201,14 +201,14 @@ impl<'a, B: Storage> Table<'a, B> {
         }
     }
 
-    /// Whether there is something to be done for a connection though its socket is not ready.
+    /// Returns whether there is something to do for a connection though its socket is not ready.
     pub(super) fn has_work(&self, index: usize) -> bool {
         let inlet = &self.inlets[index];
         self.outgoings[index].is_read() && inlet.awaits.is_none() && (inlet.fresh || inlet.ended)
     }
 }
 
-/// The connections that something is to be done for: a queue in which each is at most once.
+/// The connections with something to do: a queue in which each is at most once.
 #[derive(Clone, Copy, Default, Debug)]
 struct Due {
     head: usize,
@@ -220,7 +220,7 @@ impl Due {
         self.len
     }
 
-    /// Puts a connection at the end, if it is not in the queue.
+    /// Puts a connection at the end, unless it is in the queue.
     fn push<B>(&mut self, table: &mut [Outgoing<B>], index: usize) {
         let Some(outgoing) = table.get_mut(index).filter(|outgoing| !outgoing.due) else { return };
         outgoing.due = true;
@@ -230,7 +230,7 @@ impl Due {
         self.len += 1;
     }
 
-    /// One of the entries.
+    /// Returns one of the entries.
     fn get<B>(self, table: &[Outgoing<B>], index: usize) -> usize {
         table[(self.head + index) % table.len()].queue.into()
     }
@@ -245,31 +245,31 @@ impl Due {
     }
 }
 
-/// Remembers the connection of a socket where [`connection_of`] looks for it.
+/// Stores the connection of a socket where [`connection_of`] looks for it.
 fn note_socket<B>(table: &mut [Outgoing<B>], socket: SocketId, connection: usize) {
     let place = usize::from(socket.index) % table.len();
     table[place].of_socket = u16::try_from(connection).unwrap_or(u16::MAX);
 }
 
-/// The connection that has a socket.
+/// Returns the connection that has a socket.
 fn connection_of<B>(table: &[Outgoing<B>], socket: SocketId) -> Option<usize> {
     let is_it = |outgoing: &Outgoing<B>| outgoing.socket == Some(socket);
     let noted = usize::from(table.get(usize::from(socket.index) % table.len().max(1))?.of_socket);
     match table.get(noted) {
         Some(outgoing) if is_it(outgoing) => Some(noted),
-        // Sockets of other connections have the same place modulo the length.
+        // Sockets of other connections have the same index modulo the length.
         _ => table.iter().position(is_it),
     }
 }
 
-/// What the RTI's machine sees of the connections.
+/// The connections as the RTI's machine sees them.
 pub(super) struct Outgoings<'a, P, N, B> {
     table: &'a mut [Outgoing<B>],
     due: &'a mut Due,
-    /// Records what comes and goes.
+    /// Records incoming and outgoing messages.
     #[cfg_attr(not(feature = "traces"), expect(dead_code, reason = "nothing is recorded"))]
     platform: &'a mut P,
-    notices: &'a mut N,
+    log: &'a mut N,
 }
 
 #[cfg(feature = "traces")]
@@ -287,14 +287,14 @@ impl<P: Platform, N, B: Storage> Outgoings<'_, P, N, B> {
     }
 }
 
-impl<P: Platform, N: FnMut(Notice<'_>), B: Storage> Outlet for Outgoings<'_, P, N, B> {
+impl<P: Platform, N: FnMut(RtiEvent<'_>), B: Storage> Outlet for Outgoings<'_, P, N, B> {
     fn room(&self, connection: ConnectionId) -> usize {
         self.table.get(connection.0).map_or(0, |outgoing| outgoing.buffer.room_max())
     }
 
     fn send(&mut self, connection: ConnectionId, message: &Message<'_>) {
         if let Some(outgoing) = self.table.get_mut(connection.0) {
-            // There may be room, for the machine asks before.
+            // There may be room, because the machine asks before.
             outgoing.push(message);
             #[cfg(feature = "traces")]
             note_sent(self.platform, message, outgoing.federate);
@@ -316,8 +316,8 @@ impl<P: Platform, N: FnMut(Notice<'_>), B: Storage> Outlet for Outgoings<'_, P, 
         }
     }
 
-    fn notice(&mut self, notice: Notice<'_>) {
-        (self.notices)(notice);
+    fn log(&mut self, event: RtiEvent<'_>) {
+        (self.log)(event);
     }
 }
 
@@ -344,7 +344,7 @@ mod tests {
         }
     }
 
-    /// Sockets whose places are the same modulo the length of the table are told apart, and so is a place's next socket
+    /// Sockets with the same index modulo the length of the table are distinguished, and so is a slot's next socket
     /// from the one before.
     #[test]
     fn a_socket_is_found_wherever_it_was_noted() {

@@ -68,7 +68,7 @@ fn has_no_actions(reactor: &Reactor) -> bool {
 /// Whether a federate rightly gave up another one that had no room for a minute: because that could not send itself,
 /// and so on to a circle, in which none can ever go on. Then all queues on the way are too small for what the program
 /// sends.
-fn waits_for_circle(scenario: &Scenario, report: &Report, federate: usize, stuck: usize) -> bool {
+fn waits_for_circle(scenario: &Scenario, report: &Report, federate: usize, blocked: usize) -> bool {
     let Some(ended) = report.ended[federate] else { return false };
     let before = ended.saturating_sub(LAST_WORDS_NS);
     let stop = report.stop_tag(scenario).unwrap_or(Tag::FOREVER);
@@ -95,7 +95,7 @@ fn waits_for_circle(scenario: &Scenario, report: &Report, federate: usize, stuck
         }
         seen
     };
-    is_held_up(federate, stuck) && reached(federate).iter().any(|one| reached(*one).contains(one))
+    is_held_up(federate, blocked) && reached(federate).iter().any(|one| reached(*one).contains(one))
 }
 
 /// With a timeout or a granted stop, every federate's last tag is that.
@@ -133,8 +133,8 @@ fn results(scenario: &Scenario, report: &Report) -> Option<Violation> {
             }
             full = true;
         }
-        if let RunError::Peer { federate: stuck, fault: PeerFault::Stuck } = error {
-            full |= waits_for_circle(scenario, report, federate, usize::from(*stuck));
+        if let RunError::Peer { federate: blocked, fault: PeerFault::Blocked } = error {
+            full |= waits_for_circle(scenario, report, federate, usize::from(*blocked));
         }
     }
     for (federate, end) in report.ends.iter().enumerate() {

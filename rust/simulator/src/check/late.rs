@@ -94,8 +94,8 @@ impl Receiver<'_> {
         let fits = (due.must..=due.must + due.may).contains(&counted);
         // The first is told as a warning, the tenth, the hundredth, and so on.
         let warnings = due.unhandled.checked_ilog10().map_or(0, |digits| u64::from(digits) + 1);
-        let is_told = reports.all == counted && reports.warnings >= warnings;
-        (!fits || !is_told).then_some(Violation::Unreported {
+        let is_logged = reports.all == counted && reports.warnings >= warnings;
+        (!fits || !is_logged).then_some(Violation::Unreported {
             federate,
             late: due.must,
             counted,

@@ -20,7 +20,7 @@ pub(crate) struct Counts {
     pub(crate) absent: u64,
     pub(crate) dnet: u64,
     pub(crate) stop_requests: u64,
-    pub(crate) taken_back: u64,
+    pub(crate) revoked: u64,
     /// Messages of the RTI and to it that decentralized coordination has no use for.
     pub(crate) centralized: u64,
 }
@@ -274,7 +274,7 @@ impl Watch {
                 let takes_back = granted <= before;
                 if takes_back {
                     (seen.granted, seen.provisional) = (granted.before(), granted);
-                    self.counts.taken_back += 1;
+                    self.counts.revoked += 1;
                 } else {
                     seen.provisional = seen.provisional.max(granted);
                 }

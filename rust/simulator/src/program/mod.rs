@@ -77,7 +77,7 @@ impl Scripted {
     }
 
     /// Puts them back, and what one of them saw into the trace.
-    fn take_back(&mut self, lent: Lent) {
+    fn revoke(&mut self, lent: Lent) {
         let Lent { bodies, state, own, record, stop } = lent;
         for (variable, own) in own {
             match (variable, own) {
@@ -99,7 +99,7 @@ impl Scripted {
     fn run(&mut self, reaction: ReactionId, ctx: &mut ReactionContext<'_>) {
         let mut lent = self.lend(&[reaction]);
         lent.run(reaction, &self.memory, ctx);
-        self.take_back(lent);
+        self.revoke(lent);
     }
 
     /// The fullest that the queues ever were, each with its capacity.
@@ -191,7 +191,7 @@ impl Program for Scripted {
             _ => level.run::<3, 256>(&Shuffled, &mut jobs),
         }
         for lent in lent {
-            self.take_back(lent);
+            self.revoke(lent);
         }
     }
 

@@ -3,8 +3,8 @@
 
 use lf_compiler::tables::{self, InputRow, OutputRow};
 use lf_model::{
-    Crew, Job, ModeEvents, ModeInfo, Modes, NetworkInput, NetworkOutput, PortInfo, ReactionInfo, Tables, TriggerInfo,
-    Worker,
+    Job, ModeEvents, ModeInfo, Modes, NetworkInput, NetworkOutput, PortInfo, ReactionInfo, Tables, TriggerInfo, Worker,
+    WorkerPool,
 };
 use lf_testkit::random::mix;
 
@@ -69,7 +69,7 @@ pub(crate) enum Runs {
 /// nothing that one of them changes, threads could do no more to them.
 pub(super) struct Shuffled;
 
-impl Crew for Shuffled {
+impl WorkerPool for Shuffled {
     fn run(&self, workers: &mut [Worker<'_>], jobs: &mut [Job<'_>]) {
         let count = jobs.len() as u64;
         let mut jobs: Vec<_> = (0..).map(|index| mix(index ^ mix(count))).zip(jobs).collect();

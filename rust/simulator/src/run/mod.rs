@@ -11,7 +11,7 @@ use std::cell::RefCell;
 use std::rc::Rc;
 
 use lf_compiler::plan::{Federate, InputIndex, Plan};
-use lf_coordination::rti::{Notice, Outcome};
+use lf_coordination::rti::{Outcome, RtiEvent};
 use lf_model::time::{Instant, Interval, Tag};
 use lf_runtime::{RunError, Turn};
 use lf_testkit::random::combine;
@@ -48,7 +48,7 @@ pub(crate) enum FederateEnd {
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Noted {
     started: Option<Instant>,
-    pub(crate) fog: bool,
+    pub(crate) overflow: bool,
     pub(crate) late: bool,
     pub(crate) dropped: bool,
 }
@@ -304,17 +304,17 @@ fn senders(federate: &Federate) -> Vec<usize> {
     federate.inputs.iter().map(|input| usize::from(input.federate)).collect()
 }
 
-fn note_into(noted: Rc<RefCell<Noted>>, prints: bool) -> Box<dyn FnMut(Notice<'_>)> {
-    Box::new(move |notice| {
+fn note_into(noted: Rc<RefCell<Noted>>, prints: bool) -> Box<dyn FnMut(RtiEvent<'_>)> {
+    Box::new(move |event| {
         if prints {
-            println!("RTI: {notice}");
+            println!("RTI: {event}");
         }
         let mut noted = noted.borrow_mut();
-        match notice {
-            Notice::Started(start) => noted.started = Some(start),
-            Notice::InTransitFull(_) => noted.fog = true,
-            Notice::Late { .. } => noted.late = true,
-            Notice::Dropped { .. } => noted.dropped = true,
+        match event {
+            RtiEvent::Started(start) => noted.started = Some(start),
+            RtiEvent::InTransitFull(_) => noted.overflow = true,
+            RtiEvent::Late { .. } => noted.late = true,
+            RtiEvent::Dropped { .. } => noted.dropped = true,
             _ => {}
         }
     })

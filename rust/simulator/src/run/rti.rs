@@ -4,7 +4,7 @@
 use lf_compiler::plan::{ClockSync as PlannedSync, Plan};
 use lf_coordination::clock_sync::RTI_UDP_PORT;
 use lf_coordination::heap::{Memory, Sizes};
-use lf_coordination::rti::{AfterLoss, ClockSync, Config, Notice};
+use lf_coordination::rti::{AfterLoss, ClockSync, Config, RtiEvent};
 use lf_model::Payload as _;
 use lf_model::time::Interval;
 use lf_runtime::platform::{Endpoint, Platform as _};
@@ -20,9 +20,9 @@ pub(super) const PORT: u16 = 15045;
 /// Connections beyond one per federate.
 const SPARE_CONNECTIONS: usize = 2;
 
-type Notices = Box<dyn FnMut(Notice<'_>)>;
+type Log = Box<dyn FnMut(RtiEvent<'_>)>;
 /// The RTI's event loop.
-pub(super) type Centre<'a> = RtiLoop<'a, 'a, Virtual, Notices>;
+pub(super) type Centre<'a> = RtiLoop<'a, 'a, Virtual, Log>;
 
 /// The buffers of all connections of an RTI, in and out.
 pub(super) struct RtiBuffers(Vec<(Vec<u8>, Vec<u8>)>);
@@ -37,7 +37,7 @@ impl RtiBuffers {
 /// All that an RTI needs.
 pub(super) struct RtiMemory<'a> {
     platform: Virtual,
-    notices: Notices,
+    log: Log,
     config: Config<'static>,
     memory: Memory,
     inlets: Vec<Inlet<&'a mut [u8]>>,
@@ -49,7 +49,7 @@ impl<'a> RtiMemory<'a> {
         scenario: &Scenario,
         plan: &Plan,
         platform: Virtual,
-        notices: Notices,
+        log: Log,
         buffers: &'a mut RtiBuffers,
     ) -> Self {
         let conditions = &scenario.conditions.rti;
@@ -75,7 +75,7 @@ impl<'a> RtiMemory<'a> {
         let buffers =
             buffers.0.iter_mut().map(|(input, output)| (Inlet::new(&mut input[..]), Outgoing::new(&mut output[..])));
         let (inlets, outgoings) = buffers.unzip();
-        Self { platform, notices, config, memory: Memory::new(sizes), inlets, outgoings }
+        Self { platform, log, config, memory: Memory::new(sizes), inlets, outgoings }
     }
 
     /// The RTI begins.
@@ -95,7 +95,7 @@ impl<'a> RtiMemory<'a> {
             outgoings: &mut self.outgoings,
             datagrams,
         };
-        let centre = RtiLoop::new(&mut self.platform, setup, listener, &mut self.notices);
+        let centre = RtiLoop::new(&mut self.platform, setup, listener, &mut self.log);
         Ok(centre.expect("the memory is made for the configuration"))
     }
 }

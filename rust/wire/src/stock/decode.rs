@@ -8,22 +8,22 @@ use crate::{
     RejectCode, Tag,
 };
 
-/// Reads the message at the beginning of `bytes`.
+/// Decodes the message at the beginning of `bytes`.
 ///
-/// An ADDRESS_QUERY is whole without its last byte, which not all releases of LF send. [`QueryEnd`](crate::QueryEnd)
-/// finds that byte where it comes in a later piece than the others.
+/// An ADDRESS_QUERY is complete without its last byte, which not all releases of LF send. [`QueryEnd`](crate::QueryEnd)
+/// finds that byte if it comes in a later piece than the others.
 ///
 /// # Errors
-/// [`DecodeError`] if no bytes that follow can make this a message within `limits`.
+/// [`DecodeError`] if no further bytes can make this a message within `limits`.
 pub fn decode<'a>(bytes: &'a [u8], limits: &Limits) -> Result<Decoded<'a>, DecodeError> {
     decode_expected(bytes, limits, |_| true)
 }
 
-/// Reads the message at the beginning of `bytes`; one with more than a tag or a time only if its type is expected.
-/// Where that is known while a program is compiled, it has no code for others.
+/// Decodes the message at the beginning of `bytes`; one with more than a tag or a time only if its type is expected. If
+/// the expected types are constant, there is no code for others.
 ///
 /// # Errors
-/// As [`decode`]; and [`DecodeError::Unexpected`].
+/// Those of [`decode`]; and [`DecodeError::Unexpected`].
 pub(crate) fn decode_expected<'a>(
     bytes: &'a [u8],
     limits: &Limits,
@@ -41,7 +41,8 @@ pub(crate) fn decode_expected<'a>(
     }
 }
 
-/// The tag of the message at the beginning of `bytes`, if it has a tag and a payload, and all but the payload is there.
+/// Returns the tag of the message at the beginning of `bytes`, if it has a tag and a payload, and everything but the
+/// payload is there.
 pub fn tag_in_header(bytes: &[u8]) -> Option<Tag> {
     const TAG_BYTES: usize = 12;
     let message_type = message_type(*bytes.first()?)?;
@@ -53,8 +54,8 @@ pub fn tag_in_header(bytes: &[u8]) -> Option<Tag> {
     Some(Reader::new(header.get(header.len() - TAG_BYTES..)?).tag())
 }
 
-/// Where the message at the beginning of `bytes` goes, if it has a payload, and its header is there: also if it is
-/// longer than any limit.
+/// Returns the destination of the message at the beginning of `bytes`, if it has a payload, and its header is there:
+/// also if it is longer than any limit.
 pub fn destination_in_header(bytes: &[u8]) -> Option<Destination> {
     let message_type = message_type(*bytes.first()?)?;
     let has_payload =
@@ -66,7 +67,7 @@ pub fn destination_in_header(bytes: &[u8]) -> Option<Destination> {
     Some(Destination { port: reader.u16(), federate: reader.u16(), payload_bytes: reader.u32() })
 }
 
-/// Length in bytes of the longest message that `limits` accept: what a receive buffer has to hold.
+/// Returns the length in bytes of the longest message that `limits` accept: a receive buffer has to hold it.
 pub const fn message_bytes_max(limits: &Limits) -> usize {
     let id = if limits.federation_id_bytes_max < FEDERATION_ID_BYTES_MAX {
         limits.federation_id_bytes_max
@@ -91,7 +92,7 @@ pub const fn message_bytes_max(limits: &Limits) -> usize {
     max
 }
 
-/// Why there is no message.
+/// The reason why there is no message.
 enum Stop {
     Short(Short),
     Wrong(DecodeError),
@@ -112,7 +113,7 @@ struct Fields<'a, 'l> {
 
 impl<'a> Fields<'a, '_> {
     fn message(&mut self, expects: impl Fn(MessageType) -> bool) -> Result<Message<'a>, Stop> {
-        // Then all fields of a fixed length are there.
+        // After this check all fields of a fixed length are there.
         self.reader.require(fixed_bytes(self.message_type))?;
         self.reader.u8();
         let reader = &mut self.reader;
@@ -149,7 +150,7 @@ impl<'a> Fields<'a, '_> {
         })
     }
 
-    /// A message with more than a tag, a time or an address, or that only the RTI reads.
+    /// Reads a message with more than a tag, a time or an address, or that only the RTI reads.
     fn long_message(&mut self, expects: impl Fn(MessageType) -> bool) -> Result<Message<'a>, Stop> {
         let reader = &mut self.reader;
         Ok(match self.message_type {
@@ -237,7 +238,7 @@ impl<'a> Fields<'a, '_> {
         self.within(field, offset, count, self.limits.neighbors_max)
     }
 
-    /// The length that was found at `offset`, unless it is above `limit`.
+    /// Returns the length that was found at `offset`, unless it is above `limit`.
     fn within(&self, field: &'static str, offset: usize, found: u32, limit: usize) -> Result<usize, Stop> {
         let message = self.message_type;
         usize::try_from(found).ok().filter(|length| *length <= limit).ok_or(Stop::Wrong(DecodeError::OverLimit {

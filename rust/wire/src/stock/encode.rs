@@ -9,7 +9,7 @@ use crate::{Beyond, EncodeError, Message, MessageType, NeighborStructure, Tag};
 ///
 /// # Errors
 /// [`EncodeError::NoRoom`] if `target` is shorter than [`encoded_len`], [`EncodeError::Beyond`] if a part of the
-/// message is longer than its length field can say. Nothing has been written then.
+/// message is longer than its length field can hold. Nothing has been written then.
 pub(crate) fn encode(message: &Message<'_>, target: &mut [u8]) -> Result<usize, EncodeError> {
     let lengths = message.lengths()?;
     let len = encoded_len(message);
@@ -19,7 +19,7 @@ pub(crate) fn encode(message: &Message<'_>, target: &mut [u8]) -> Result<usize, 
     Ok(len)
 }
 
-/// Bytes of a message, type byte included.
+/// Returns the length of a message in bytes, type byte included.
 pub(crate) fn encoded_len(message: &Message<'_>) -> usize {
     let variable = match message {
         Message::AddressQuery { is_transient, .. } => usize::from(is_transient.is_some()),
@@ -38,7 +38,8 @@ pub(crate) fn encoded_len(message: &Message<'_>) -> usize {
 }
 
 impl Message<'_> {
-    /// The values of the length fields, checked before the first byte is written; 0 for those that it has not.
+    /// Returns the values of the length fields, checked before the first byte is written; 0 if the message lacks the
+    /// field.
     fn lengths(&self) -> Result<[u32; 2], Beyond> {
         let message = self.message_type();
         let checked = |field, length, max| length_field(message, field, length, max);
@@ -59,7 +60,7 @@ impl Message<'_> {
         })
     }
 
-    /// Writes what follows the type byte.
+    /// Writes everything behind the type byte.
     fn write(&self, writer: &mut Writer<'_>, [length, second_length]: [u32; 2]) {
         match self {
             Self::Reject(code) => writer.u8(code.byte()),
@@ -134,13 +135,13 @@ impl Message<'_> {
 
 const PAYLOAD_LENGTH: &str = "payload length";
 
-/// What a length field says of this length, unless that is above the greatest that the field can hold.
+/// Returns the value of a length field, unless it exceeds the maximum of the field.
 fn length_field(message: MessageType, field: &'static str, length: usize, max: u32) -> Result<u32, Beyond> {
     let found = u32::try_from(length).ok().filter(|length| *length <= max);
     found.ok_or(Beyond { message, field, length, max })
 }
 
-/// A federation id behind its length, and the kind of a federate between them where it is told.
+/// Writes a federation id behind its length, and the kind of a federate between them if there is one.
 fn write_id(writer: &mut Writer<'_>, length: u32, kind: Option<u8>, federation_id: &[u8]) {
     writer.u8(length.to_le_bytes()[0]);
     if let Some(kind) = kind {
@@ -149,7 +150,7 @@ fn write_id(writer: &mut Writer<'_>, length: u32, kind: Option<u8>, federation_i
     writer.put(federation_id);
 }
 
-/// Where a payload goes, and its length.
+/// Writes the destination of a payload, and its length.
 fn write_destination(writer: &mut Writer<'_>, port: u16, federate: u16, length: u32) {
     writer.u16(port);
     writer.u16(federate);
@@ -167,7 +168,7 @@ fn write_neighbors(writer: &mut Writer<'_>, lengths: [u32; 2], neighbors: &Neigh
     neighbors.downstream().for_each(|federate| writer.u16(federate));
 }
 
-/// What precedes the payload of a message whose payload is encoded in place.
+/// The header of a message whose payload is encoded in place.
 #[derive(Clone, Copy)]
 pub(crate) struct PayloadHeader {
     pub(crate) message_type: MessageType,
@@ -178,7 +179,7 @@ pub(crate) struct PayloadHeader {
 }
 
 impl PayloadHeader {
-    /// Bytes of the header.
+    /// Returns the length of the header in bytes.
     pub(crate) const fn bytes(&self) -> usize {
         fixed_bytes(self.message_type)
     }

@@ -1,14 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
-//! P2P_SENDING_FED_ID as far as it has come, for a receiver that knows which federation id has to follow.
+//! P2P_SENDING_FED_ID as far as it has come, for a receiver that knows the expected federation id.
 
 use super::layouts::{byte, fixed_bytes};
 use crate::MessageType;
 use crate::bytes::Reader;
 
-/// What the first bytes of a connection between two federates say: all of P2P_SENDING_FED_ID but the federation id.
+/// The first bytes of a connection between two federates: all of P2P_SENDING_FED_ID but the federation id.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum IntroductionHeader {
-    /// The beginning has at least so many bytes more.
+    /// The beginning lacks at least this many bytes.
     Incomplete(usize),
     /// It is another message.
     Other,
@@ -16,7 +16,7 @@ pub enum IntroductionHeader {
     From {
         /// The connecting federate's id.
         federate: u16,
-        /// Whether it says that it is transient.
+        /// Whether it declares to be transient.
         is_transient: bool,
         /// Length of the federation id that it announces, in bytes.
         federation_id_bytes: u8,
@@ -27,9 +27,9 @@ impl IntroductionHeader {
     /// Bytes before the federation id, at most.
     pub const BYTES_MAX: usize = fixed_bytes(MessageType::P2pSendingFedId) + 1;
 
-    /// Reads the beginning of a connection, of which nothing but the header is there. The federation id has
-    /// `federation_id_bytes` bytes if it is the right one: an id of one byte has the length that a transient federate
-    /// says it is one with, and then nobody is taken for transient.
+    /// Reads the beginning of a connection that has at most a header. The right federation id has `federation_id_bytes`
+    /// bytes. The length of an id of one byte is also the mark of a transient federate, and then no federate is taken
+    /// for transient.
     pub fn read(bytes: &[u8], federation_id_bytes: usize) -> Self {
         let mut reader = Reader::new(bytes);
         if let Err(short) = reader.require(fixed_bytes(MessageType::P2pSendingFedId)) {

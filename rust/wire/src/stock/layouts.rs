@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-//! The type bytes and the lengths that follow from them.
+//! The type bytes and the lengths of messages.
 
 use crate::MessageType;
 
 /// Declares each type's number and length once, so that they cannot drift apart.
 macro_rules! layouts {
     ($($(#[cfg($cfg:meta)])? $variant:ident = $byte:literal, $fixed:literal;)*) => {
-        /// The type with this byte, or `None` if this dialect has none.
+        /// Returns the type with this byte, or `None` if this dialect has none.
         #[cfg_attr(target_pointer_width = "32", inline(never))]
         pub(crate) const fn message_type(byte: u8) -> Option<MessageType> {
             match byte {
@@ -15,14 +15,14 @@ macro_rules! layouts {
             }
         }
 
-        /// The first byte of messages of a type.
+        /// Returns the first byte of messages of a type.
         pub(crate) const fn byte(message_type: MessageType) -> u8 {
             match message_type {
                 $($(#[cfg($cfg)])? MessageType::$variant => $byte,)*
             }
         }
 
-        /// Bytes of a message of each type in the order of [`MessageType`], and no more than a byte for each.
+        /// The length of a message of each type in the order of [`MessageType`], one byte for each.
         const FIXED_BYTES: [u8; MessageType::ALL.len()] = {
             let mut bytes = [0; MessageType::ALL.len()];
             $($(#[cfg($cfg)])? { bytes[MessageType::$variant as usize] = $fixed; })*
@@ -69,8 +69,8 @@ layouts! {
     Ack = 255, 1;
 }
 
-/// Bytes of a message of a type, type byte included, without what its lengths and counts announce, and without the byte
-/// that only some releases send.
+/// Returns the length of a message of a type in bytes, type byte included, without the parts that its lengths and
+/// counts announce, and without the byte that only some releases send.
 #[cfg_attr(target_pointer_width = "32", inline(never))]
 pub(crate) const fn fixed_bytes(message_type: MessageType) -> usize {
     FIXED_BYTES[message_type as usize] as usize
@@ -81,12 +81,12 @@ pub(crate) const UPSTREAM_BYTES: usize = 10;
 /// Bytes of a downstream entry: federate id.
 pub(crate) const DOWNSTREAM_BYTES: usize = 2;
 
-/// An upstream entry: a federate's id and the delay.
+/// Decodes an upstream entry: a federate's id and the delay.
 pub(crate) fn upstream([id0, id1, delay @ ..]: [u8; UPSTREAM_BYTES]) -> (u16, i64) {
     (u16::from_le_bytes([id0, id1]), i64::from_le_bytes(delay))
 }
 
-/// A downstream entry: a federate's id.
+/// Decodes a downstream entry: a federate's id.
 pub(crate) fn downstream(entry: [u8; DOWNSTREAM_BYTES]) -> u16 {
     u16::from_le_bytes(entry)
 }

@@ -1,17 +1,17 @@
 // SPDX-License-Identifier: Apache-2.0
 //! The dialect of LF's C runtime in the releases 0.12 and 0.13, between persistent federates.
 //!
-//! Two messages differ between the two: 0.13 says in ADDRESS_QUERY and in P2P_SENDING_FED_ID with one byte more whether
-//! the federate that the message names is transient. Nothing tells which release a peer is of before it has sent one of
-//! these, so both forms are read, and `is_transient` of the message, `None` for the form of 0.12, chooses the one that
-//! is written. The other messages of 0.13 are about transient federates. Of these only TRANSIENT_FED_IDS is here, since
-//! a persistent federate may send it too.
+//! Two messages differ between the two: in 0.13, ADDRESS_QUERY and P2P_SENDING_FED_ID have one byte more, which says
+//! whether the federate in the message is transient. The release of a peer is unknown before it has sent one of these,
+//! so both forms are accepted, and `is_transient` of the message, `None` for the form of 0.12, selects the form to
+//! write. The other messages of 0.13 are about transient federates. Of these only TRANSIENT_FED_IDS is here, since a
+//! persistent federate may send it too.
 //!
 //! All integers are little-endian and packed. The one exception is the address in ADDRESS_QUERY_REPLY, which is in
-//! network order. No message needs to know who sent it or when.
+//! network order. Decoding a message needs neither its sender nor its time.
 //!
 //! With the feature `ipv6` there is one message more than the stock programs have, ADDRESS_QUERY_REPLY_IPV6. It goes
-//! over connections of IPv6 only, which they do not make.
+//! only over connections of IPv6, which they do not make.
 
 mod decode;
 mod encode;

@@ -1,23 +1,23 @@
 // SPDX-License-Identifier: Apache-2.0
-//! What became of all programs: by folder, and why some did not pass.
+//! The outcomes of all programs: by folder, and why some did not pass.
 
 use std::collections::BTreeMap;
 use std::process::ExitCode;
 
-/// What became of a program.
+/// The outcome of a program.
 pub(super) enum Verdict {
     Passed,
-    /// It has no main reactor, for others import it.
+    /// It has no main reactor, because others import it.
     Library,
-    /// It needs something of LF that is not there.
+    /// It needs an unsupported part of LF.
     Refused(String),
     Failed(String),
 }
 
-/// What became of all programs.
+/// The outcomes of all programs.
 #[derive(Default)]
 pub(super) struct Verdicts {
-    /// By folder: how many passed, failed and were refused.
+    /// The numbers of passed, failed and refused programs by folder.
     folders: BTreeMap<String, [usize; 3]>,
     libraries: usize,
     /// Programs with reasons.
@@ -27,7 +27,7 @@ pub(super) struct Verdicts {
 }
 
 impl Verdicts {
-    /// Says what became of a program, and counts it.
+    /// Prints the outcome of a program, and counts it.
     pub(super) fn add(&mut self, name: &str, verdict: Verdict) {
         let column = match verdict {
             Verdict::Passed => {

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-//! No circles among the files of a crate: what two files need of each other belongs into a third, or they are one.
+//! No circles among the files of a crate: the common needs of two files belong into a third, or they are one.
 //!
-//! A file uses another one where it names something that is defined there, by `use` or by a path; what is re-exported
-//! counts where it is defined. Methods are not looked for, nor what only tests use.
+//! A file uses another one if it names something that is defined there, by `use` or by a path; a re-export counts where
+//! it is defined. Methods do not count, nor uses of tests.
 
 use std::collections::{BTreeMap, BTreeSet, VecDeque};
 
@@ -16,7 +16,7 @@ use super::tree::Tree;
 /// The path of a module within its crate.
 pub(super) type Name = Vec<String>;
 
-/// Finds the circles in each crate.
+/// Checks every crate's files.
 pub(super) fn no_circles(tree: &Tree) -> Vec<Finding> {
     let (crates, mut findings) = read(tree);
     for modules in crates.values() {
@@ -42,14 +42,14 @@ pub(super) fn read(tree: &Tree) -> (BTreeMap<&str, BTreeMap<Name, Module>>, Vec<
     (crates, findings)
 }
 
-/// What a file defines and names.
+/// The names that a file defines and uses.
 #[derive(Default)]
 pub(super) struct Module {
     pub(super) path: String,
     defined: BTreeSet<String>,
-    /// What `use` brings in: the name here, and where it comes from.
+    /// The imports of `use`: the name here, and its origin.
     imported: BTreeMap<String, Name>,
-    /// What is named by a path, and is no re-export.
+    /// The names with a path that are not re-exports.
     pub(super) named: Vec<Name>,
 }
 
@@ -121,7 +121,7 @@ fn defines(item: &Item) -> Option<String> {
     })
 }
 
-/// The module in which this path ends, seen from a module.
+/// Returns the module in which this path ends, seen from a module.
 pub(super) fn resolve(modules: &BTreeMap<Name, Module>, from: &Name, path: &[String], depth: usize) -> Option<Name> {
     let (mut at, mut rest) = match path.first()?.as_str() {
         "crate" => (Name::new(), &path[1..]),
@@ -149,7 +149,7 @@ fn child(of: &Name, name: &str) -> Name {
     of.iter().cloned().chain([name.to_owned()]).collect()
 }
 
-/// The shortest circle through each file, each circle once.
+/// Returns the shortest circle through each file, each circle once.
 fn circles(modules: &BTreeMap<Name, Module>) -> Vec<Finding> {
     let uses: BTreeMap<&Name, BTreeSet<Name>> = modules
         .iter()

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! The map in ARCHITECTURE.md has every crate, and what it lets a crate know is what that depends on.
+//! The map in ARCHITECTURE.md has every crate, and its dependencies.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -10,7 +10,7 @@ use super::tree::Tree;
 const MAP: &str = "ARCHITECTURE.md";
 /// The column of crates that a crate may depend on: their folders' names in backquotes.
 const COLUMN: &str = "may know";
-/// The sections of a manifest that count. What only tests use may be anything.
+/// The sections of a manifest that count. Dependencies of tests may be any.
 const SECTIONS: [&str; 2] = ["[dependencies]", "[build-dependencies]"];
 
 /// A crate of this repository.
@@ -20,7 +20,7 @@ struct Crate {
     dependencies: BTreeSet<String>,
 }
 
-/// Every crate is in the map.
+/// Checks that every crate is in the map.
 pub(super) fn map_complete(tree: &Tree) -> Vec<Finding> {
     let mapped: Vec<&str> = text(tree, MAP).lines().filter_map(cells).flat_map(|row| quoted(row[0])).collect();
     let missing = crates(tree).into_keys().filter(|folder| !mapped.iter().any(|path| is_in(folder, path)));
@@ -28,7 +28,7 @@ pub(super) fn map_complete(tree: &Tree) -> Vec<Finding> {
     missing.map(|folder| Finding { place: MAP.to_owned(), what: what(folder) }).collect()
 }
 
-/// Every crate depends on what the map says, and the map says no more.
+/// Checks that the dependencies of every crate are those of the map.
 pub(super) fn known_crates(tree: &Tree) -> Vec<Finding> {
     let crates = crates(tree);
     let folders: BTreeMap<&str, &str> = crates.iter().map(|(folder, one)| (one.name.as_str(), short(folder))).collect();
@@ -61,7 +61,7 @@ pub(super) fn known_crates(tree: &Tree) -> Vec<Finding> {
     findings
 }
 
-/// The crates by their folders.
+/// Returns the crates by their folders.
 fn crates(tree: &Tree) -> BTreeMap<String, Crate> {
     let manifests = tree.files.iter().filter_map(|file| Some((file.path.strip_suffix("/Cargo.toml")?, file)));
     manifests.map(|(folder, file)| (folder.to_owned(), read(file.text.as_deref().unwrap_or_default()))).collect()
@@ -84,7 +84,7 @@ fn read(manifest: &str) -> Crate {
     Crate { name: name.to_owned(), dependencies }
 }
 
-/// The cells of a line that is a row of a table.
+/// Returns the cells of a line that is a row of a table.
 pub(super) fn cells(line: &str) -> Option<Vec<&str>> {
     line.strip_prefix('|').map(|row| row.split('|').map(str::trim).collect())
 }
@@ -93,12 +93,12 @@ pub(super) fn quoted(cell: &str) -> impl Iterator<Item = &str> {
     cell.split('`').skip(1).step_by(2)
 }
 
-/// Whether a folder is this one or lies in it.
+/// Returns whether a folder is this one or lies in it.
 fn is_in(folder: &str, path: &str) -> bool {
     folder.strip_prefix(path.trim_end_matches('/')).is_some_and(|rest| rest.is_empty() || rest.starts_with('/'))
 }
 
-/// The name of a folder, as the map has it.
+/// Returns the name of a folder in the map.
 fn short(folder: &str) -> &str {
     folder.strip_prefix("rust/").unwrap_or(folder)
 }
@@ -114,7 +114,7 @@ mod tests {
     use super::super::tree::File;
     use super::*;
 
-    /// Two crates, of which `top` depends on `base`, and a map with this entry for `top`.
+    /// Returns two crates, of which `top` depends on `base`, and a map with this entry for `top`.
     fn tree(known: &str) -> Tree {
         let map = format!(
             "| path | may know |\n|---|---|\n| `rust/base` | nothing else here |\n| `rust/top` | {known} |\n\n\

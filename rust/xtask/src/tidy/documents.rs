@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! The documents name what exists, are linked, and stay readable.
+//! The documents name existing files, are linked, and stay readable.
 
 use std::collections::BTreeSet;
 use std::path::{Component, Path, PathBuf};
@@ -9,7 +9,7 @@ use super::tree::{File, Tree};
 
 /// The documents at the top level that describe the repository as it is.
 const DOCUMENTS: &[&str] = &["ARCHITECTURE.md", "README.md", "CONTRIBUTING.md"];
-/// Where all others are.
+/// The folder of all others.
 const FOLDER: &str = "docs/";
 /// The table of contents of the guide.
 const SUMMARY: &str = "docs/guide/src/SUMMARY.md";
@@ -41,7 +41,8 @@ pub(super) fn paths_exist(tree: &Tree) -> Vec<Finding> {
     findings
 }
 
-/// Every page in the folder of documents is linked from another one, and each chapter of the guide in its contents.
+/// Checks that every page in the folder of documents is linked from another one, and each chapter of the guide in its
+/// contents.
 pub(super) fn pages_linked(tree: &Tree) -> Vec<Finding> {
     let mut linked = BTreeSet::new();
     for (document, _, line) in lines(tree) {
@@ -59,7 +60,7 @@ pub(super) fn pages_linked(tree: &Tree) -> Vec<Finding> {
     lonely.map(|file| Finding { place: file.path.clone(), what: what(file) }).collect()
 }
 
-/// Documents have short lines, and ARCHITECTURE.md few of them.
+/// Checks that documents have short lines, and ARCHITECTURE.md few of them.
 pub(super) fn sizes(tree: &Tree) -> Vec<Finding> {
     let mut findings = Vec::new();
     for (document, number, line) in lines(tree) {
@@ -81,7 +82,7 @@ fn is_document(file: &File) -> bool {
     DOCUMENTS.contains(&file.path.as_str()) || file.path.starts_with(FOLDER) && file.kind() == "md"
 }
 
-/// All lines of the documents with their numbers.
+/// Returns all lines of the documents with their numbers.
 fn lines(tree: &Tree) -> impl Iterator<Item = (&File, usize, &str)> {
     tree.files.iter().filter(|file| is_document(file)).flat_map(|file| {
         let text = file.text.as_deref().unwrap_or_default();
@@ -89,18 +90,19 @@ fn lines(tree: &Tree) -> impl Iterator<Item = (&File, usize, &str)> {
     })
 }
 
-/// The texts in backquotes.
+/// Returns the texts in backquotes.
 fn quoted(line: &str) -> impl Iterator<Item = &str> {
     line.split('`').skip(1).step_by(2)
 }
 
-/// The Markdown links that stay in the repository: the file, empty for the document itself, and what follows `#`.
+/// Returns the Markdown links that stay in the repository: the file, empty for the document itself, and the text behind
+/// `#`.
 fn links(line: &str) -> impl Iterator<Item = (&str, &str)> {
     let targets = line.split("](").skip(1).filter_map(|rest| rest.split(')').next());
     targets.filter(|target| !target.contains("://")).map(|target| target.split_once('#').unwrap_or((target, "")))
 }
 
-/// Whether a document has a heading of which this is the name in links; without a name, or elsewhere, all is well.
+/// Returns whether a document has a heading with this name in links; true without a name, and for other files.
 fn has_heading(tree: &Tree, path: &Path, name: &str) -> bool {
     let document = tree.files.iter().find(|file| Path::new(&file.path) == path);
     let Some(text) = document.and_then(|file| file.text.as_deref()).filter(|_| !name.is_empty()) else { return true };
@@ -110,7 +112,7 @@ fn has_heading(tree: &Tree, path: &Path, name: &str) -> bool {
     headings.any(|heading| in_links(heading).replace(' ', "-") == name)
 }
 
-/// The file that a link in a document leads to, as seen from the repository.
+/// Returns the file that a link in a document leads to, relative to the repository.
 fn linked_file(document: &File, link: &str) -> PathBuf {
     let mut path = PathBuf::from(&document.path);
     if link.is_empty() {
@@ -126,7 +128,7 @@ fn linked_file(document: &File, link: &str) -> PathBuf {
     path
 }
 
-/// Whether a text claims to be a path here: it begins with a folder of the top level, or is a file name of it.
+/// Returns whether a text is meant as a path here: it begins with a folder of the top level, or is a file name of it.
 fn names_a_file(tree: &Tree, text: &str) -> bool {
     if text.is_empty() || text.contains(|c: char| c.is_whitespace() || "<>{}*…$".contains(c)) {
         return false;
@@ -135,7 +137,7 @@ fn names_a_file(tree: &Tree, text: &str) -> bool {
         // A single name is a file of the top level when it looks like one of those.
         return matches!(text.rsplit_once('.'), Some((_, "md" | "toml" | "yml")));
     };
-    // Below a build folder nothing exists until somebody builds.
+    // Files below a build folder do not exist before a build.
     let is_built = top == "build" || top == "target" || rest.split('/').any(|part| part == "build");
     !is_built && tree.files.iter().any(|file| file.path.split('/').next() == Some(top))
 }

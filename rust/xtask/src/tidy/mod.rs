@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-//! What no compiler checks: the size of files and lines, licence headers, words that mark unfinished work, paths in
-//! the documentation and its map, and files that do not belong in the tree.
+//! Rules that no compiler checks: the size of files and lines, licence headers, marks of unfinished work, phrases of
+//! comments, paths in the documentation and its map, and files that do not belong in the tree.
 
 mod circles;
 mod crates;
@@ -8,6 +8,7 @@ mod documents;
 mod finding;
 mod layers;
 mod names;
+mod phrases;
 mod rules;
 mod sources;
 pub(crate) mod tree;
@@ -37,6 +38,7 @@ const RULES: &[(&str, Rule)] = &[
     ("circles of files", circles::no_circles),
     ("layers of crates", layers::layers),
     ("names of types", names::unique),
+    ("phrases of comments", phrases::plain),
 ];
 
 /// Checks the repository; every rule counts as one test.

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! A type's name is defined once in a crate, so that it says what it is without its module.
+//! A type's name is defined once in a crate, so that its meaning is clear without its module.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -30,7 +30,7 @@ const TWINS: &[(&str, &[&str], &str)] = &[
 /// The files that define a name, by crate and name.
 type Definitions<'t> = BTreeMap<(&'t str, String), Vec<&'t str>>;
 
-/// Every name of a type is defined once in its crate, but for those of twins.
+/// Checks that every name of a type is defined once in its crate, except for those of twins.
 pub(super) fn unique(tree: &Tree) -> Vec<Finding> {
     findings(&definitions(tree), TWINS)
 }
@@ -60,7 +60,7 @@ fn definitions(tree: &Tree) -> Definitions<'_> {
     let mut definitions = Definitions::new();
     for source in sources(tree) {
         let mut names = Vec::new();
-        // A file that is no Rust is found by the rule about circles.
+        // The rule about circles finds a file that is not Rust.
         types(source.parsed.as_ref().map_or(&[], |file| &file.items), &mut names);
         for name in names {
             definitions.entry((source.folder, name.to_string())).or_default().push(&source.file.path);
@@ -69,7 +69,7 @@ fn definitions(tree: &Tree) -> Definitions<'_> {
     definitions
 }
 
-/// The types of a file, those within its modules included.
+/// Collects the types of a file, those within its modules included.
 fn types<'f>(items: &'f [Item], names: &mut Vec<&'f Ident>) {
     for item in items {
         match item {

@@ -10,7 +10,7 @@ const FILE_LINES_MAX: usize = 600;
 const LINE_LENGTH_MAX: usize = 120;
 /// In bytes; recordings and the lock file are larger than any source.
 const FILE_SIZE_MAX: u64 = 512 * 1024;
-/// How far down the licence header may stand: below a `#!` line and a document marker.
+/// The last line of the licence header: below a `#!` line and a document marker.
 const HEADER_LINES: usize = 3;
 
 /// Marks of unfinished work, put together here so that this file does not contain them.
@@ -119,8 +119,8 @@ fn needs_header(file: &File) -> bool {
         || file.path.ends_with("CMakeLists.txt")
 }
 
-/// Whether a mark occurs that is not part of a longer word.
-fn contains_word(line: &str, mark: &str) -> bool {
+/// Returns whether a mark occurs that is not part of a longer word.
+pub(super) fn contains_word(line: &str, mark: &str) -> bool {
     line.match_indices(mark).any(|(start, _)| {
         let before = line[..start].chars().next_back();
         let after = line[start + mark.len()..].chars().next();

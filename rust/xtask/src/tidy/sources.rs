@@ -15,7 +15,7 @@ pub(super) struct Source<'t> {
     pub(super) parsed: syn::Result<syn::File>,
 }
 
-/// The sources of all crates, in the order of their paths.
+/// Returns the sources of all crates, in the order of their paths.
 pub(super) fn sources(tree: &Tree) -> impl Iterator<Item = Source<'_>> {
     tree.files.iter().filter(|file| file.path.starts_with("rust/")).filter_map(|file| {
         let (folder, path) = file.path.split_once("/src/")?;
@@ -26,7 +26,7 @@ pub(super) fn sources(tree: &Tree) -> impl Iterator<Item = Source<'_>> {
     })
 }
 
-/// The module in a file, given without its ending.
+/// Returns the module of a file without its ending.
 pub(super) fn module(path: &str) -> Vec<String> {
     let mut name: Vec<String> = path.split('/').map(str::to_owned).collect();
     if name.last().is_some_and(|last| ["mod", "lib", "main"].contains(&last.as_str())) {
@@ -35,7 +35,7 @@ pub(super) fn module(path: &str) -> Vec<String> {
     name
 }
 
-/// Whether a module within a file is only there under a condition, such as `#[cfg(test)]`.
+/// Returns whether a module within a file is only there under a condition, such as `#[cfg(test)]`.
 pub(super) fn is_conditional(item: &ItemMod) -> bool {
     item.attrs.iter().any(|attribute| attribute.path().is_ident("cfg"))
 }

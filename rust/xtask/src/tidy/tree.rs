@@ -22,12 +22,12 @@ pub(crate) struct File {
     pub(crate) path: String,
     /// In bytes.
     pub(crate) size: u64,
-    /// `None` when it is no UTF-8 text.
+    /// `None` when it is not UTF-8 text.
     pub(crate) text: Option<String>,
 }
 
 impl File {
-    /// What follows the last dot of the name, or the whole name when it has none.
+    /// Returns the ending of the name, or the whole name when it has none.
     pub(crate) fn kind(&self) -> &str {
         let name = self.path.rsplit('/').next().unwrap_or(&self.path);
         name.rsplit('.').next().unwrap_or(name)

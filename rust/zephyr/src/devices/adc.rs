@@ -7,7 +7,7 @@ use super::sensor::{Sensor, SensorNode};
 use super::spec::{Spec, outcome};
 use crate::raw;
 
-/// A voltage that is measured: see [`lf_devices::Adc`].
+/// A voltage input: see [`lf_devices::Adc`].
 pub type Adc = lf_devices::Adc<AdcNode>;
 
 /// A channel of a converter of the devicetree, which has not been set up yet.
@@ -35,10 +35,10 @@ impl AdcNode {
         Adc::new(self)
     }
 
-    /// The sensor that measures by it, such as a voltage divider.
+    /// Returns the sensor that measures by it, such as a voltage divider.
     ///
     /// # Errors
-    /// When it is none, or its driver is missing or not ready.
+    /// When it is not one, or its driver is missing or not ready.
     pub fn sensor(self) -> Result<Sensor, DeviceError> {
         SensorNode::new(self.name, self.device).sensor()
     }
@@ -62,7 +62,7 @@ impl AnalogInput for AdcNode {
 
     fn sample(&self) -> Result<i32, Problem> {
         let mut sample = 0;
-        // SAFETY: see above; the channel was set up, and what is written to is there.
+        // SAFETY: see above; the channel was set up, and the target of the write exists.
         outcome(unsafe { raw::lf_adc_sample(self.raw(), &raw mut sample) }).map(|_| sample)
     }
 

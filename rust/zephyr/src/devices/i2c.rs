@@ -8,7 +8,7 @@ use super::sensor::{Sensor, SensorNode};
 use super::spec::{Spec, outcome};
 use crate::raw;
 
-/// How many operations a transaction can have; driver crates have two or three.
+/// The maximum number of operations of a transaction; driver crates have two or three.
 const OPERATIONS: usize = raw::LF_I2C_MESSAGES as usize;
 
 /// An I²C bus: see [`lf_devices::I2c`].
@@ -31,7 +31,7 @@ impl I2cNode {
         Self { name, spec, device }
     }
 
-    /// Takes the bus into use.
+    /// Opens the bus.
     ///
     /// # Errors
     /// When its driver is missing or is not ready.
@@ -39,7 +39,7 @@ impl I2cNode {
         I2c::new(self)
     }
 
-    /// The device, where Zephyr has a driver of a sensor for it.
+    /// Returns the device as a sensor, if Zephyr has such a driver for it.
     ///
     /// # Errors
     /// When its driver is missing, is not ready or not one of a sensor.
@@ -60,7 +60,7 @@ impl Device for I2cNode {
 
 impl I2cBus for I2cNode {
     fn is_ready(&self) -> Result<(), Problem> {
-        // SAFETY: what C has of it is a constant; so it is in all calls here.
+        // SAFETY: its specification is a constant of C; so it is in all calls here.
         outcome(unsafe { raw::lf_i2c_ready(self.raw()) }).map(drop)
     }
 
@@ -72,16 +72,16 @@ impl I2cBus for I2cNode {
     fn transaction(&self, address: u8, operations: &mut [Operation<'_>]) -> Result<(), Problem> {
         let mut messages = [raw::lf_i2c_message::default(); OPERATIONS];
         let count = operations.len();
-        // C refuses what has more, and does not look at the messages then.
+        // C refuses a longer transaction, and does not read the messages then.
         for (message, operation) in messages.iter_mut().zip(operations) {
             let (bytes, length, read) = match operation {
                 Operation::Read(bytes) => (bytes.as_mut_ptr(), bytes.len(), true),
-                // Drivers only read from what is written.
+                // Drivers only read the bytes of a write.
                 Operation::Write(bytes) => (bytes.as_ptr().cast_mut(), bytes.len(), false),
             };
             *message = raw::lf_i2c_message { bytes, length, read };
         }
-        // SAFETY: its driver is ready, and the first messages are as long as they say until the call returns.
+        // SAFETY: its driver is ready, and the first messages have these lengths until the call returns.
         outcome(unsafe { raw::lf_i2c_transfer(self.raw(), address, messages.as_ptr(), count) }).map(drop)
     }
 }

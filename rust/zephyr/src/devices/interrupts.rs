@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! The places of devices whose interrupts schedule actions.
+//! The slots of devices whose interrupts schedule actions.
 
 use core::cell::RefCell;
 use core::ffi::c_int;
@@ -9,59 +9,59 @@ use core::sync::atomic::{AtomicBool, AtomicU32, Ordering};
 use critical_section::Mutex;
 use lf_devices::{EventPoster, Problem};
 use lf_model::PhysicalLink;
-use lf_runtime::{DeviceRemark, tell};
+use lf_runtime::{DeviceEvent, report};
 use log::Level;
 
 use super::spec::outcome;
 use crate::kconfig::LF_INTERRUPTS;
 use crate::raw;
 
-/// A device that is watched, or could be.
-struct WatchPlace {
+/// A slot for a watched device.
+struct WatchSlot {
     taken: AtomicBool,
-    /// What its interrupts do, and whose they are.
+    /// The action of its interrupts, and the device's name.
     watched: Mutex<RefCell<Option<(EventPoster, &'static str)>>>,
-    /// How many of them found no room since the event loop has told of it.
+    /// The number of events without room since the last log event.
     lost: AtomicU32,
 }
 
-static PLACES: [WatchPlace; LF_INTERRUPTS] = [const {
-    WatchPlace { taken: AtomicBool::new(false), watched: Mutex::new(RefCell::new(None)), lost: AtomicU32::new(0) }
+static SLOTS: [WatchSlot; LF_INTERRUPTS] = [const {
+    WatchSlot { taken: AtomicBool::new(false), watched: Mutex::new(RefCell::new(None)), lost: AtomicU32::new(0) }
 }; LF_INTERRUPTS];
 
-/// Whether any place has lost some.
+/// Whether any slot has lost some.
 static LOST: AtomicBool = AtomicBool::new(false);
 
 /// The interrupts of a device, until this is dropped.
 #[derive(Debug)]
 pub struct Watch<S: Source> {
-    place: usize,
+    slot: usize,
     source: S,
-    /// Keeps the program going for what may still come.
+    /// Keeps the program alive for events that may still come.
     _link: PhysicalLink,
 }
 
 /// A device that has interrupts.
 pub trait Source: fmt::Debug {
-    /// Begins them; they call the handler with the number of the place. Returns what C does.
-    fn begin(&self, place: usize, handler: raw::lf_device_handler) -> c_int;
+    /// Starts them; they call the handler with the number of the slot. Returns C's status.
+    fn begin(&self, slot: usize, handler: raw::lf_device_handler) -> c_int;
     /// Ends them.
-    fn end(&self, place: usize);
+    fn end(&self, slot: usize);
 }
 
 impl<S: Source> Watch<S> {
     /// Watches the device of this name.
     pub(super) fn new(name: &'static str, source: S, link: PhysicalLink, poster: EventPoster) -> Result<Self, Problem> {
-        let take = |place: &WatchPlace| !place.taken.swap(true, Ordering::Acquire);
-        let free = PLACES.iter().position(take).ok_or(Problem::NoInterruptLeft { interrupts: LF_INTERRUPTS })?;
-        let place = &PLACES[free];
+        let take = |slot: &WatchSlot| !slot.taken.swap(true, Ordering::Acquire);
+        let free = SLOTS.iter().position(take).ok_or(Problem::NoInterruptLeft { interrupts: LF_INTERRUPTS })?;
+        let slot = &SLOTS[free];
         critical_section::with(|section| {
-            *place.watched.borrow_ref_mut(section) = Some((poster, name));
+            *slot.watched.borrow_ref_mut(section) = Some((poster, name));
         });
         match outcome(source.begin(free, Some(happened))) {
-            Ok(_) => Ok(Self { place: free, source, _link: link }),
+            Ok(_) => Ok(Self { slot: free, source, _link: link }),
             Err(problem) => {
-                place.give_back();
+                slot.give_back();
                 Err(problem)
             }
         }
@@ -70,14 +70,14 @@ impl<S: Source> Watch<S> {
 
 impl<S: Source> Drop for Watch<S> {
     fn drop(&mut self) {
-        self.source.end(self.place);
-        // Afterwards nobody knows whose they were.
-        tell_of_lost();
-        PLACES[self.place].give_back();
+        self.source.end(self.slot);
+        // Afterwards the device is unknown.
+        report_lost();
+        SLOTS[self.slot].give_back();
     }
 }
 
-impl WatchPlace {
+impl WatchSlot {
     fn name(&self) -> Option<&'static str> {
         critical_section::with(|section| self.watched.borrow_ref(section).as_ref().map(|(_, name)| *name))
     }
@@ -88,26 +88,26 @@ impl WatchPlace {
     }
 }
 
-/// What C calls at an event, from the interrupt as a rule.
-unsafe extern "C" fn happened(place: usize, value: u8) {
-    let place = &PLACES[place];
-    // It is copied out, because the event loop must not be woken while interrupts are locked.
-    let poster = critical_section::with(|section| place.watched.borrow_ref(section).as_ref().map(|(it, _)| it.clone()));
+/// Handles an event. C calls it, usually in the interrupt.
+unsafe extern "C" fn happened(slot: usize, value: u8) {
+    let slot = &SLOTS[slot];
+    // It is copied, because the event loop must not be woken while interrupts are locked.
+    let poster = critical_section::with(|section| slot.watched.borrow_ref(section).as_ref().map(|(it, _)| it.clone()));
     if poster.is_some_and(|poster| poster.post(value).is_err()) {
-        place.lost.fetch_add(1, Ordering::Relaxed);
+        slot.lost.fetch_add(1, Ordering::Relaxed);
         LOST.store(true, Ordering::Release);
     }
 }
 
-/// Says how many interrupts have found no room since the last call.
-pub(crate) fn tell_of_lost() {
+/// Logs how many interrupts have had no room since the last call.
+pub(crate) fn report_lost() {
     if !LOST.load(Ordering::Relaxed) || !LOST.swap(false, Ordering::Acquire) {
         return;
     }
-    for place in &PLACES {
-        let events = place.lost.swap(0, Ordering::Relaxed);
-        if let (1.., Some(device)) = (events, place.name()) {
-            tell(Level::Warn, &DeviceRemark::EventsLost { device, events });
+    for slot in &SLOTS {
+        let events = slot.lost.swap(0, Ordering::Relaxed);
+        if let (1.., Some(device)) = (events, slot.name()) {
+            report(Level::Warn, &DeviceEvent::EventsLost { device, events });
         }
     }
 }

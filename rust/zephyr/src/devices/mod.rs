@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Devices of the board, by the names that its devicetree has for them: see [`device!`](crate::device).
+//! Devices of the board, by their names in its devicetree: see [`device!`](crate::device).
 //!
-//! zephyr-lang-rust's own support for the devicetree is not used: what it generates is of its crate `zephyr`, which
-//! asks for `alloc` and has a panic handler of its own (`docs/decisions/019-devices-by-macro.md`).
+//! zephyr-lang-rust's own support for the devicetree is not used: it generates code for its crate `zephyr`, which
+//! requires `alloc` and has a panic handler of its own (`docs/decisions/019-devices-by-macro.md`).
 
 pub use lf_devices::{Channel, DeviceError, Edge, Problem, SensorValue, embedded_hal, embedded_io};
 
@@ -29,7 +29,7 @@ pub use delay::Delay;
 #[cfg(CONFIG_I2C)]
 pub use i2c::{I2c, I2cNode};
 #[cfg(CONFIG_LF_INTERRUPTS)]
-pub(crate) use interrupts::tell_of_lost;
+pub(crate) use interrupts::report_lost;
 #[cfg(CONFIG_GPIO)]
 pub use pin::{Gpio, Input, Output};
 #[cfg(CONFIG_PWM)]

@@ -43,7 +43,7 @@ impl Gpio {
         Output::new(self, true)
     }
 
-    /// Makes it an input, with the pull resistors that the devicetree says.
+    /// Makes it an input, with the pull resistors of the devicetree.
     ///
     /// # Errors
     /// When its driver is missing, is not ready or refuses.
@@ -103,19 +103,19 @@ pub struct Edges {
 }
 
 impl Source for Edges {
-    fn begin(&self, place: usize, handler: raw::lf_device_handler) -> c_int {
+    fn begin(&self, slot: usize, handler: raw::lf_device_handler) -> c_int {
         let edge = match self.edge {
             Edge::ToActive => raw::lf_edge::LF_EDGE_TO_ACTIVE,
             Edge::ToInactive => raw::lf_edge::LF_EDGE_TO_INACTIVE,
             Edge::Both => raw::lf_edge::LF_EDGE_BOTH,
         };
-        // SAFETY: the place is below CONFIG_LF_INTERRUPTS and was free, the pin is a constant of C, and the handler can
+        // SAFETY: the slot is below CONFIG_LF_INTERRUPTS and was free, the pin is a constant of C, and the handler can
         // be called at any time.
-        unsafe { raw::lf_pin_watch(place, self.pin.raw(), edge, handler) }
+        unsafe { raw::lf_pin_watch(slot, self.pin.raw(), edge, handler) }
     }
 
-    fn end(&self, place: usize) {
-        // SAFETY: this place is watched.
-        unsafe { raw::lf_pin_unwatch(place) };
+    fn end(&self, slot: usize) {
+        // SAFETY: this slot is watched.
+        unsafe { raw::lf_pin_unwatch(slot) };
     }
 }

@@ -21,7 +21,7 @@ impl PwmNode {
         Self { name, spec }
     }
 
-    /// Takes it into use.
+    /// Opens it.
     ///
     /// # Errors
     /// When its driver is missing or is not ready.

@@ -22,10 +22,10 @@ impl SensorNode {
         Self { name, device }
     }
 
-    /// Takes the sensor into use.
+    /// Opens the sensor.
     ///
     /// # Errors
-    /// When it is none, or its driver is missing or not ready.
+    /// When it is not one, or its driver is missing or not ready.
     pub fn sensor(self) -> Result<Sensor, DeviceError> {
         Sensor::new(self)
     }
@@ -48,7 +48,7 @@ mod driver {
 
     macro_rules! define_number {
         ($($name:ident $c:ident $script:literal $what:literal,)*) => {
-            /// What C has for a channel.
+            /// Returns C's number of a channel.
             fn number(channel: Channel) -> Result<c_int, Problem> {
                 let number = match channel {
                     $(Channel::$name => raw::sensor_channel::$c,)*
@@ -76,7 +76,7 @@ mod driver {
 
         fn value(&self, channel: Channel) -> Result<SensorValue, Problem> {
             let mut micro = 0;
-            // SAFETY: see above; what is written to is there.
+            // SAFETY: see above; the target of the write exists.
             outcome(unsafe { raw::lf_sensor_value(self.device.device(), number(channel)?, &raw mut micro) })?;
             Ok(SensorValue::from_micro(micro))
         }
@@ -91,14 +91,14 @@ mod driver {
     pub struct Samples(&'static Spec<*const raw::device>);
 
     impl Source for Samples {
-        fn begin(&self, place: usize, handler: raw::lf_device_handler) -> c_int {
-            // SAFETY: the place is below CONFIG_LF_INTERRUPTS and was free, and the handler can be called at any time.
-            unsafe { raw::lf_sensor_watch(place, self.0.device(), handler) }
+        fn begin(&self, slot: usize, handler: raw::lf_device_handler) -> c_int {
+            // SAFETY: the slot is below CONFIG_LF_INTERRUPTS and was free, and the handler can be called at any time.
+            unsafe { raw::lf_sensor_watch(slot, self.0.device(), handler) }
         }
 
-        fn end(&self, place: usize) {
-            // SAFETY: this place is watched.
-            unsafe { raw::lf_sensor_unwatch(place, self.0.device()) };
+        fn end(&self, slot: usize) {
+            // SAFETY: this slot is watched.
+            unsafe { raw::lf_sensor_unwatch(slot, self.0.device()) };
         }
     }
 }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! What C has of a device, and what its calls return.
+//! C's specification of a device, and the results of its calls.
 
 use core::ffi::c_int;
 use core::fmt;
@@ -9,25 +9,25 @@ use lf_devices::Problem;
 
 use crate::raw;
 
-/// A constant of C of type `T`: what it has of a device. Only C looks into it.
+/// A constant of C of type `T`: the specification of a device. Only C reads it.
 #[repr(C)]
 pub struct Spec<T> {
     _opaque: [u8; 0],
     _type: PhantomData<T>,
 }
 
-// SAFETY: nobody changes a constant, and what C does with the device that one leads to can be done in any thread.
+// SAFETY: a constant never changes, and C may use its device in any thread.
 unsafe impl<T> Sync for Spec<T> {}
 
 impl<T> Spec<T> {
-    /// The constant.
+    /// Returns a pointer to the constant.
     pub(super) fn raw(&'static self) -> *const T {
         core::ptr::from_ref(self).cast()
     }
 }
 
 impl Spec<*const raw::device> {
-    /// The device that it leads to; null without a driver.
+    /// Returns the device; null without a driver.
     pub(super) fn device(&'static self) -> *const raw::device {
         // SAFETY: declarations of constants of C have their types, and a constant does not change.
         unsafe { *self.raw() }
@@ -40,7 +40,7 @@ impl<T> fmt::Debug for Spec<T> {
     }
 }
 
-/// What a call of C's returns.
+/// Converts the result of a call of C.
 pub(super) fn outcome(result: c_int) -> Result<c_int, Problem> {
     if result >= 0 {
         return Ok(result);

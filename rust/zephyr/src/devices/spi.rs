@@ -36,7 +36,7 @@ impl SpiNode {
         Self { name, spec, held, device }
     }
 
-    /// Takes the device into use.
+    /// Opens the device.
     ///
     /// # Errors
     /// When the driver of its bus is missing or is not ready.
@@ -44,7 +44,7 @@ impl SpiNode {
         Spi::new(self)
     }
 
-    /// The device, where Zephyr has a driver of a sensor for it.
+    /// Returns the device as a sensor, if Zephyr has such a driver for it.
     ///
     /// # Errors
     /// When its driver is missing, is not ready or not one of a sensor.
@@ -61,13 +61,13 @@ impl Device for SpiNode {
 
 impl SpiTarget for SpiNode {
     fn is_ready(&self) -> Result<(), Problem> {
-        // SAFETY: what C has of it is a constant; so it is in all calls here.
+        // SAFETY: its specification is a constant of C; so it is in all calls here.
         outcome(unsafe { raw::lf_spi_ready(self.spec.raw()) }).map(drop)
     }
 
     fn transaction(&self, operations: &mut [Operation<'_, u8>]) -> Result<(), Problem> {
         let mut transfer = Transfer { spec: self.spec, parts: [NOTHING; PARTS], count: 0 };
-        // A pause, or what has more parts than one transfer, leaves the device selected between transfers.
+        // A pause, or more parts than one transfer has, leaves the device selected between transfers.
         let most_parts = operations.len() * 2;
         let is_held = most_parts > PARTS || operations.iter().any(|it| matches!(it, Operation::DelayNs(_)));
         if is_held {
@@ -76,7 +76,7 @@ impl SpiTarget for SpiNode {
         let mut result = operations.iter_mut().try_for_each(|operation| transfer.take(operation));
         result = result.and_then(|()| transfer.flush());
         if is_held {
-            // SAFETY: see above. It is selected no longer, whatever has happened.
+            // SAFETY: see above. It is not selected any longer in any case.
             let released = outcome(unsafe { raw::lf_spi_release(transfer.spec.raw()) }).map(drop);
             result = result.and(released);
         }
@@ -84,12 +84,12 @@ impl SpiTarget for SpiNode {
     }
 }
 
-/// How many parts a transfer can have.
+/// The maximum number of parts of a transfer.
 const PARTS: usize = raw::LF_SPI_PARTS as usize;
 
 const NOTHING: raw::lf_spi_part = raw::lf_spi_part { sent: null(), received: null_mut(), length: 0 };
 
-/// Parts of a transaction that go to the driver together. What they point to is borrowed by the transaction.
+/// Parts of a transaction that go to the driver together. The transaction borrows their buffers.
 struct Transfer {
     spec: &'static Spec<raw::spi_dt_spec>,
     parts: [raw::lf_spi_part; PARTS],
@@ -137,7 +137,7 @@ impl Transfer {
         if count == 0 {
             return Ok(());
         }
-        // SAFETY: the driver is ready, and what the parts point to is as long as they say until the transaction ends.
+        // SAFETY: the driver is ready, and the parts' buffers have these lengths until the transaction ends.
         outcome(unsafe { raw::lf_spi_transfer(self.spec.raw(), self.parts.as_ptr(), count) }).map(drop)
     }
 }

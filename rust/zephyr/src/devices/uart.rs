@@ -25,7 +25,7 @@ impl UartNode {
         Self { name, device }
     }
 
-    /// Takes the line into use.
+    /// Opens the line.
     ///
     /// # Errors
     /// When its driver is missing or is not ready.
@@ -78,9 +78,9 @@ impl SerialLine for UartNode {
 pub struct Bytes(&'static Spec<*const raw::device>);
 
 impl Source for Bytes {
-    fn begin(&self, place: usize, handler: raw::lf_device_handler) -> c_int {
+    fn begin(&self, slot: usize, handler: raw::lf_device_handler) -> c_int {
         // SAFETY: the driver is ready, and the handler can be called at any time.
-        unsafe { raw::lf_uart_watch(place, self.0.device(), handler) }
+        unsafe { raw::lf_uart_watch(slot, self.0.device(), handler) }
     }
 
     fn end(&self, _: usize) {

@@ -18,11 +18,11 @@ enum Mode {
     On,
 }
 
-/// What the words ask for. Like the stock RTI, ours goes on where a number makes no sense, or does not apply, and says
-/// so in a warning: a launch script would start no federate without its RTI.
+/// Parses the words. Like the stock RTI, ours ignores an invalid number, or one that does not apply, with a warning: a
+/// launch script would start no federate without its RTI.
 ///
 /// # Errors
-/// A word that means nothing here.
+/// An unknown word.
 pub(super) fn clock_sync(words: &[String], warnings: &mut Vec<String>) -> Result<ClockSync, String> {
     let mut warn = |text: String| warnings.push(format!("-c, --clock_sync: {text}"));
     let (mut mode, mut trials, mut period_ns) = (Mode::Init, CLOCK_SYNC_TRIALS, PERIOD_NS_DEFAULT);
@@ -63,8 +63,8 @@ fn period(word: Option<&str>, otherwise: i64, warn: &mut impl FnMut(String)) -> 
     period_ns
 }
 
-/// How often clocks are compared before the start; `otherwise` where the word is no such number. Federates count
-/// along, so that a number that they can have is never changed.
+/// Parses the number of exchanges before the start; returns `otherwise` if the word is not such a number. Federates
+/// count along, so that a number that they can have is never changed.
 fn exchanges(word: Option<&str>, otherwise: u32, warn: &mut impl FnMut(String)) -> u32 {
     let most = i32::MAX.unsigned_abs();
     let asked = word.and_then(|word| word.parse().ok()).filter(|trials| (1..=most).contains(trials));

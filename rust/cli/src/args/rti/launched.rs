@@ -10,8 +10,7 @@ use lf_linux::rti::{ClockSync, Options, Trace, TraceFormat};
 
 use super::super::{Cli, Command as LfzCommand};
 
-/// Runs a part of a launch script with a function in place of the RTI; gives the words that this is called with, its
-/// name first.
+/// Runs a part of a launch script with a function instead of the RTI; returns its arguments, its name first.
 fn words(script: &str) -> Vec<OsString> {
     let setting = "\
 FEDERATION_ID=8f1e
@@ -134,7 +133,7 @@ exchanges-per-interval 10 \\ 2>&1 | tee -a /dev/null' &";
     assert_eq!(options.start_time_multiple, Some(Interval::from_secs(2)));
 }
 
-/// What is not there is said, and what to do.
+/// A missing feature is refused with advice.
 #[test]
 fn scripts_of_programs_with_secured_connections() {
     for (words, why) in [

@@ -31,13 +31,13 @@ const TRACE_FILE: &str = "rti.lft";
 /// A warning where `-a` stands without `-i`.
 const PUBLIC_KEY: &str =
     "-a, --auth: the federation id is the key, and everybody knows the default one; choose another with -i";
-/// What `-nt`, which launch scripts of lfc 0.14 and later have, is answered.
+/// The answer to `-nt`, which launch scripts of lfc 0.14 and later have.
 const TRANSIENT: &str = "-nt, --number_of_transient_federates: transient federates, which join and leave a running \
     federation, are not supported; take `@transient` away from the program, or run it with LF's own RTI";
-/// What `-tls` is answered.
+/// The answer to `-tls`.
 const TLS: &str = "-tls, --tls: encrypted connections (TLS) are not supported; take `comm-type: TLS` away from the \
     program, and let the federation talk over a network that only its computers reach, such as a VPN";
-/// What `-sst` is answered.
+/// The answer to `-sst`.
 const SST: &str = "-sst, --sst: connections that SST secures are not supported; take `comm-type: SST` away from the \
     program, and let the federation talk over a network that only its computers reach, such as a VPN";
 
@@ -157,7 +157,7 @@ impl RtiArgs {
 }
 
 impl RtiArgs {
-    /// What the stock RTI has and ours does not.
+    /// Refuses options that the stock RTI has and ours does not.
     fn refuse_what_is_missing(&self) -> Result<(), String> {
         let refused = [(self.transient_federates > 0, TRANSIENT), (self.tls.is_some(), TLS), (self.sst.is_some(), SST)];
         refused.iter().find(|(is_asked, _)| *is_asked).map_or(Ok(()), |(_, why)| Err((*why).to_owned()))

@@ -10,7 +10,7 @@ const NAME: &str = "RTI";
 /// The stock RTI has options of several letters behind a single dash, which clap would take for several options.
 const LETTERS: [(&str, &str); 3] = [("-nt", "--number_of_transient_federates"), ("-sst", "--sst"), ("-tls", "--tls")];
 
-/// Whether a program that was called by this path is the RTI.
+/// Returns whether a program that was called by this path is the RTI.
 pub(in crate::args) fn is_rti(path: &OsStr) -> bool {
     Path::new(path).file_name().is_some_and(|name| name == NAME)
 }
@@ -34,8 +34,8 @@ pub(in crate::args) fn readable(words: impl IntoIterator<Item = OsString>) -> Ve
     readable
 }
 
-/// Whether a word has only come about because the scripts end with a backslash and a blank: behind it stands `&`, or,
-/// where the RTI is on another computer, `2>&1`, of which shells then take the 2 to the blank.
+/// Returns whether a word is there only because the scripts end with a backslash and a blank: behind it stands `&`, or,
+/// if the RTI is on another computer, `2>&1`, of which shells then take the 2 to the blank.
 fn is_end(word: &OsStr) -> bool {
     word == " " || word == " 2"
 }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! What the options mean.
+//! The meanings of the options.
 
 use std::ffi::OsString;
 

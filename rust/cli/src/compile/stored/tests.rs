@@ -64,7 +64,7 @@ impl World {
         serde_json::json!({ "reason": "compiler-message", "manifest_path": manifest, "message": message }).to_string()
     }
 
-    /// What is said about files with these lines; the program's file has no folder.
+    /// Returns the diagnostics for files with these lines; the program's file has no folder.
     fn explained(&self, files: &[&[String]]) -> String {
         let write = |(index, lines): (usize, &&[String])| {
             let path = self.path(&format!("{index}.json"));

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! The contract of the state of tags, step by step and with anything that can come.
+//! The contract of the state of tags, step by step and with arbitrary input.
 
 use std::vec;
 
@@ -21,7 +21,7 @@ fn started() -> Tags<All> {
     tags
 }
 
-/// Announces without physical actions.
+/// Announces a next event without physical actions.
 fn announce(tags: &mut Tags<All>, next: Tag) {
     assert!(tags.next_event(next));
     tags.announce(START, None, |_| unreachable!("nothing bounds the next event"));
@@ -32,9 +32,9 @@ fn a_provisional_grant_allows_its_tag_and_what_is_before_and_has_it_confirmed() 
     let mut tags = started();
     tags.grant_provisionally(tag(5, 0), false);
     let allowed = [tag(4, 9), tag(5, 0), tag(5, 1)].map(|tag| tags.allows(tag));
-    assert_eq!((allowed, tags.summons()), ([true, true, false], Some(tag(5, 0))));
+    assert_eq!((allowed, tags.demanded_tag()), ([true, true, false], Some(tag(5, 0))));
     tags.begin(tag(5, 0));
-    assert!(!tags.knows_all_inputs() && tags.summons().is_none());
+    assert!(!tags.knows_all_inputs() && tags.demanded_tag().is_none());
     assert_eq!(tags.message_received(tag(5, 0)), Arrival::InTime);
     tags.complete(false);
     assert_eq!((tags.ltc(), tags.message_received(tag(5, 0))), (Some(tag(5, 0)), Arrival::Late));
@@ -61,7 +61,7 @@ fn what_a_stop_takes_back_has_to_be_asked_for_again() {
     tags.begin(tag(1, 0));
     tags.complete(false);
     tags.grant_provisionally(tag(5, 0), true);
-    assert!(tags.allows(tag(4, 0)) && !tags.allows(tag(5, 0)) && tags.summons().is_none());
+    assert!(tags.allows(tag(4, 0)) && !tags.allows(tag(5, 0)) && tags.demanded_tag().is_none());
     announce(&mut tags, tag(5, 0));
     assert_eq!((tags.ltc(), tags.net()), (Some(tag(5, 0).before()), Some(tag(5, 0))));
     assert!(tags.grant(tag(5, 0)) && tags.allows(tag(5, 0)));
@@ -72,7 +72,7 @@ fn what_is_left_out_is_told_after_a_while() {
     let mut tags = started();
     announce(&mut tags, tag(1, 0));
     tags.net_transmitted();
-    // Nothing up to there matters to anybody, so the RTI knows more than it has asked for.
+    // No NET up to there matters downstream, so the RTI knows more than it has asked for.
     tags.handle_dnet(tag(0, 0));
     tags.grant(tag(9, 0));
     tags.begin(tag(1, 0));
@@ -136,17 +136,17 @@ fn step() -> impl Strategy<Value = Step> {
 }
 
 proptest! {
-    /// Whatever comes in whatever order: what may be begun has been granted and not been taken back, tags rise, no
-    /// LTC is told twice or becomes due while its tag is to come, and a NET is neither of a tag that is over nor later
-    /// than what is next.
+    /// For any input in any order: a tag that may begin has been granted and not been revoked, tags rise, no LTC is
+    /// sent twice or becomes due before its tag is complete, and a NET is neither of a tag that is over nor later than
+    /// the next event.
     #[test]
     fn no_promise_is_broken(steps in prop::collection::vec(step(), 0..120)) {
         let mut tags = started();
         let (mut granted, mut provisional) = (Tag::NEVER, Tag::NEVER);
         let (mut ltc, mut now) = (Tag::NEVER, START);
-        // The least of what has been announced since a tag was begun, with what bounded it.
+        // The minimum of what was announced since a tag was begun, with what bounded it.
         let mut next = Tag::FOREVER;
-        // Physical time does not run backwards, so what it bounds does not either.
+        // Physical time does not run backwards, so neither does the bound that it sets.
         let mut physical_min = 0;
         for step in steps {
             let (before, ltc_before) = (tags.current(), tags.ltc());
@@ -165,7 +165,7 @@ proptest! {
                         granted = tag.before();
                         provisional = if provisional < tag { provisional } else { Tag::NEVER };
                         tags.grant_provisionally(tag, true);
-                        prop_assert!(!tags.allows(tag) && tags.summons().is_none_or(|summons| summons < tag));
+                        prop_assert!(!tags.allows(tag) && tags.demanded_tag().is_none_or(|demanded| demanded < tag));
                     }
                 }
                 Step::Dnet(tag) => tags.handle_dnet(tag),
@@ -219,7 +219,7 @@ proptest! {
                 prop_assert!(tag <= tags.current().max(next.before()));
             }
             prop_assert_eq!(tags.granted(), granted);
-            prop_assert!(tags.summons().is_none_or(|summons| tags.allows(summons)));
+            prop_assert!(tags.demanded_tag().is_none_or(|demanded| tags.allows(demanded)));
         }
     }
 }

@@ -14,7 +14,7 @@ use super::super::recording::Signal;
 use super::super::simulation::Simulation;
 use super::super::watch::{Lost, Watch};
 use super::listener::Listener;
-use super::{Advice, DevicePlace, failed};
+use super::{Advice, DeviceRef, failed};
 use crate::outside::{HostOutside, HostOutsideAt};
 
 const ADVICE: Advice = Advice {
@@ -26,13 +26,14 @@ const ADVICE: Advice = Advice {
 const NO_CHIP: &str = "which is no GPIO chip: `gpiodetect` lists those that are";
 const NO_LINE: &str = "which has no such line, or whose driver cannot do this with it: `gpioinfo` lists the lines";
 
-/// How many edges the kernel keeps until the thread takes them, in place of 16: those of a contact that bounces.
+/// The number of edges that the kernel keeps until the thread takes them, instead of 16: those of a contact that
+/// bounces.
 const EDGES: u32 = 256;
 
 /// A pin.
 #[derive(Debug)]
 pub struct Gpio {
-    place: DevicePlace,
+    place: DeviceRef,
     line: u32,
     is_active_low: bool,
     pull: Option<Pull>,
@@ -40,9 +41,9 @@ pub struct Gpio {
 }
 
 impl Gpio {
-    /// The pin of a line of the script; what it is to be says the next call.
+    /// Returns the pin of a line of the script; the next call sets its direction.
     pub(in super::super) fn open(name: &'static str, bound: &'static Bound) -> Result<Self, Problem> {
-        let place = DevicePlace::of(name, bound, &ADVICE);
+        let place = DeviceRef::of(name, bound, &ADVICE);
         let Kind::Gpio { line, is_active_low, pull } = bound.binding.kind else { return Err(place.is_other()) };
         Ok(Self { place, line, is_active_low, pull, request: OnceLock::new() })
     }
@@ -68,7 +69,7 @@ impl Gpio {
         }
     }
 
-    /// It is there once the pin is an input or an output, which it is before anything else is asked of it.
+    /// Returns the kernel's request, which exists once the pin is an input or an output. The program sets that first.
     fn request(&self) -> Result<&Arc<Request>, Problem> {
         self.request.get().ok_or(Problem::NotReady)
     }
@@ -120,7 +121,7 @@ impl Pin for Gpio {
 
     fn watch(&self, edge: Edge, link: PhysicalLink, poster: EventPoster) -> Result<Watch, Problem> {
         let request = self.request()?;
-        // Those that an earlier watch has not taken.
+        // These are edges that an earlier watch has not taken.
         while request.has_edge_event().map_err(|error| failed(&system_error(error)))? {
             request.read_edge_event().map_err(|error| failed(&system_error(error)))?;
         }
@@ -153,14 +154,14 @@ fn take(name: &'static str, event: &EdgeEvent, poster: &EventPoster, lost: &mut 
     lost.count(poster.post_by(&HostOutsideAt(host, monotonic), is_active.into()));
 }
 
-/// The numbers that the kernel gives to the edges of a line, with those that it had no room for.
+/// The kernel's sequence numbers of the edges of a line, with a gap where it had no room.
 #[derive(Debug, Default)]
 struct Sequence {
     last: Option<u32>,
 }
 
 impl Sequence {
-    /// How many are missing between the last one and this one.
+    /// Returns how many are missing between the last one and this one.
     fn missed_before(&mut self, number: u32) -> u32 {
         let last = self.last.replace(number);
         last.map_or(0, |last| number.wrapping_sub(last).saturating_sub(1))

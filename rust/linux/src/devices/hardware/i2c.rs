@@ -11,7 +11,7 @@ use linux_embedded_hal::I2cdev;
 use linux_embedded_hal::i2cdev::linux::LinuxI2CError;
 
 use super::super::binding::{Bound, Kind};
-use super::{Advice, DevicePlace, failed};
+use super::{Advice, DeviceRef, failed};
 
 const ADVICE: Advice = Advice {
     missing: "which is not there: is the driver i2c-dev loaded, and the bus enabled? `i2cdetect -l` lists them",
@@ -22,7 +22,7 @@ const ADVICE: Advice = Advice {
 
 /// An I²C bus, or a device on it.
 pub struct KernelI2c {
-    place: DevicePlace,
+    place: DeviceRef,
     address: Option<u8>,
     bus: Mutex<I2cdev>,
 }
@@ -30,7 +30,7 @@ pub struct KernelI2c {
 impl KernelI2c {
     /// Opens the bus of a line of the script.
     pub(in super::super) fn open(name: &'static str, bound: &'static Bound) -> Result<Self, Problem> {
-        let place = DevicePlace::of(name, bound, &ADVICE);
+        let place = DeviceRef::of(name, bound, &ADVICE);
         let Kind::I2c { address } = bound.binding.kind else { return Err(place.is_other()) };
         let bus = I2cdev::new(place.path).map_err(|error| place.refuses(&error.into()))?;
         Ok(Self { place, address, bus: Mutex::new(bus) })

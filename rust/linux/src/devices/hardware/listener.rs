@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! A thread that waits for what a device has to say.
+//! A thread that waits for the events of a device.
 
 use std::io;
 use std::os::fd::{AsFd, OwnedFd};
@@ -12,7 +12,7 @@ use rustix::io::Errno;
 
 use super::super::watch::Lost;
 
-/// A thread that reads a device whenever there is something to be read, until this is dropped.
+/// A thread that reads a device whenever there is something to read, until this is dropped.
 #[derive(Debug)]
 pub(super) struct Listener {
     end: Arc<OwnedFd>,
@@ -20,7 +20,7 @@ pub(super) struct Listener {
 }
 
 impl Listener {
-    /// Begins to listen. `take` reads once, and counts what found no room.
+    /// Starts the thread. `take` reads once, and counts events without room.
     ///
     /// # Errors
     /// When the system has no descriptor or no thread left.
@@ -33,7 +33,7 @@ impl Listener {
         let end = Arc::new(eventfd(0, EventfdFlags::CLOEXEC)?);
         let ended = Arc::clone(&end);
         let run = move || {
-            // As long as this lives, the program does not end for want of events.
+            // While this lives, the program does not end for want of events.
             let _link = link;
             let mut lost = Lost::of(name);
             loop {
@@ -52,7 +52,7 @@ impl Listener {
     }
 }
 
-/// Whether the device has something to say; `false` when nobody wants to hear it any more.
+/// Waits for the device. Returns `false` when the listener has been dropped.
 fn wait(source: &impl AsFd, end: &OwnedFd) -> io::Result<bool> {
     loop {
         let mut both = [PollFd::new(source, PollFlags::IN), PollFd::new(end, PollFlags::IN)];
@@ -69,7 +69,7 @@ impl Drop for Listener {
     fn drop(&mut self) {
         // A counter of one always has room.
         let _ = rustix::io::write(&self.end, &1_u64.to_ne_bytes());
-        // Then nothing is scheduled any more once this is gone. A panic of the thread has been told.
+        // The thread has ended, so nothing is scheduled any more. Its panic has been reported.
         let _ = self.thread.take().map(JoinHandle::join);
     }
 }

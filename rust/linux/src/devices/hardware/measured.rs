@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! What drivers of the kernel measure: channels of Industrial I/O (IIO) and of hardware monitors, by sysfs.
+//! Measurements of kernel drivers: channels of Industrial I/O (IIO) and of hardware monitors, by sysfs.
 
 use std::collections::BTreeMap;
 use std::io;
@@ -14,7 +14,7 @@ use super::super::recording::Signal;
 use super::super::simulation::Simulation;
 use super::super::watch::Watch;
 use super::sysfs::{number, optional_number};
-use super::{Advice, DevicePlace, failed};
+use super::{Advice, DeviceRef, failed};
 
 const OF_ADC: Advice = Advice {
     missing: "which is not there, or has no such channel: `ls /sys/bus/iio/devices/*/in_*_raw` lists them",
@@ -30,7 +30,7 @@ const OF_SENSOR: Advice = Advice {
     other: "but the program uses it as a sensor: write iio or hwmon, and the folder of its device",
 };
 
-/// What IIO calls a channel, and how many millionths of the channel's unit are in IIO's.
+/// IIO's name of a channel, and the factor from IIO's unit to millionths of the channel's unit.
 const IIO: &[(Channel, &str, f64)] = &[
     (Channel::AccelX, "accel_x", 1e6),
     (Channel::AccelY, "accel_y", 1e6),
@@ -41,7 +41,7 @@ const IIO: &[(Channel, &str, f64)] = &[
     (Channel::MagnX, "magn_x", 1e6),
     (Channel::MagnY, "magn_y", 1e6),
     (Channel::MagnZ, "magn_z", 1e6),
-    // IIO does not tell the temperature of a chip from that around it.
+    // IIO does not distinguish the temperature of a chip from that around it.
     (Channel::AmbientTemp, "temp", 1e3),
     (Channel::DieTemp, "temp", 1e3),
     (Channel::Press, "pressure", 1e6),
@@ -69,7 +69,7 @@ const HWMON: &[(Channel, &str, f64)] = &[
     (Channel::Rpm, "fan1", 1e6),
 ];
 
-/// Where a channel is, and how a number there becomes one of the unit.
+/// The files of a channel, and the conversion of their numbers to its unit.
 #[derive(Clone, Debug, PartialEq)]
 struct Source {
     file: PathBuf,
@@ -78,8 +78,8 @@ struct Source {
 }
 
 impl Source {
-    /// A channel of IIO: what its driver has converted, or what the chip has measured and how it is to be converted.
-    /// What several channels have in common may stand in a file without their number or axis.
+    /// Finds a channel of IIO: the value that its driver has converted, or the raw value and its conversion. A file
+    /// without number or axis may apply to several channels.
     fn of_iio(folder: &Path, channel: &str) -> io::Result<Option<Self>> {
         let file = |name: &str, what: &str| folder.join(format!("in_{name}_{what}"));
         if file(channel, "input").exists() {
@@ -111,14 +111,14 @@ impl Source {
 /// A channel of an analog-to-digital converter.
 #[derive(Debug)]
 pub struct KernelAdc {
-    place: DevicePlace,
+    place: DeviceRef,
     source: Source,
 }
 
 impl KernelAdc {
-    /// The channel of a line of the script.
+    /// Opens the channel of a line of the script.
     pub(in super::super) fn open(name: &'static str, bound: &'static Bound) -> Result<Self, Problem> {
-        let place = DevicePlace::of(name, bound, &OF_ADC);
+        let place = DeviceRef::of(name, bound, &OF_ADC);
         let Kind::Iio { channel: Some(channel) } = &bound.binding.kind else { return Err(place.is_other()) };
         let source = Source::of_iio(Path::new(place.path), channel);
         let source = source.and_then(|source| source.ok_or_else(|| io::ErrorKind::NotFound.into()));
@@ -154,15 +154,15 @@ impl AnalogInput for KernelAdc {
 /// A sensor that the kernel has a driver for.
 #[derive(Debug)]
 pub struct KernelSensor {
-    place: DevicePlace,
+    place: DeviceRef,
     channels: BTreeMap<Channel, (Source, f64)>,
     measured: Mutex<BTreeMap<Channel, SensorValue>>,
 }
 
 impl KernelSensor {
-    /// The sensor of a line of the script.
+    /// Opens the sensor of a line of the script.
     pub(in super::super) fn open(name: &'static str, bound: &'static Bound) -> Result<Self, Problem> {
-        let place = DevicePlace::of(name, bound, &OF_SENSOR);
+        let place = DeviceRef::of(name, bound, &OF_SENSOR);
         let folder = Path::new(place.path);
         let channels = match bound.binding.kind {
             Kind::Iio { channel: None } => channels(IIO, |channel| Source::of_iio(folder, channel)),
@@ -180,7 +180,7 @@ impl KernelSensor {
     }
 }
 
-/// The channels that are there.
+/// Returns the channels that exist.
 fn channels(
     known: &[(Channel, &str, f64)],
     find: impl Fn(&str) -> io::Result<Option<Source>>,
@@ -225,7 +225,7 @@ impl SensorDevice for KernelSensor {
     }
 
     fn watch(&self, _: PhysicalLink, _: EventPoster) -> Result<Watch, Problem> {
-        // In sysfs nothing says when a sample is ready.
+        // Sysfs has no event for a new sample.
         Err(Problem::NotSupported)
     }
 }
@@ -237,7 +237,7 @@ mod tests {
     use super::super::tests::{bound, refused};
     use super::*;
 
-    /// A folder that looks like that of a device in sysfs, and a line of a script that names it.
+    /// Makes a folder that looks like that of a device in sysfs, and a line of a script that names it.
     fn device(files: &[(&str, &str)], kind: &str, channel: &str) -> (tempfile::TempDir, String) {
         let folder = tempfile::tempdir().expect("there is room");
         for (file, content) in files {

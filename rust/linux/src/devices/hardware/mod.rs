@@ -23,36 +23,36 @@ pub(super) use pwm::KernelPwm;
 pub(super) use serial::Serial;
 pub(super) use spi::KernelSpi;
 
-/// A device, by its name in the program and by the line of the script that says which one it is.
+/// A device, by its name in the program and by the line of the script that binds it.
 #[derive(Clone, Copy, Debug)]
-struct DevicePlace {
+struct DeviceRef {
     name: &'static str,
     line: u32,
     path: &'static str,
     advice: &'static Advice,
 }
 
-/// What is wrong with a device of a kind, as the system's errors have it, and what to do.
+/// The problems of a kind of device by the system's errors, and advice.
 #[derive(Debug)]
 struct Advice {
     missing: &'static str,
     denied: &'static str,
     busy: &'static str,
-    /// The script has another kind for it.
+    /// The advice if the script has another kind for it.
     other: &'static str,
 }
 
-impl DevicePlace {
+impl DeviceRef {
     fn of(name: &'static str, bound: &'static Bound, advice: &'static Advice) -> Self {
         Self { name, line: bound.line, path: &bound.binding.path, advice }
     }
 
-    /// The program uses it as what it is not.
+    /// Returns the problem that the program uses it as another kind.
     fn is_other(&self) -> Problem {
         self.problem(self.advice.other, 0)
     }
 
-    /// It cannot be taken into use.
+    /// Returns the problem that it cannot be opened.
     fn refuses(&self, error: &io::Error) -> Problem {
         let what = match error.kind() {
             io::ErrorKind::NotFound => self.advice.missing,
@@ -68,12 +68,12 @@ impl DevicePlace {
     }
 }
 
-/// A device that is in use does not do something.
+/// Returns the problem that an open device fails.
 fn failed(error: &io::Error) -> Problem {
     Problem::Failed(number(error))
 }
 
-/// 0 where the system has not reported it.
+/// Returns the error number; 0 if the system has not reported it.
 fn number(error: &io::Error) -> i32 {
     error.raw_os_error().unwrap_or(0)
 }
@@ -85,7 +85,7 @@ mod tests {
     use super::super::script::Script;
     use super::*;
 
-    /// What opening a device of this line of a script says.
+    /// Returns the error of opening the device of this line of a script.
     pub(super) fn refused<D: Device>(
         open: impl Fn(&'static str, &'static Bound) -> Result<D, Problem>,
         take: impl Fn(&D) -> Result<(), Problem>,
@@ -95,7 +95,7 @@ mod tests {
         DeviceError { device: "x", problem }.to_string()
     }
 
-    /// What a line of a script says of `x`.
+    /// Returns the binding of `x` in a line of a script.
     pub(super) fn bound(line: &str) -> &'static Bound {
         let script: &'static Script = Box::leak(Box::new(Script::read(line).expect(line)));
         script.bound("", "x").expect(line)

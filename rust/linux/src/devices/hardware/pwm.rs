@@ -10,7 +10,7 @@ use super::super::binding::{Bound, Kind};
 use super::super::recording::Signal;
 use super::super::simulation::Simulation;
 use super::sysfs::{number, set};
-use super::{Advice, DevicePlace, failed};
+use super::{Advice, DeviceRef, failed};
 
 const ADVICE: Advice = Advice {
     missing: "where the chip or the channel is not: `ls /sys/class/pwm` lists the chips",
@@ -22,15 +22,15 @@ const ADVICE: Advice = Advice {
 /// A channel of a PWM chip.
 #[derive(Debug)]
 pub struct KernelPwm {
-    place: DevicePlace,
+    place: DeviceRef,
     channel: PathBuf,
     period: u32,
 }
 
 impl KernelPwm {
-    /// Takes the channel of a line of the script into use. It stays as it is, but for its period.
+    /// Opens the channel of a line of the script. It keeps its state, except for its period.
     pub(in super::super) fn open(name: &'static str, bound: &'static Bound) -> Result<Self, Problem> {
-        let place = DevicePlace::of(name, bound, &ADVICE);
+        let place = DeviceRef::of(name, bound, &ADVICE);
         let Kind::Pwm { channel, period } = bound.binding.kind else { return Err(place.is_other()) };
         let folder = prepared(Path::new(place.path), channel, period).map_err(|error| place.refuses(&error))?;
         Ok(Self { place, channel: folder, period })
@@ -96,7 +96,7 @@ mod tests {
         assert_eq!((content("enable"), pwm.period()), ("0".to_owned(), 20_000_000));
         pwm.set_pulse(1_500_000).expect("it can be set");
         assert_eq!((content("duty_cycle"), content("enable")), ("1500000".to_owned(), "1".to_owned()));
-        // A channel that was not exported, of a chip that is not there.
+        // A channel that was not exported, of a chip that does not exist.
         let told = refused(KernelPwm::open, |_| Ok(()), &format!("x pwm {} 2 20 ms", chip.path().display()));
         assert!(told.contains("where the chip or the channel is not"), "{told}");
         assert!(!chip.path().join("export").exists());

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Serial lines, as terminals without any of what terminals do.
+//! Serial lines, as terminals in raw mode.
 
 use std::io;
 use std::os::fd::OwnedFd;
@@ -15,7 +15,7 @@ use rustix::termios::{ControlModes, OptionalActions, ioctl_tiocexcl, tcgetattr, 
 use super::super::binding::{Bound, Kind};
 use super::super::watch::Watch;
 use super::listener::Listener;
-use super::{Advice, DevicePlace, failed};
+use super::{Advice, DeviceRef, failed};
 
 const ADVICE: Advice = Advice {
     missing: "which is not there: is it plugged in? `ls /dev/serial/by-id` lists adapters",
@@ -25,20 +25,20 @@ const ADVICE: Advice = Advice {
 };
 const NO_LINE: &str = "which is no serial line, or has no such speed";
 
-/// Who waits for a byte is asked again after this time, in nanoseconds, whether it still does.
+/// The time in nanoseconds after which a thread that waits for a byte checks whether it still has to wait.
 const PAUSE_NS: i64 = 100_000_000;
 
 /// A serial line.
 #[derive(Debug)]
 pub struct Serial {
-    place: DevicePlace,
+    place: DeviceRef,
     line: Arc<OwnedFd>,
 }
 
 impl Serial {
     /// Opens the line of a line of the script.
     pub(in super::super) fn open(name: &'static str, bound: &'static Bound) -> Result<Self, Problem> {
-        let place = DevicePlace::of(name, bound, &ADVICE);
+        let place = DeviceRef::of(name, bound, &ADVICE);
         let Kind::Serial { baud } = bound.binding.kind else { return Err(place.is_other()) };
         let flags = OFlags::RDWR | OFlags::NOCTTY | OFlags::NONBLOCK | OFlags::CLOEXEC;
         let line = open(place.path, flags, Mode::empty()).map_err(|error| place.refuses(&error.into()))?;
@@ -47,7 +47,7 @@ impl Serial {
     }
 }
 
-/// Eight bits, no parity, one stop bit, no flow control, and nothing that changes bytes.
+/// Sets eight bits, no parity, one stop bit, no flow control, and no conversion of bytes.
 fn raw(line: &OwnedFd, baud: u32) -> rustix::io::Result<()> {
     let mut modes = tcgetattr(line)?;
     modes.make_raw();
@@ -59,7 +59,7 @@ fn raw(line: &OwnedFd, baud: u32) -> rustix::io::Result<()> {
     ioctl_tiocexcl(line)
 }
 
-/// Waits until the line is so, or for this long.
+/// Waits until the line is in this state, or for this long.
 fn wait(line: &OwnedFd, until: PollFlags, at_most: Option<&Timespec>) -> Result<(), Problem> {
     match poll(&mut [PollFd::new(line, until)], at_most) {
         Ok(_) | Err(Errno::INTR) => Ok(()),
@@ -67,10 +67,10 @@ fn wait(line: &OwnedFd, until: PollFlags, at_most: Option<&Timespec>) -> Result<
     }
 }
 
-/// What has come; nothing where nothing has.
+/// Returns the bytes that have come, if there are any.
 fn take(line: &OwnedFd, buffer: &mut [u8]) -> io::Result<usize> {
     match read(line, buffer) {
-        // A terminal that has gone ends.
+        // A terminal that has gone reads as an end.
         Ok(0) => Err(io::ErrorKind::UnexpectedEof.into()),
         Ok(count) => Ok(count),
         Err(Errno::AGAIN | Errno::INTR) => Ok(0),
@@ -110,7 +110,7 @@ impl SerialLine for Serial {
     }
 
     fn pause(&self) {
-        // What is wrong with the line its reading says.
+        // Reading reports the line's errors.
         let _ = wait(&self.line, PollFlags::IN, Some(&Timespec { tv_sec: 0, tv_nsec: PAUSE_NS }));
     }
 

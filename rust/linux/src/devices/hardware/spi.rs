@@ -11,7 +11,7 @@ use linux_embedded_hal::SpidevDevice;
 use linux_embedded_hal::spidev::{SpiModeFlags, Spidev, SpidevOptions};
 
 use super::super::binding::{Bound, Kind};
-use super::{Advice, DevicePlace, failed};
+use super::{Advice, DeviceRef, failed};
 
 const ADVICE: Advice = Advice {
     missing: "which is not there: is the driver spidev loaded, and the bus enabled?",
@@ -22,14 +22,14 @@ const ADVICE: Advice = Advice {
 
 /// A device on an SPI bus.
 pub struct KernelSpi {
-    place: DevicePlace,
+    place: DeviceRef,
     device: Mutex<SpidevDevice>,
 }
 
 impl KernelSpi {
     /// Opens the device of a line of the script.
     pub(in super::super) fn open(name: &'static str, bound: &'static Bound) -> Result<Self, Problem> {
-        let place = DevicePlace::of(name, bound, &ADVICE);
+        let place = DeviceRef::of(name, bound, &ADVICE);
         let Kind::Spi { hertz, mode } = bound.binding.kind else { return Err(place.is_other()) };
         let device = configured(place.path, hertz, mode).map_err(|error| place.refuses(&error))?;
         Ok(Self { place, device: Mutex::new(SpidevDevice(device)) })
@@ -40,7 +40,7 @@ fn configured(path: &str, hertz: Option<u32>, mode: Option<u8>) -> io::Result<Sp
     let mut device = Spidev::open(path)?;
     let mut options = SpidevOptions { bits_per_word: Some(8), max_speed_hz: hertz, ..SpidevOptions::new() };
     if let Some(mode) = mode {
-        // What else belongs to the mode, such as the level that selects the device, is the devicetree's.
+        // The devicetree determines the rest of the mode, such as the level that selects the device.
         let clock = SpiModeFlags::SPI_CPOL | SpiModeFlags::SPI_CPHA;
         let others = device.query_configuration()?.spi_mode.unwrap_or(SpiModeFlags::empty()) - clock;
         options.spi_mode = Some(others | SpiModeFlags::from_bits_truncate(mode.into()));

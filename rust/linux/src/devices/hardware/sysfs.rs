@@ -12,7 +12,7 @@ pub(super) fn number(file: &Path) -> io::Result<f64> {
     number.ok_or_else(|| io::Error::new(io::ErrorKind::InvalidData, format!("{}: {text:?}", file.display())))
 }
 
-/// Reads a number that need not be there.
+/// Reads a number that may be missing.
 pub(super) fn optional_number(file: &Path) -> io::Result<Option<f64>> {
     match number(file) {
         Err(error) if error.kind() == io::ErrorKind::NotFound => Ok(None),
@@ -22,6 +22,6 @@ pub(super) fn optional_number(file: &Path) -> io::Result<Option<f64>> {
 
 /// Writes a number.
 pub(super) fn set(file: &Path, number: u32) -> io::Result<()> {
-    // Nothing can be made in sysfs: a file that is not there is an error.
+    // No file can be created in sysfs: a missing file is an error.
     OpenOptions::new().write(true).truncate(true).open(file)?.write_all(number.to_string().as_bytes())
 }

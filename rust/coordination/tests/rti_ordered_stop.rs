@@ -8,7 +8,7 @@ use lf_testkit::rti::{Rig, Sizes};
 use lf_wire::{ADDRESS_PORT_UNKNOWN, DELAY_NONE, Message, Tag};
 
 /// Federates 0 -> 1 -> 2 without delay, started. Their next events are far away, so that all may go far.
-fn chain(in_turn: bool) -> (Rig, [ConnectionId; 3], impl Fn(i64) -> Tag) {
+fn chain(ordered_stop: bool) -> (Rig, [ConnectionId; 3], impl Fn(i64) -> Tag) {
     let at = |ns: i64| Tag::new(START + ns, 0);
     let mut rig = Rig::new(config(), Sizes::ample(3));
     let connections = [0, 1, 2].map(|id: u16| {
@@ -16,7 +16,7 @@ fn chain(in_turn: bool) -> (Rig, [ConnectionId; 3], impl Fn(i64) -> Tag) {
         hello(&mut rig, id, &upstream)
     });
     for connection in connections {
-        if in_turn {
+        if ordered_stop {
             rig.message(connection, &Message::AddressAdvertisement { port: ADDRESS_PORT_UNKNOWN });
         }
         rig.message(connection, &Message::Timestamp(0));
@@ -46,17 +46,17 @@ fn a_federate_that_asks_for_it_is_granted_the_stop_tag_after_those_upstream() {
     let (mut rig, connections, at) = chain(true);
     stop(&mut rig, connections, &at);
     let ptag = format!("PTAG {} 0", at(20).time - START);
-    let taken_back = ["STOP_REQUEST", &ptag, "STOP_GRANTED"];
+    let revoked = ["STOP_REQUEST", &ptag, "STOP_GRANTED"];
     assert_eq!(read(&mut rig, connections[0]), ["STOP_REQUEST", "STOP_GRANTED"], "nobody grants it anything");
-    assert_eq!(read(&mut rig, connections[1]), taken_back);
-    assert_eq!(read(&mut rig, connections[2]), taken_back[1..]);
+    assert_eq!(read(&mut rig, connections[1]), revoked);
+    assert_eq!(read(&mut rig, connections[2]), revoked[1..]);
     // Each asks for its last tag, and says that it has done all that is before.
     for connection in &connections[1..] {
         rig.message(*connection, &Message::LatestTagComplete(at(19)));
         rig.message(*connection, &Message::NextEventTag(at(20)));
         assert!(read(&mut rig, *connection).is_empty());
     }
-    // What the first one sends at its last tag comes before the grant of that tag, and so on down the chain.
+    // The message of the first one at its last tag comes before the grant of that tag, and so on down the chain.
     let last_words = Message::TaggedMessage { port: 0, federate: 1, tag: at(20), payload: &[7] };
     rig.message(connections[0], &last_words);
     leave(&mut rig, connections[0]);

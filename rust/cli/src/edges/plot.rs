@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! What was found, as a picture: delays over time with their lines, a histogram, and the first edges as waves.
+//! The results as a picture: delays over time with their lines, a histogram, and the first edges as waves.
 
 use std::error::Error;
 use std::path::Path;
@@ -14,7 +14,7 @@ type Area<'a> = DrawingArea<SVGBackend<'a>, Shift>;
 type Drawn = Result<(), Box<dyn Error>>;
 
 const SIZE: (u32, u32) = (960, 900);
-/// Signals in this order have these colours, which people who cannot tell red from green can tell apart.
+/// The colours of signals in this order. People with red-green blindness can distinguish them.
 const COLOURS: [RGBColor; 6] = [
     RGBColor(0, 0, 0),
     RGBColor(0, 114, 178),
@@ -23,7 +23,7 @@ const COLOURS: [RGBColor; 6] = [
     RGBColor(204, 121, 167),
     RGBColor(230, 159, 0),
 ];
-/// How many edges of the reference are shown as waves.
+/// The number of edges of the reference that are shown as waves.
 const WAVES: usize = 8;
 
 /// Draws the report; the signals are the reference and those that were compared with it.

@@ -8,10 +8,10 @@ use lf_testkit::rti::{Rig, Sizes};
 use lf_wire::{DELAY_NONE, Message};
 
 const HOUR: Interval = Interval::from_secs(3600);
-/// How far apart clocks may be without a word.
+/// The distance of clocks above which it is logged.
 const APART: Interval = Interval::from_secs(2);
 
-fn doubts(rig: &Rig, federate: u16) -> Vec<&str> {
+fn suspected(rig: &Rig, federate: u16) -> Vec<&str> {
     let begin = format!("federate {federate} ");
     let said = rig.outlet.notices.iter().filter_map(|notice| notice.strip_prefix(&begin));
     said.filter(|words| ["says that", "announces", "has a clock"].iter().any(|begin| words.starts_with(begin)))
@@ -40,18 +40,18 @@ fn clocks_that_are_seconds_apart_are_named() {
         rig.message(federates[0], &Message::Timestamp(500));
         rig.message(federates[1], &Message::Timestamp(500 + apart));
         assert!(rig.rti.start_time().is_some());
-        let doubts = doubts(&rig, 1);
-        assert_eq!(!doubts.is_empty(), named);
+        let suspected = suspected(&rig, 1);
+        assert_eq!(!suspected.is_empty(), named);
         let words = format!(
             "has a clock that is {} s ahead of that of federate 0, which waits so long for the start: set the clocks, \
              or use `clock-sync: init`, for federates on the RTI's computer with `local-federates-on`",
             apart / 1_000_000_000
         );
-        assert!(!named || doubts == [words], "{doubts:?}");
+        assert!(!named || suspected == [words], "{suspected:?}");
     }
 }
 
-/// A federate that comes an hour later tells a clock that shows an hour more.
+/// A federate that comes an hour later sends a clock that shows an hour more.
 #[test]
 fn clocks_that_are_told_at_different_times_are_not_apart() {
     let mut rig = Rig::new(config(), Sizes::ample(2));
@@ -60,7 +60,7 @@ fn clocks_that_are_told_at_different_times_are_not_apart() {
     rig.now = rig.now + HOUR;
     rig.message(federates[1], &Message::Timestamp(500 + HOUR.as_nanos()));
     assert!(rig.rti.start_time().is_some());
-    assert_eq!(doubts(&rig, 1), Vec::<&str>::new());
+    assert_eq!(suspected(&rig, 1), Vec::<&str>::new());
 }
 
 #[test]
@@ -71,11 +71,11 @@ fn who_completes_what_was_not_granted_is_named_once() {
         rig.message(federates[1], &Message::LatestTagComplete(at(ns)));
     }
     assert_eq!(
-        doubts(&rig, 1),
+        suspected(&rig, 1),
         ["says that it has completed (1000000005 ns, 0), which it was not granted: messages to others may come too \
              late"]
     );
-    assert_eq!(doubts(&rig, 0), Vec::<&str>::new());
+    assert_eq!(suspected(&rig, 0), Vec::<&str>::new());
 }
 
 #[test]
@@ -83,20 +83,20 @@ fn an_event_before_what_is_complete_is_named() {
     let (mut rig, federates) = started(config(), Sizes::ample(2), &[vec![], vec![(0, DELAY_NONE)]]);
     rig.message(federates[0], &Message::LatestTagComplete(at(8)));
     rig.message(federates[0], &Message::NextEventTag(at(9)));
-    assert_eq!(doubts(&rig, 0), Vec::<&str>::new());
+    assert_eq!(suspected(&rig, 0), Vec::<&str>::new());
     rig.message(federates[0], &Message::NextEventTag(at(8)));
     assert_eq!(
-        doubts(&rig, 0),
+        suspected(&rig, 0),
         ["announces an event at (1000000008 ns, 0), though it has completed (1000000008 ns, 0)"]
     );
 }
 
 /// An announcement may become earlier: a message has come for it, or a physical action.
 #[test]
-fn an_earlier_event_that_is_not_complete_is_none_to_doubt() {
+fn an_earlier_event_that_is_not_complete_is_not_suspected() {
     let (mut rig, federates) = started(config(), Sizes::ample(2), &[vec![], vec![(0, DELAY_NONE)]]);
     for ns in [9, 7] {
         rig.message(federates[0], &Message::NextEventTag(at(ns)));
     }
-    assert_eq!(doubts(&rig, 0), Vec::<&str>::new());
+    assert_eq!(suspected(&rig, 0), Vec::<&str>::new());
 }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! What was found, in the form of `--json`.
+//! The results, in the form of `--json`.
 
 use serde::Serialize;
 
@@ -31,7 +31,7 @@ impl<'s> Listing<'s> {
 pub(super) struct Comparison {
     pub(super) signal: String,
     pub(super) edges: usize,
-    /// How many edges of the reference it does not have, and how many it has that the reference has not.
+    /// The numbers of edges that only the reference has, and that the reference lacks.
     pub(super) missing: usize,
     pub(super) extra: usize,
     pub(super) delay: Option<Statistics>,
@@ -46,7 +46,7 @@ pub(super) struct Comparison {
 pub(super) struct Report {
     pub(super) reference: String,
     pub(super) edges: usize,
-    /// How far apart edges could be.
+    /// The maximum distance of edges.
     pub(super) window_us: f64,
     pub(super) compared: Vec<Comparison>,
 }

@@ -19,7 +19,7 @@ pub(crate) struct Pair {
     pub(crate) delay_ns: f64,
 }
 
-/// What became of the edges of two signals.
+/// The pairs of edges of two signals.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(crate) struct Pairs {
     pub(crate) matched: Vec<Pair>,
@@ -61,8 +61,8 @@ fn nearest(times: &[f64], time: f64) -> Option<usize> {
     nearest.map(|index| times.partition_point(|other| *other < times[index]))
 }
 
-/// How far apart edges of one signal and kind can be from their partners so that these cannot be those of the next one:
-/// half of the usual distance from edge to edge of a kind.
+/// Returns the maximum distance of edges of one signal and kind from their partners such that these cannot be those of
+/// the next one: half of the usual distance from edge to edge of a kind.
 pub(crate) fn usual_window_ns(reference: &[Edge]) -> f64 {
     let mut distances: Vec<f64> = [true, false]
         .into_iter()
@@ -76,7 +76,7 @@ pub(crate) fn usual_window_ns(reference: &[Edge]) -> f64 {
     quantile(&distances, 0.5).map_or(f64::INFINITY, |distance| distance / 2.0)
 }
 
-/// What delays are like.
+/// The statistics of delays.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub(crate) struct Statistics {
     pub(crate) count: usize,
@@ -156,7 +156,7 @@ impl Line {
         self.offset_us + self.slope_us_per_s * time_s
     }
 
-    /// How far above the line a delay is.
+    /// Returns the distance of a delay above the line.
     pub(crate) fn distance_us(&self, pair: &Pair) -> f64 {
         pair.delay_ns / 1e3 - self.at_us(pair.time_ns / 1e9)
     }
@@ -173,7 +173,7 @@ fn median_slope_us_per_s(pairs: &[Pair]) -> Option<f64> {
     quantile(&slopes, 0.5)
 }
 
-/// How many values are in each of intervals of one width.
+/// The number of values in each of several intervals of one width.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub(crate) struct Histogram {
     /// Where the first interval begins.
@@ -183,7 +183,7 @@ pub(crate) struct Histogram {
 }
 
 impl Histogram {
-    /// That of at least one value, in so many intervals.
+    /// Returns the histogram of at least one value, in this many intervals.
     pub(crate) fn of(values_us: &[f64], intervals: usize) -> Option<Self> {
         let from_us = values_us.iter().copied().min_by(f64::total_cmp)?;
         let to_us = values_us.iter().copied().max_by(f64::total_cmp)?;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! What was found, in text.
+//! The results as text.
 
 use std::fmt::{self, Write as _};
 
@@ -17,7 +17,7 @@ pub(super) fn signals(signals: &[Signal]) -> String {
     lines.collect::<Vec<_>>().join("\n")
 }
 
-/// What the comparisons have shown.
+/// Returns the results of the comparisons.
 pub(super) fn report(report: &Report) -> String {
     let mut text = format!("{}: {} edges, the reference", report.reference, report.edges);
     for comparison in &report.compared {
@@ -47,7 +47,7 @@ impl fmt::Display for Comparison {
     }
 }
 
-/// What a line says, in words.
+/// Returns a line in words.
 pub(super) fn drift(line: &Line) -> String {
     let Line { slope_us_per_s, slope_error_us_per_s, offset_us, residual_us, median_slope_us_per_s } = line;
     format!(

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-//! What participants say to people: each sentence once, as the [`Display`](fmt::Display) of a value that can also go
-//! out as a [`code`](lf_coordination::code), and be turned back into the sentence elsewhere.
+//! The log events of participants: each sentence once, as the [`Display`](fmt::Display) of a value that can also be
+//! written as a [`code`](lf_coordination::code), and be decoded to the sentence elsewhere.
 
 use core::fmt::{self, Write};
 use core::time::Duration;
@@ -8,7 +8,7 @@ use core::time::Duration;
 use lf_coordination::clock_sync::Trouble;
 use lf_coordination::code::{Decode, Encode, Reader, Writer};
 use lf_coordination::federate::ClockSyncReport;
-use lf_coordination::rti::Notice;
+use lf_coordination::rti::RtiEvent;
 use lf_coordination::{Endpoint, IpAddress, Times, coded};
 use lf_model::time::{EventTag, Instant, Interval};
 use lf_texts::say;
@@ -20,21 +20,21 @@ use crate::federate::{Advice, Reason, Words};
 use crate::image::{ImageError, RtiError, SettingsError};
 use crate::platform::{NetError, RandomError};
 
-/// A sentence that can be told as a code: those of one type are a family, whose number the code begins with.
-pub trait Tell: fmt::Display + Encode {
+/// A sentence that can be logged as a code: those of one type are a family, whose number the code begins with.
+pub trait LogEvent: fmt::Display + Encode {
     /// The family's number.
     const FAMILY: u8;
 }
 
-/// Gives the families their numbers, for both directions.
+/// Numbers the families, for both directions.
 macro_rules! families {
     ($($number:literal $type:ident $(<$life:lifetime>)?),* $(,)?) => {
-        $(impl $(<$life>)? Tell for $type $(<$life>)? {
+        $(impl $(<$life>)? LogEvent for $type $(<$life>)? {
             const FAMILY: u8 = $number;
         })*
 
-        /// Gives the sentence of a code to `show`. `keep` makes a text outlive the code. `false` when it is none of
-        /// this release.
+        /// Passes the sentence of a code to `show`. `keep` makes a text outlive the code. Returns `false` if it is not
+        /// a code of this release.
         pub fn explain(
             code: &str,
             keep: fn(&str) -> &'static str,
@@ -54,36 +54,36 @@ macro_rules! families {
 }
 
 families! {
-    0 ImageError, 1 RtiError, 2 Notice<'a>, 3 Remark, 4 PeerRemark, 5 ConnectionRemark, 6 DeviceRemark,
+    0 ImageError, 1 RtiError, 2 RtiEvent<'a>, 3 FederateEvent, 4 PeerEvent, 5 ConnectionEvent, 6 DeviceEvent,
 }
 
-/// What a federate says while it goes on.
+/// A log event of a federate that goes on.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Remark {
-    /// It has been waiting for this for so long.
+pub enum FederateEvent {
+    /// It has been waiting for this long.
     Waits {
-        /// For what.
+        /// The reason.
         reason: Reason,
-        /// When the federation started, for the tag in it.
+        /// The start of the federation, to which the tag is relative.
         start: Instant,
-        /// For how long.
+        /// The duration.
         lasts: Interval,
     },
-    /// The federation id is the key of the authentication, and no secret.
+    /// The federation id is the key of the authentication, and not secret.
     GuessableKey,
     /// Its clock is not synchronized while the federation runs.
     NoDatagrams,
-    /// A datagram came from there, which is not the RTI.
+    /// A datagram came from this address, which is not the RTI.
     Stranger(Endpoint),
-    /// What clock synchronization has found out.
+    /// The results of clock synchronization.
     ClockSync(ClockSyncReport),
-    /// The system has no buffers for what is to be sent.
+    /// The system has no buffers for sending.
     NoBuffers,
-    /// Something is wrong with its clock.
+    /// Its clock has a problem.
     ClockTrouble(Trouble),
 }
 
-impl fmt::Display for Remark {
+impl fmt::Display for FederateEvent {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             // There are no rounds over UDP, and the sentences are long.
@@ -114,24 +114,24 @@ impl fmt::Display for Remark {
     }
 }
 
-coded!(Remark {
+coded!(FederateEvent {
     Waits { reason, start, lasts }, GuessableKey, NoDatagrams, Stranger(from), ClockSync(report), NoBuffers,
     ClockTrouble(trouble),
 });
 
-/// What a program says of its devices.
+/// A log event of a device.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum DeviceRemark {
-    /// The queue of the action that a device schedules had no room for so many events.
+pub enum DeviceEvent {
+    /// The queue of the action that a device schedules had no room for this many events.
     EventsLost {
         /// The device, by its name in the program.
         device: &'static str,
-        /// How many since this was said last.
+        /// Their number since the last log event.
         events: u32,
     },
 }
 
-impl fmt::Display for DeviceRemark {
+impl fmt::Display for DeviceEvent {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let Self::EventsLost { device, events } = self;
         say!(
@@ -142,51 +142,51 @@ impl fmt::Display for DeviceRemark {
     }
 }
 
-coded!(DeviceRemark { EventsLost { device, events } });
+coded!(DeviceEvent { EventsLost { device, events } });
 
-/// What a federate says of its connections with other federates.
+/// A log event of connections with other federates.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum PeerRemark {
-    /// A federate has left to which this one sends.
+pub enum PeerEvent {
+    /// A federate to which this one sends has left.
     Left(u16),
-    /// What a federate sent at the end of both could not be read.
+    /// The final messages of a federate could not be read.
     LastMessages(RunError),
     /// A federate goes on sending after the end of this one.
     DoesNotEnd(u16),
     /// A federate has left in the middle of a message.
     LeftInMessage(u16),
-    /// A message came for a tag that there will not be.
+    /// A message came for a tag after the last one.
     AfterStop {
         /// The connection.
         input: &'static str,
         /// The message's tag.
         intended: EventTag,
     },
-    /// A message came too late, and not all that it triggers handles that.
+    /// A message came too late, and not everything that it triggers handles that.
     Late {
         /// The connection.
         input: &'static str,
         /// The message's tag.
         intended: EventTag,
-        /// At which tag it happens; `None` when it came after the last one.
+        /// The tag at which it takes effect; `None` when it came after the last one.
         actual: Option<EventTag>,
-        /// How long after its time it came.
+        /// The time by which it came after its own time.
         lateness: Duration,
-        /// The federate that it is for.
+        /// The receiver.
         federate: u16,
-        /// How many have.
+        /// The number of such messages.
         times: Times,
     },
     /// At the end: some messages were late.
     LateInAll {
-        /// How many.
+        /// Their number.
         messages: u64,
-        /// How many of them nothing in the program has handled.
+        /// The number of those that no reaction has handled.
         unhandled: u64,
     },
     /// At the end: messages did not reach a federate.
     Lost {
-        /// How many, at least.
+        /// Their minimum number.
         messages: u64,
         /// The federate.
         to: u16,
@@ -195,30 +195,30 @@ pub enum PeerRemark {
     LeftBefore(u16),
     /// A connection was refused.
     Refused {
-        /// From where it came.
+        /// Its source.
         address: IpAddress,
-        /// Why.
+        /// The reason.
         code: RejectCode,
-        /// How many have been.
+        /// The number of such connections.
         times: Times,
     },
     /// A transient federate was refused.
     Transient {
-        /// Which federate it is.
+        /// Its id.
         federate: u16,
-        /// How many connections have been refused.
+        /// The number of refused connections.
         times: Times,
     },
-    /// A connection was closed whose other end did not say who it is.
-    Nameless {
-        /// From where it came.
+    /// A connection was closed whose peer did not send its id.
+    Unidentified {
+        /// Its source.
         address: IpAddress,
-        /// How many have been.
+        /// The number of such connections.
         times: Times,
     },
 }
 
-impl fmt::Display for PeerRemark {
+impl fmt::Display for PeerEvent {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::Left(federate) => say!(f, "federate {federate} has left: messages to it are lost"),
@@ -260,35 +260,35 @@ impl fmt::Display for PeerRemark {
                 "federate {federate} was refused, because it is transient: it may come and go while the federation \
                  runs, and this federate awaits it at the start; remove `@transient` from its program{times}"
             ),
-            Self::Nameless { address, times } => {
+            Self::Unidentified { address, times } => {
                 say!(f, "a connection from {address} did not say which federate it is, and was closed{times}")
             }
         }
     }
 }
 
-coded!(PeerRemark {
+coded!(PeerEvent {
     Left(federate), LastMessages(error), DoesNotEnd(from), LeftInMessage(from), AfterStop { input, intended },
     Late { input, intended, actual, lateness, federate, times }, LateInAll { messages, unhandled },
     Lost { messages, to }, LeftBefore(to), Refused { address, code, times }, Transient { federate, times },
-    Nameless { address, times },
+    Unidentified { address, times },
 });
 
-/// What is said of connections that come.
+/// A log event of incoming connections.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum ConnectionRemark {
+pub enum ConnectionEvent {
     /// One cannot be authenticated.
     NoRandom(RandomError),
     /// The system did not hand one over.
     NotAccepted {
-        /// Why.
+        /// The reason.
         error: NetError,
-        /// How often this has happened.
+        /// The number of times that this has happened.
         times: Times,
     },
 }
 
-impl fmt::Display for ConnectionRemark {
+impl fmt::Display for ConnectionEvent {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::NoRandom(error) => say!(f, "a connection is refused: {error}"),
@@ -297,12 +297,12 @@ impl fmt::Display for ConnectionRemark {
     }
 }
 
-coded!(ConnectionRemark { NoRandom(error), NotAccepted { error, times } });
+coded!(ConnectionEvent { NoRandom(error), NotAccepted { error, times } });
 
 coded!(NetError { Refused, Reset, Unreachable, AddressInUse, NoSocketLeft, Stale, Os(number) });
 coded!(PeerFault {
     Bytes(error), Unexpected(message), WrongInput { federate, port }, Unreachable(error), Unanswered, Refuses(code),
-    Stuck, WrongTag { port },
+    Blocked, WrongTag { port },
 });
 coded!(RunError {
     RtiUnreachable { address, last }, Random(error), Federate(error), Config(error), Model(error),
@@ -330,11 +330,11 @@ impl Decode for RandomError {
     }
 }
 
-/// Whether sentences are told as sentences, and not as codes.
+/// Whether log events are sentences, and not codes.
 pub const TEXTS: bool = cfg!(feature = "texts");
 
-/// Tells people something, at this level of importance: as a sentence, or without [`TEXTS`] as a code.
-pub fn tell<T: Tell>(level: Level, said: &T) {
+/// Logs an event at this level: as a sentence, or without [`TEXTS`] as a code.
+pub fn report<T: LogEvent>(level: Level, said: &T) {
     if level > log::STATIC_MAX_LEVEL {
         return;
     }
@@ -345,10 +345,10 @@ pub fn tell<T: Tell>(level: Level, said: &T) {
     }
 }
 
-/// Bytes of the longest code. What is longer, by the name of a connection, is cut.
+/// Bytes of the longest code. A longer one, with a long name of a connection, is cut.
 const CODE_BYTES: usize = 96;
 
-/// What is said as a code.
+/// The code of a log event.
 #[derive(Debug)]
 pub struct Code {
     bytes: [u8; CODE_BYTES],
@@ -356,8 +356,8 @@ pub struct Code {
 }
 
 impl Code {
-    /// The code of what is said.
-    pub fn of<T: Tell>(said: &T) -> Self {
+    /// Returns the code of a log event.
+    pub fn of<T: LogEvent>(said: &T) -> Self {
         let mut bytes = [0; CODE_BYTES];
         let length = Writer::write(&mut bytes, T::FAMILY, said);
         Self { bytes, length }
@@ -367,7 +367,7 @@ impl Code {
 impl fmt::Display for Code {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let code = self.bytes.get(..self.length).unwrap_or_default();
-        // Codes are ASCII, and what checks that of a text is large.
+        // Codes are ASCII, and code that checks that of a text is large.
         code.iter().try_for_each(|byte| f.write_char(char::from(*byte)))
     }
 }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! What the RTI tells people: what has happened, why federates are lost, and what they did that they may not do.
+//! The log events of the RTI: what has happened, why federates are lost, and which violations they committed.
 
 use core::ascii;
 use core::fmt::{self, Write as _};
@@ -8,21 +8,21 @@ use lf_model::time::{Instant, Tag};
 use lf_texts::{say, text};
 use lf_wire::{DecodeError, MessageType, RejectCode};
 
-use super::doubt::Doubt;
+use super::suspected_violation::SuspectedViolation;
 use super::waits::Waits;
 use crate::tag::to_wire;
 use crate::{Endpoint, FederateId, Times};
 
-/// Why a federate is not part of the federation any more, although it did not resign.
+/// The reason why a federate is not part of the federation any more, although it did not resign.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Cause {
-    /// It said so itself, with FAILED.
+    /// It reported so itself, with FAILED.
     Failed,
     /// Its connection ended without a word.
     ConnectionLost,
-    /// It sent what no federate may send.
+    /// It sent a message that no federate may send.
     Violation(Violation),
-    /// It joined, and then said nothing for too long.
+    /// It joined, and then was silent for too long.
     NoClock,
     /// It did not answer a stop request in time.
     NoStopReply,
@@ -51,7 +51,7 @@ impl fmt::Display for Cause {
     }
 }
 
-/// What a peer did that it may not do.
+/// A peer's violation of the protocol.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Violation {
     /// The bytes are no message.
@@ -65,11 +65,11 @@ pub enum Violation {
     },
     /// This message may not come at this point.
     Unexpected(MessageType),
-    /// The clock that it tells can be none.
+    /// Its clock shows a time that no clock can show.
     Clock(Instant),
-    /// A federate is named that the federation does not have.
+    /// It named a federate that the federation does not have.
     NoSuchFederate(u16),
-    /// The delay of a connection is negative or for ever.
+    /// The delay of a connection is negative or FOREVER.
     Delay {
         /// The upstream federate of that connection.
         upstream: u16,
@@ -78,16 +78,16 @@ pub enum Violation {
     },
     /// More upstream federates than the RTI has storage for.
     TooManyUpstream {
-        /// Most that there can be.
+        /// The maximum number.
         max: usize,
     },
     /// The peer names another federate than the one it is.
     OtherFederate(u16),
     /// The peer does not authenticate, which this federation requires.
     NoAuthentication,
-    /// The peer wants to be a federate that has left since the federation runs.
+    /// The peer claims the id of a federate that has left since the start.
     HasLeft,
-    /// The peer is a transient federate, for which no federation here has a place.
+    /// The peer is a transient federate, which this RTI does not support.
     Transient,
     /// It sent a message with a tag at which nothing can happen: at the beginning or at the end of time.
     NoTag {
@@ -143,24 +143,24 @@ impl fmt::Display for Violation {
     }
 }
 
-/// Something that people may want to know. What can happen often says how often it has: see [`Notice::is_told`].
+/// A log event of the RTI. A frequent event has the number of its occurrences: see [`RtiEvent::is_logged`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Notice<'a> {
+pub enum RtiEvent<'a> {
     /// A federate has completed its handshake.
     Joined(FederateId),
-    /// All have; they begin at this time.
+    /// All federates have joined; they begin at this time.
     Started(Instant),
     /// A connection was refused.
     Rejected {
         /// The code that was sent.
         code: RejectCode,
-        /// The federate that it claimed to be, if it said.
+        /// The federate that it claimed to be, if it sent an id.
         federate: Option<FederateId>,
-        /// The federation that it wanted to join, if it said.
+        /// The federation that it wanted to join, if it sent an id.
         federation_id: Option<&'a [u8]>,
-        /// What was wrong with its bytes, if something was.
+        /// The violation in its bytes, if there was one.
         violation: Option<Violation>,
-        /// How many have been.
+        /// The number of refused connections.
         times: Times,
     },
     /// A federate refuses this RTI, because it could not prove that it knows the federation id.
@@ -169,21 +169,21 @@ pub enum Notice<'a> {
         federate: FederateId,
         /// The code that it sent.
         code: RejectCode,
-        /// How often this has happened with any.
+        /// The number of such refusals by any federate.
         times: Times,
     },
-    /// A connection ended, or was silent for too long, before it said which federate it is, or before it had
-    /// completed its handshake. Its id is free.
+    /// A connection ended, or was silent for too long, before it sent its id, or before it had completed its handshake.
+    /// Its id is free.
     HandshakeAbandoned {
-        /// The federate, if it said.
+        /// The federate, if it sent an id.
         federate: Option<FederateId>,
         /// Whether the RTI gave up, not the peer.
         timed_out: bool,
-        /// How often this has happened.
+        /// The number of times that this has happened.
         times: Times,
     },
-    /// A connection that had not said which federate it is was closed, because a new one came and there was no place.
-    MadeWay(Times),
+    /// A connection without an id was closed, because a new one came and all were in use.
+    Evicted(Times),
     /// A federate left in order.
     Resigned(FederateId),
     /// A federate left out of order. Before the start its id is free again; later on, others go on as if it had
@@ -191,19 +191,19 @@ pub enum Notice<'a> {
     Lost {
         /// The federate.
         federate: FederateId,
-        /// Why.
+        /// The reason.
         cause: Cause,
         /// Whether the federation had started.
         started: bool,
     },
-    /// A federate says what is hardly true. Told once of each.
-    Doubtful {
+    /// A federate is suspected of a violation. Logged once for each federate.
+    SuspectedViolation {
         /// The federate.
         federate: FederateId,
-        /// What it says.
-        doubt: Doubt,
+        /// The suspected violation.
+        violation: SuspectedViolation,
     },
-    /// Somebody has been waiting for too long.
+    /// A federate has been waiting for too long.
     Waits(Waits),
     /// The federation ends before it has started, and this federate was not there.
     Missing(FederateId),
@@ -213,7 +213,7 @@ pub enum Notice<'a> {
         federate: FederateId,
         /// The byte.
         found: u8,
-        /// How many bytes that begin no message it has sent.
+        /// The number of bytes that begin no message from this federate.
         times: Times,
     },
     /// A message was dropped, because its destination has left.
@@ -222,7 +222,7 @@ pub enum Notice<'a> {
         from: FederateId,
         /// The destination.
         to: FederateId,
-        /// How many messages of this sender were.
+        /// The number of such messages of this sender.
         times: Times,
     },
     /// A message was forwarded with a tag that its destination has completed already.
@@ -231,48 +231,48 @@ pub enum Notice<'a> {
         from: FederateId,
         /// The destination.
         to: FederateId,
-        /// How many messages of this sender were.
+        /// The number of such messages of this sender.
         times: Times,
     },
-    /// What a federate that has left did in all, if it did it more than once.
+    /// The totals of a federate that has left, for events that happened more than once.
     Sum {
         /// The federate.
         federate: FederateId,
-        /// How many bytes that begin no message it has sent.
+        /// The number of bytes that begin no message from this federate.
         unknown: Times,
-        /// How many of its messages came too late.
+        /// The number of its messages that came too late.
         late: Times,
-        /// How many of its messages were dropped.
+        /// The number of its messages that were dropped.
         dropped: Times,
     },
-    /// More messages are on their way to a federate than can be remembered one by one. Federates that wait for this one
-    /// may have to wait longer, in a cycle for ever.
+    /// More messages are in transit to a federate than can be stored one by one. Federates that wait for this one may
+    /// have to wait longer, in a cycle without end.
     InTransitFull(FederateId),
-    /// The federation is asked to stop, by this federate first.
+    /// The first federate that asks the federation to stop.
     StopRequested(FederateId),
-    /// All stop at this tag.
+    /// All federates stop at this tag.
     StopGranted(Tag),
-    /// A datagram that is no answer of a federate was ignored. Told once, for anybody can send datagrams.
+    /// A datagram that no federate's answer can be was ignored. Logged once, because anybody can send datagrams.
     Stranger(Endpoint),
 }
 
-impl Notice<'_> {
-    /// Whether people are told of it: of what happens often, they are told now and then.
-    pub fn is_told(&self) -> bool {
+impl RtiEvent<'_> {
+    /// Returns whether to log it: of frequent events, only some are logged.
+    pub fn is_logged(&self) -> bool {
         match self {
             Self::Rejected { times, .. }
             | Self::RejectedBy { times, .. }
             | Self::HandshakeAbandoned { times, .. }
-            | Self::MadeWay(times)
+            | Self::Evicted(times)
             | Self::UnknownType { times, .. }
             | Self::Dropped { times, .. }
-            | Self::Late { times, .. } => times.is_told(),
+            | Self::Late { times, .. } => times.is_logged(),
             _ => true,
         }
     }
 }
 
-impl fmt::Display for Notice<'_> {
+impl fmt::Display for RtiEvent<'_> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match *self {
             Self::Joined(federate) => say!(f, "federate {federate} has joined"),
@@ -300,7 +300,7 @@ impl fmt::Display for Notice<'_> {
                 if timed_out { say!(f, " was silent for too long") } else { say!(f, " ended") }?;
                 say!(f, " before its handshake was complete{times}")
             }
-            Self::MadeWay(times) => say!(
+            Self::Evicted(times) => say!(
                 f,
                 "a connection that had not said which federate it is was closed, because another one has come and all \
                  places are taken{times}"
@@ -310,7 +310,7 @@ impl fmt::Display for Notice<'_> {
             Self::Lost { federate, cause, started: false } => {
                 say!(f, "federate {federate} is lost before the start, its place is free again: {cause}")
             }
-            Self::Doubtful { federate, doubt } => say!(f, "federate {federate} {doubt}"),
+            Self::SuspectedViolation { federate, violation } => say!(f, "federate {federate} {violation}"),
             Self::Waits(ref waits) => waits.fmt(f),
             Self::Missing(federate) => {
                 say!(f, "federate {federate} is missing: the federation ends without having started")
@@ -340,7 +340,7 @@ impl fmt::Display for Notice<'_> {
     }
 }
 
-/// Bytes of a peer in a sentence, as by `escape_ascii`, whose `Display` is larger because it writes several at once.
+/// Escapes bytes of a peer like `escape_ascii`, whose `Display` is larger because it writes several at once.
 struct Escaped<'a>(&'a [u8]);
 
 impl fmt::Display for Escaped<'_> {
@@ -350,7 +350,7 @@ impl fmt::Display for Escaped<'_> {
     }
 }
 
-/// What a federate did in all: bytes that begin no message, late and dropped messages.
+/// Writes the totals of a federate: bytes that begin no message, late and dropped messages.
 fn write_sum(f: &mut fmt::Formatter<'_>, times: [Times; 3]) -> fmt::Result {
     let what = [
         text!("bytes that begin no message"),

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-//! What a federate says that no federate can know, or that would hold all others up.
+//! Suspected violations: claims of a federate that no federate can make, or that would hold up all others.
 //!
-//! The RTI believes its federates: grants are worked out from their words alone. One that is wrong makes messages late,
-//! or lets all wait for ever, so it is named. Only what is wrong for certain ends it: stock federates of other releases
-//! may have their reasons for the rest.
+//! The RTI believes its federates: grants follow from their claims alone. A wrong claim makes messages late, or lets
+//! all wait without end, so the RTI logs the federate. It expels a federate only for a certain violation: stock
+//! federates of other releases may have their reasons for the rest.
 
 use core::fmt;
 
@@ -12,38 +12,38 @@ use lf_texts::say;
 
 use crate::FederateId;
 
-/// The first time that no clock shows: the beginning of the year 2200. What comes after it in what 64 bits can count is
-/// left for the programs to run.
+/// The first time that no clock shows: the beginning of the year 2200. The later times of 64 bits are reserved for the
+/// programs to run.
 pub const CLOCK_MAX: Instant = Instant::from_nanos(7_258_118_400_000_000_000);
 
-/// The first time that a clock may show: the beginning of the year 1900. The clock of a board that counts from when it
-/// was switched on can be behind 1970 by what a test sets it off.
+/// The first time that a clock may show: the beginning of the year 1900. The clock of a board that counts from its
+/// start can be behind 1970 by the offset of a test.
 pub const CLOCK_MIN: Instant = Instant::from_nanos(-2_208_988_800_000_000_000);
 
-/// What is doubtful.
+/// A violation that a federate is suspected of.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Doubt {
+pub enum SuspectedViolation {
     /// The federate has completed a tag that it was not granted.
     NotGranted(Tag),
     /// The federate announces an event that is not later than what it has completed.
     Backwards {
         /// The event.
         next: Tag,
-        /// What it has completed.
+        /// The tag that it has completed.
         completed: Tag,
     },
     /// The federate's clock is this much ahead of that of another one, which waits for the start meanwhile.
     Ahead {
         /// The other one.
         of: FederateId,
-        /// How much.
+        /// The difference.
         by: Interval,
     },
-    /// The federate asks over IPv4 where the other one is, which has connected over IPv6.
+    /// The federate asks over IPv4 for the address of the other one, which has connected over IPv6.
     OtherFamily(FederateId),
 }
 
-impl fmt::Display for Doubt {
+impl fmt::Display for SuspectedViolation {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::NotGranted(tag) => say!(

@@ -19,17 +19,17 @@ use serde::Deserialize;
 use crate::failure::Failure;
 use crate::terminal;
 
-/// What is to be recorded in a run.
+/// The recording of pins in a run.
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub(crate) struct Oscilloscope {
+pub(crate) struct PinRecording {
     /// The file that is made of all parts.
     pub(crate) file: PathBuf,
-    /// What each participant writes.
+    /// The file of each participant.
     pub(crate) parts: Vec<Part>,
 }
 
-/// What a participant writes.
+/// The file of a participant.
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct Part {
@@ -37,12 +37,12 @@ pub(crate) struct Part {
     pub(crate) name: String,
     /// The file.
     pub(crate) file: PathBuf,
-    /// Whether it is what QEMU traces of a board, and no VCD.
+    /// Whether it is QEMU's trace of a board, and not VCD.
     #[serde(default)]
     pub(crate) is_trace: bool,
 }
 
-impl Oscilloscope {
+impl PinRecording {
     /// That of a program whose federates all run on this computer, with files of their own in a folder.
     pub(crate) fn of(plan: &Plan, folder: &Path, file: &Path) -> Self {
         let part =
@@ -59,7 +59,7 @@ impl Oscilloscope {
     /// Takes away what an earlier run has left.
     pub(crate) fn clear(&self) {
         for part in &self.parts {
-            // What cannot be removed cannot be written either, and that is told.
+            // A file that cannot be removed cannot be written either, which is an error then.
             let _ = std::fs::remove_file(&part.file);
         }
     }
@@ -71,7 +71,7 @@ impl Oscilloscope {
     /// When one is not understood, or the result cannot be written.
     pub(crate) fn merge(&self) -> Result<(), Failure> {
         let mut recordings = Vec::new();
-        // What QEMU traces does not say when the program in it has started; so that of the others counts.
+        // QEMU's traces lack the start of the program; so that of the others counts.
         let (traces, parts): (Vec<&Part>, Vec<&Part>) = self.parts.iter().partition(|part| part.is_trace);
         for Part { name, file, is_trace } in parts.into_iter().chain(traces) {
             let start = recordings.iter().filter_map(|recording: &Recording| recording.start).min();
@@ -96,10 +96,10 @@ impl Oscilloscope {
     }
 }
 
-/// `lfz moves`
+/// Executes `lfz moves`.
 ///
 /// # Errors
-/// When the script cannot be read, makes no sense, or has lines that nobody can carry out.
+/// When the script cannot be read, is invalid, or has lines that no participant can use.
 pub(crate) fn print_moves(script: &Path, federate: &str, readers: &[Reader]) -> Result<ExitCode, Failure> {
     let name = script.display();
     let text = std::fs::read_to_string(script).map_err(|error| Failure::message(format!("{name}: {error}")))?;
@@ -112,7 +112,7 @@ pub(crate) fn print_moves(script: &Path, federate: &str, readers: &[Reader]) -> 
 /// Checks the script of a run on this computer, before anything runs.
 ///
 /// # Errors
-/// When it cannot be read, makes no sense, or has lines for nobody.
+/// When it cannot be read, is invalid, or has lines that no participant can use.
 pub(crate) fn check_script(script: &Path, plan: &Plan) -> Result<(), Failure> {
     let wrong = |error: &dyn std::fmt::Display| Failure::message(format!("{}: {error}", script.display()));
     let text = std::fs::read_to_string(script).map_err(|error| wrong(&error))?;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! What QEMU traces of the pins of boards that it plays, by the computer's clock: lines such as
+//! QEMU's traces of the pins of its boards, by the computer's clock: lines such as
 //!
 //! ```text
 //! 17791@1795560628.161624:pl061_set_output /machine/unattached/device[13] setting output 0 to 1

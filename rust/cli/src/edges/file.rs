@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Signals in files of VCD, whoever has written them: this project, a logic analyser by `PulseView`, a simulator.
+//! Signals in VCD files of any origin: this project, a logic analyser by `PulseView`, a simulator.
 
 use std::fs::File;
 use std::io::{self, BufRead, BufReader};
@@ -67,7 +67,7 @@ fn signals(from: impl BufRead) -> io::Result<(Option<i64>, Vec<Signal>)> {
                 let is_high = value == Value::V1;
                 let of_code = found.iter_mut().zip(&mut levels).filter(|((of, _), _)| *of == code);
                 for ((_, signal), level) in of_code {
-                    // What a signal is at first is no edge.
+                    // The first value of a signal is not an edge.
                     if level.replace(is_high).is_some_and(|before| before != is_high) {
                         signal.edges.push(Edge { time_ns, is_rising: is_high });
                     }

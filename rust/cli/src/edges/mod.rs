@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! `lfz scope`: what an oscilloscope tells of edges, from recordings.
+//! `lfz scope`: compares the edges of pins in recordings, as an oscilloscope does.
 
 mod analysis;
 mod file;
@@ -18,8 +18,8 @@ use analysis::{Histogram, Line, Pair, Statistics};
 use file::Signal;
 use report::{Comparison, Listing, Report};
 
-/// Compares signals with a reference, or says which there are.
-pub(crate) fn scope(arguments: &ScopeArgs) -> Result<ExitCode, Failure> {
+/// Compares signals with a reference, or lists them.
+pub(crate) fn execute(arguments: &ScopeArgs) -> Result<ExitCode, Failure> {
     let mut signals = file::read(&arguments.files)?;
     for signal in &mut signals {
         signal.edges.retain(|edge| match arguments.edges {
