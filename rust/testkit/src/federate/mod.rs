@@ -155,8 +155,8 @@ impl Watched {
         assert!(phase >= was || phase <= Phase::Introducing, "from {was:?} back to {phase:?}");
         assert!(was < Phase::Ended || phase == was, "an end is an end");
         assert_eq!(federate.granted(), self.granted, "grants come from the RTI only");
-        let summons = federate.summons();
-        assert!(summons.is_none_or(|tag| summons == self.provisional && tag > federate.current()));
+        let demanded = federate.demanded_tag();
+        assert!(demanded.is_none_or(|tag| demanded == self.provisional && tag > federate.current()));
         if federate.current() != before.current() {
             assert!(ok && federate.current() > before.current() && before.may_advance(federate.current()));
             let in_cycle = self.provisional == Some(federate.current());

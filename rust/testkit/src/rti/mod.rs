@@ -11,7 +11,7 @@ mod recorded;
 use std::net::Ipv4Addr;
 
 use lf_coordination::heap::{self, Memory};
-use lf_coordination::rti::{Config, ConnectionId, Notice, Outlet, Rti, Verdict};
+use lf_coordination::rti::{Config, ConnectionId, Outlet, Rti, RtiEvent, Verdict};
 use lf_coordination::{Deadline, IpAddress};
 use lf_model::time::Instant;
 use lf_wire::{Decoded, Limits, Message, decode};
@@ -120,10 +120,10 @@ impl<O: Observer> Outlet for Connections<O> {
         self.observer.ended(connection);
     }
 
-    fn notice(&mut self, notice: Notice<'_>) {
-        let notice = notice.to_string();
-        assert!(!notice.is_empty());
-        self.notices.push(notice);
+    fn log(&mut self, event: RtiEvent<'_>) {
+        let event = event.to_string();
+        assert!(!event.is_empty());
+        self.notices.push(event);
     }
 }
 

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Names that C keeps for itself.
 
-
 /// C's words, those of C23 that older compilers know as macros included.
 const KEYWORDS: &[&str] = &[
     "alignas",
