@@ -2,7 +2,7 @@
 //! Macros of C that change what inherited code means: the bodies of a reactor are compiled in one file, with the macros
 //! of the file that the reactor is in.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 use super::load::Program;
 use crate::diagnostics::{Code, Diagnostic, Span};
@@ -11,7 +11,7 @@ use crate::syntax::ast::{CodeBlock, Preamble, Reactor};
 /// Warns of a macro that the file of a reactor defines, and that code names which the reactor inherits from another
 /// file.
 pub(super) fn check(program: &Program, unit: usize, reactor: &Reactor, diagnostics: &mut Vec<Diagnostic>) {
-    let own = macros(&program.units[unit].ast.preambles);
+    let (own, language) = (macros(&program.units[unit].ast.preambles), program.language(unit));
     if own.is_empty() {
         return;
     }
@@ -20,7 +20,8 @@ pub(super) fn check(program: &Program, unit: usize, reactor: &Reactor, diagnosti
     for code in codes.filter(|code| code.span.file.index() != unit) {
         let base = program.units.get(code.span.file.index()).map(|unit| macros(&unit.ast.preambles));
         let base = base.unwrap_or_default();
-        for word in words(&code.text) {
+        // Each word once.
+        for word in language.words(&code.text).collect::<BTreeSet<_>>() {
             let Some((value, span)) = own.get(word).filter(|(value, _)| base.get(word).is_none_or(|it| it.0 != *value))
             else {
                 continue;
@@ -64,9 +65,4 @@ fn macros(preambles: &[Preamble]) -> BTreeMap<&str, (&str, Span)> {
         }
     }
     macros
-}
-
-/// The words of some code, each once.
-fn words(text: &str) -> std::collections::BTreeSet<&str> {
-    text.split(|c: char| !c.is_ascii_alphanumeric() && c != '_').filter(|word| !word.is_empty()).collect()
 }

@@ -9,7 +9,7 @@ use proc_macro2::TokenStream;
 use super::layout::Layout;
 use super::payloads::Payloads;
 use super::reactor::{parsed_type, type_alias};
-use super::{file_module, program, reactor, sending};
+use super::{calls, file_module, reactor, sending};
 use crate::emit::host::{Beside, Bodies, Members, NativeParts, Output, Owner, ReactionPart, Splices};
 use crate::emit::{EmitError, File, Job};
 use crate::languages::rust::is_copy;
@@ -133,15 +133,15 @@ impl Bodies for RustBodies<'_> {
     }
 
     fn reactions(&self, owner: &Owner<'_>, part: ReactionPart) -> Vec<String> {
-        program::arms(owner, part)
+        calls::arms(owner, part)
     }
 
     fn shares(&self, owner: &Owner<'_>) -> Vec<String> {
-        program::levels(owner)
+        calls::levels(owner)
     }
 
     fn resets(&self, owner: &Owner<'_>) -> Vec<String> {
-        program::modes(owner)
+        calls::modes(owner)
     }
 
     fn implementations(&self, _: &Owner<'_>, _: &str) -> String {

@@ -1,0 +1,67 @@
+// SPDX-License-Identifier: Apache-2.0
+//! The instances in the struct that owns everything.
+
+use proc_macro2::{Literal, TokenStream};
+use quote::quote;
+
+use super::bodies::RustBodies;
+use super::reactor::child_method;
+use crate::emit::EmitError;
+use crate::emit::host::{Members, Owner, Splices, tokens};
+
+impl RustBodies<'_> {
+    /// Makes the instances, containers first, and keeps those that have reactions.
+    pub(super) fn add_instances(
+        &self,
+        owner: &Owner<'_>,
+        members: &mut Members,
+        splices: &mut Splices<'_>,
+    ) -> Result<(), EmitError> {
+        let (plan, federate, symbols) = (owner.plan, owner.federate, &owner.symbols);
+        let main = &symbols.main;
+        if plan.is_federated() {
+            let value = self.new_main()?;
+            members.locals.extend(quote! { let #main = #value; });
+        }
+        for (index, instance) in federate.instances.iter().enumerate() {
+            let field = &symbols.instances[index];
+            let value = match plan.child(federate, instance) {
+                None => self.new_main()?,
+                Some(child) => {
+                    let container = instance.parent.map_or(main, |parent| &symbols.instances[parent.0]);
+                    let method = child_method(child);
+                    let member = instance.bank_index.map(Literal::usize_unsuffixed);
+                    quote!(#container.#method(#member))
+                }
+            };
+            let is_kept = !plan.class(instance).reactions.is_empty();
+            let is_container = federate.instances.iter().any(|other| other.parent.is_some_and(|at| at.0 == index));
+            members.locals.extend(if is_kept || is_container {
+                quote! { let #field = #value; }
+            } else {
+                // Its initial values are still worked out; a variable would be one that nothing uses.
+                quote! { let _ = #value; }
+            });
+            if is_kept {
+                let doc = splices.doc(&format!("Instance `{}`", instance.path), instance.at);
+                let path = tokens(&self.class(instance.class));
+                members.fields.extend(quote! { #doc #field: #path, });
+                members.values.extend(quote! { #field, });
+            }
+        }
+        Ok(())
+    }
+
+    /// The main reactor, all of whose parameters have their defaults.
+    fn new_main(&self) -> Result<TokenStream, EmitError> {
+        let (view, plan) = (self.job.view, self.job.plan());
+        let class = view.class(plan.main);
+        if let Some(parameter) = class.parameters.iter().find(|parameter| parameter.default.is_none()) {
+            let message = format!("`{}` of the main reactor needs a default value", parameter.name);
+            return Err(EmitError::new(plan, parameter.at, message));
+        }
+        let path = tokens(&self.class(plan.main));
+        let arguments = class.parameters.iter().map(|_| quote!(None));
+        Ok(quote!(#path::new(#(#arguments),*)))
+    }
+}
