@@ -14,7 +14,6 @@ mod descendants;
 mod failure;
 mod federation;
 mod guard;
-mod measure;
 mod oscilloscope;
 mod scope;
 mod supervisor;

@@ -11,6 +11,7 @@ use lf_coordination::rti::{
 };
 use lf_model::time::{Interval, Tag};
 use lf_runtime::platform::{NetError, Platform, SocketId};
+use lf_runtime::trace::Recording;
 pub use lf_runtime::{AUTHENTICATOR, Authenticator};
 use lf_runtime::{Inlet, Outgoing, RtiError, RtiLoop, RtiSetup, log_notice};
 use log::LevelFilter;
@@ -85,7 +86,7 @@ pub trait ImageRti<P>: Sync {
     ///
     /// # Errors
     /// Why it ended early.
-    fn run(&'static self, description: &Description) -> Result<(), RtiError>;
+    fn run(&'static self, description: &Description, recording: Recording<'_>) -> Result<(), RtiError>;
 }
 
 /// The static memory of an RTI on a platform `P`, with storage `S`. It is all zero at first, so it takes no flash.
@@ -111,9 +112,10 @@ impl<P: Platform + Send + 'static, S: Storage> Memory<P, S> {
 
     /// Makes the event loop in its place. What that takes of the stack is given back before the loop runs.
     #[inline(never)]
-    fn begin<'a, N: FnMut(Notice<'_>)>(
+    fn begin<'a, 'r: 'a, N: FnMut(Notice<'_>)>(
         &'static self,
         description: &Description,
+        recording: Recording<'r>,
         notices: &'a mut N,
     ) -> Result<&'a mut RtiLoop<'a, 'static, P, N>, RtiError> {
         let Listening { platform, listener, datagrams, federation_id } =
@@ -122,7 +124,9 @@ impl<P: Platform + Send + 'static, S: Storage> Memory<P, S> {
         let setup = storage.setup(description.config(federation_id), *datagrams);
         // It stays where it is written to, and is all plain data and borrowed memory, so that there is nothing to drop.
         let rti = RtiLoop::new(platform, setup, *listener, notices).map_err(RtiError::Setup)?;
-        Ok(place.room().write(rti))
+        let rti = place.room().write(rti);
+        rti.record(recording);
+        Ok(rti)
     }
 }
 
@@ -149,9 +153,9 @@ impl<P: Platform + Send + 'static, S: Storage> ImageRti<P> for Memory<P, S> {
         listening.unwrap_or(Err(RtiError::Order)).map(|()| actual)
     }
 
-    fn run(&'static self, description: &Description) -> Result<(), RtiError> {
+    fn run(&'static self, description: &Description, recording: Recording<'_>) -> Result<(), RtiError> {
         let mut notices = log_notice;
-        match self.begin(description, &mut notices)?.run() {
+        match self.begin(description, recording, &mut notices)?.run() {
             Outcome::Complete => Ok(()),
             outcome => Err(RtiError::Ended(outcome)),
         }

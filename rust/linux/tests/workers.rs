@@ -7,7 +7,7 @@ use std::thread::{self, ThreadId};
 
 use lf_linux::Threads;
 use lf_linux::model::*;
-use lf_linux::runtime::run_unfederated;
+use lf_linux::runtime::UnfederatedLoop;
 
 const COUNT: usize = 4;
 
@@ -142,7 +142,7 @@ fn reactions_of_a_level_run_in_as_many_threads_as_there_are_workers() {
     let mut storage = Storage::<2, 1, 1, 1>::new();
     let engine = Engine::new(&TABLES, &mut storage, Settings { fast: true, ..Settings::DEFAULT });
     let mut host = lf_linux::Linux::new().unwrap();
-    run_unfederated(&mut host, &mut program, engine).unwrap();
+    UnfederatedLoop::new(&mut host, &mut program, engine).run().unwrap();
     let mut threads: Vec<_> = program.threads.iter().flatten().map(|thread| format!("{thread:?}")).collect();
     threads.sort();
     threads.dedup();

@@ -17,6 +17,10 @@ pub trait Outside: Sync {
 
     /// Where threads leave what concerns the whole program.
     fn mailbox(&self) -> &Mailbox;
+
+    /// Is told at which physical time the program starts, before its first tag begins: what runs beside the program,
+    /// such as a script for its devices, counts from there.
+    fn starts(&self, _start: Instant) {}
 }
 
 /// What threads leave for the event loop besides events, and how many could still leave something.

@@ -53,6 +53,9 @@ pub(crate) struct State {
     pub(crate) untouched: u16,
     /// How long tags wait for messages, where a body has said so.
     pub(crate) max_wait: Option<Interval>,
+    /// Whether the environment is told what reactions do.
+    #[cfg(feature = "traces")]
+    pub(crate) tells_steps: bool,
 }
 
 impl State {

@@ -9,7 +9,7 @@ use std::collections::BTreeMap;
 use lf_coordination::rti::Outcome;
 use lf_model::time::{Interval, Tag};
 use lf_runtime::Coordination;
-use lf_runtime::trace::{Event, RTI, Record, Subject, Waits, Word};
+use lf_runtime::trace::{Event, MessageType, RTI, Record, Waits, Word};
 use proptest::prelude::*;
 use support::federation::{Edge, Plan, Report, edge, run};
 use support::network::Conditions;
@@ -57,7 +57,7 @@ fn assert_all_that_begins_ends(records: &[Record]) {
 }
 
 /// What tells a message from others of its sender and receiver, and how often it was.
-type Messages = BTreeMap<(Subject, (u16, u16), Option<(i64, u32)>), usize>;
+type Messages = BTreeMap<(u8, (u16, u16), Option<(i64, u32)>), usize>;
 
 /// The messages of a participant to (`true`) or from another one.
 fn messages(records: &[Record], peer: u16, sent: bool) -> Messages {
@@ -69,8 +69,8 @@ fn messages(records: &[Record], peer: u16, sent: bool) -> Messages {
             _ => continue,
         };
         if word.peer == peer {
-            let Word { subject, to, tag, .. } = *word;
-            *all.entry((subject, to, tag.map(|Tag { time, microstep }| (time.as_nanos(), microstep.0))))
+            let Word { kind, to, tag, .. } = *word;
+            *all.entry((kind.byte(), to, tag.map(|Tag { time, microstep }| (time.as_nanos(), microstep.0))))
                 .or_default() += 1;
         }
     }
@@ -78,7 +78,8 @@ fn messages(records: &[Record], peer: u16, sent: bool) -> Messages {
 }
 
 fn values(of: Messages) -> Messages {
-    of.into_iter().filter(|((subject, ..), _)| *subject == Subject::Value).collect()
+    let kinds = [MessageType::TaggedMessage, MessageType::P2pTaggedMessage, MessageType::P2pMessage];
+    of.into_iter().filter(|((kind, ..), _)| kinds.iter().any(|value| value.byte() == *kind)).collect()
 }
 
 proptest! {

@@ -2,7 +2,7 @@
 //! Records in words, for tracks and for the table.
 
 use lf_linux::model::time::Tag;
-use lf_linux::runtime::trace::{Patience, RTI, Waits};
+use lf_linux::runtime::trace::{MessageType, Patience, RTI, Waits};
 
 use super::names::Names;
 use super::story::Story;
@@ -65,6 +65,20 @@ pub(crate) fn waits(story: &Story<'_>, names: &Names, waits: Waits) -> String {
         Waits::Input(_, input, Patience::Limited) => format!("{}, no longer than maxwait", story.input(input)),
         Waits::Room(_, RTI) => "room at the RTI".to_owned(),
         Waits::Room(_, id) => format!("room at {}", federate(names, id)),
+    }
+}
+
+/// What a message says.
+pub(crate) fn message(kind: MessageType) -> &'static str {
+    match kind {
+        MessageType::Timestamp => "start time",
+        MessageType::StopRequest => "stop request",
+        MessageType::StopReply => "stop reply",
+        MessageType::StopGranted => "stop granted",
+        MessageType::Resign => "resign",
+        MessageType::Failed => "failed",
+        // As LF's own tools say it.
+        kind => kind.name(),
     }
 }
 

@@ -8,7 +8,8 @@ use super::config::ClockSync;
 use super::machine::Rti;
 use super::notice::Cause;
 use super::outlet::{ConnectionId, Outlet};
-use crate::{Deadline, Endpoint};
+use super::storage::id;
+use crate::{Deadline, Endpoint, FederateId};
 
 impl Rti<'_> {
     /// When the first of the federates that are there will have an event, as far as they have said: then they are
@@ -115,6 +116,11 @@ impl Rti<'_> {
             return None;
         }
         self.rounds.poll(now, period, self.members.slots)
+    }
+
+    /// Returns the federate that has this address for clock synchronization, for people.
+    pub fn federate_at(&self, address: Endpoint) -> Option<FederateId> {
+        self.members.slots.iter().position(|slot| Endpoint::new(slot.address, slot.udp_port) == address).map(id)
     }
 
     /// A datagram has come; `now` is the time right after it was read. If it is a T3 that is awaited, gives T4, which

@@ -9,7 +9,7 @@ use lf_coordination::federate::{ClockSync, Federate, Needs};
 use crate::datagram::{DatagramPort, send};
 use crate::platform::{NetError, Platform};
 use crate::remark::{Remark, tell};
-use crate::tracing::set_correction;
+use crate::trace::{RTI, Recording, set_correction};
 use log::Level;
 
 /// The port for datagrams of the RTI.
@@ -36,7 +36,12 @@ impl ClockSyncPort {
     }
 
     /// Reads the datagrams that have come, a bounded number of them, and answers them.
-    pub(super) fn synchronize<P: Platform>(&mut self, platform: &mut P, machine: &mut Federate<'_, impl Needs>) {
+    pub(super) fn synchronize<P: Platform>(
+        &mut self,
+        platform: &mut P,
+        recording: &mut Recording<'_>,
+        machine: &mut Federate<'_, impl Needs>,
+    ) {
         if !P::DATAGRAMS {
             return;
         }
@@ -48,8 +53,15 @@ impl ClockSyncPort {
                 machine.answer_leaves(now);
                 send(platform, socket, from, &answer);
             }
+            // Only now, because the times of these messages count.
+            if recording.is_on() {
+                recording.note_bytes(now, datagram, RTI);
+                if let Some(answer) = heard.answer {
+                    recording.note_sent(platform, &answer, RTI);
+                }
+            }
             if heard.corrected {
-                set_correction(platform, machine.clock());
+                set_correction(platform, recording, machine.clock());
             }
             if heard.stranger && !replace(stranger, true) {
                 tell(Level::Warn, &Remark::Stranger(from));

@@ -13,6 +13,7 @@ use crate::description::PEERS;
 use crate::error::RunError;
 use crate::platform::Platform;
 use crate::remark::{PeerRemark, tell};
+use crate::trace::Recording;
 use log::Level;
 
 /// The connections past the RTI, and what has come too late over them.
@@ -70,21 +71,23 @@ impl<'a, 's> Direct<'a, 's> {
     pub(super) fn receive<P: Platform>(
         &mut self,
         platform: &mut P,
-        execution: &mut Execution<'_, '_, impl Needs>,
+        recording: &mut Recording<'a>,
+        execution: &mut Execution<'a, '_, impl Needs>,
     ) -> Result<(), Failed> {
         if takes_messages(execution) {
             for inbound in self.peers.inbound() {
                 inbound.fill(platform);
             }
         }
-        self.take(platform, execution)
+        self.take(platform, recording, execution)
     }
 
     /// The same, though no wait has told of it. `true` when there was something.
     pub(super) fn sweep<P: Platform>(
         &mut self,
         platform: &mut P,
-        execution: &mut Execution<'_, '_, impl Needs>,
+        recording: &mut Recording<'a>,
+        execution: &mut Execution<'a, '_, impl Needs>,
     ) -> Result<bool, Failed> {
         let mut any = false;
         if takes_messages(execution) {
@@ -92,7 +95,7 @@ impl<'a, 's> Direct<'a, 's> {
                 any |= inbound.fill_now(platform);
             }
         }
-        self.take(platform, execution)?;
+        self.take(platform, recording, execution)?;
         Ok(any)
     }
 
@@ -100,16 +103,18 @@ impl<'a, 's> Direct<'a, 's> {
     pub(super) fn take_held<P: Platform>(
         &mut self,
         platform: &mut P,
-        execution: &mut Execution<'_, '_, impl Needs>,
+        recording: &mut Recording<'a>,
+        execution: &mut Execution<'a, '_, impl Needs>,
     ) -> Result<(), Failed> {
-        if self.peers.take_stale() { self.take(platform, execution) } else { Ok(()) }
+        if self.peers.take_stale() { self.take(platform, recording, execution) } else { Ok(()) }
     }
 
     /// Takes what has come, as far as there is room for it; bounded by the sizes of the buffers.
     fn take<P: Platform>(
         &mut self,
         platform: &mut P,
-        execution: &mut Execution<'_, '_, impl Needs>,
+        recording: &mut Recording<'a>,
+        execution: &mut Execution<'a, '_, impl Needs>,
     ) -> Result<(), Failed> {
         self.peers.take_stale();
         if !takes_messages(execution) {
@@ -119,9 +124,9 @@ impl<'a, 's> Direct<'a, 's> {
         for inbound in self.peers.inbound() {
             let Some(from) = inbound.from else { continue };
             inbound.receiver.resume();
-            let (platform, late) = (&mut *platform, &mut self.late);
+            let (platform, recording, late) = (&mut *platform, &mut *recording, &mut self.late);
             let physical_over = &mut inbound.physical_over;
-            let mut policy = FromPeer { platform, execution, late, from: from.0, to, physical_over, now };
+            let mut policy = FromPeer { platform, recording, execution, late, from: from.0, to, physical_over, now };
             while inbound.receiver.next(&mut policy)?.is_some() {}
             if !inbound.has_ended() {
                 continue;
@@ -156,9 +161,14 @@ impl<'a, 's> Direct<'a, 's> {
 
     /// In the last tag, says over connections with a delay that nothing more comes: what is sent now would come after
     /// that tag. The receivers need not wait for its end, for which this federate may have to wait for them.
-    pub(super) fn say_ends<P: Platform>(&mut self, platform: &mut P, execution: &Execution<'_, '_, impl Needs>) {
+    pub(super) fn say_ends<P: Platform>(
+        &mut self,
+        platform: &mut P,
+        recording: &mut Recording<'_>,
+        execution: &Execution<'_, '_, impl Needs>,
+    ) {
         if execution.is_decentralized() && execution.has_begun_last_tag() {
-            self.peers.say_ends(platform, &outputs(execution), false);
+            self.peers.say_ends(platform, recording, &outputs(execution), false);
         }
     }
 
@@ -168,14 +178,15 @@ impl<'a, 's> Direct<'a, 's> {
     pub(super) fn leave<P: Platform>(
         &mut self,
         platform: &mut P,
-        execution: &mut Execution<'_, '_, impl Needs>,
+        recording: &mut Recording<'a>,
+        execution: &mut Execution<'a, '_, impl Needs>,
         resigned: bool,
         until: Instant,
     ) -> bool {
         let in_time = platform.now() < until;
         let ends = resigned.then(|| outputs(execution));
-        let hears = resigned && execution.is_decentralized() && self.hear_out(platform, execution, in_time);
-        let sends = self.peers.leave(platform, ends.as_ref(), hears) && in_time;
+        let hears = resigned && execution.is_decentralized() && self.hear_out(platform, recording, execution, in_time);
+        let sends = self.peers.leave(platform, recording, ends.as_ref(), hears) && in_time;
         if !hears && !sends {
             self.peers.close(platform);
         }
@@ -186,10 +197,11 @@ impl<'a, 's> Direct<'a, 's> {
     fn hear_out<P: Platform>(
         &mut self,
         platform: &mut P,
-        execution: &mut Execution<'_, '_, impl Needs>,
+        recording: &mut Recording<'a>,
+        execution: &mut Execution<'a, '_, impl Needs>,
         in_time: bool,
     ) -> bool {
-        let _ = self.sweep(platform, execution);
+        let _ = self.sweep(platform, recording, execution);
         if let Some(error) = execution.failure.take() {
             tell(Level::Warn, &PeerRemark::LastMessages(error));
             return false;

@@ -17,8 +17,7 @@ use crate::datagram::{DatagramPort, send};
 use crate::listener::Listener;
 use crate::platform::{Platform, SocketId};
 use crate::remark::{ConnectionRemark, tell};
-use crate::trace::{Event, Role, Waits as WaitsFor};
-use crate::tracing::{begin, note};
+use crate::trace::{Event, RTI, Recording, Role, Waits as WaitsFor};
 use crate::turn::Turn;
 use log::Level;
 
@@ -42,22 +41,6 @@ pub struct RtiSetup<'s, B = &'s mut [u8]> {
     pub datagrams: Option<SocketId>,
 }
 
-/// Runs the RTI of one federation on a listening socket, until all federates have left or the program is interrupted.
-///
-/// `notices` is told what people may want to know.
-///
-/// # Errors
-/// When configuration and storage do not go together, or a buffer cannot hold the longest message. The listening socket
-/// is closed in any case.
-pub fn run_rti<P: Platform, B: Storage>(
-    platform: &mut P,
-    setup: RtiSetup<'_, B>,
-    listener: SocketId,
-    notices: &mut impl FnMut(Notice<'_>),
-) -> Result<Outcome, SetupError> {
-    RtiLoop::new(platform, setup, listener, notices).map(|mut rti| rti.run())
-}
-
 /// The event loop of the RTI, turn by turn: who calls [`RtiLoop::turn`] and [`RtiLoop::wait`] in alternation runs the
 /// RTI, and may do something else in between.
 pub struct RtiLoop<'a, 's, P, N, B = &'s mut [u8]> {
@@ -75,6 +58,7 @@ pub struct RtiLoop<'a, 's, P, N, B = &'s mut [u8]> {
     /// After how long it is said that messages wait, and when to look whether some do.
     log_waits: Option<(Interval, Instant)>,
     notices: &'a mut N,
+    recording: Recording<'a>,
 }
 
 impl<P, N, B> fmt::Debug for RtiLoop<'_, '_, P, N, B> {
@@ -84,7 +68,7 @@ impl<P, N, B> fmt::Debug for RtiLoop<'_, '_, P, N, B> {
 }
 
 impl<'a, 's, P: Platform, N: FnMut(Notice<'_>), B: Storage> RtiLoop<'a, 's, P, N, B> {
-    /// An RTI whose federates may come now.
+    /// An RTI whose federates may come now. `notices` is told what people may want to know.
     ///
     /// # Errors
     /// When configuration and storage do not go together, or a buffer cannot hold the longest message. The listening
@@ -99,7 +83,6 @@ impl<'a, 's, P: Platform, N: FnMut(Notice<'_>), B: Storage> RtiLoop<'a, 's, P, N
         's: 'a,
     {
         let RtiSetup { config, storage, inlets, outgoings, datagrams } = setup;
-        begin(platform, Role::Rti, None);
         let mut port = DatagramPort::new(platform, datagrams);
         let authentication = config.authentication.is_some();
         let log_waits = config.log_waits.map(|interval| (interval, platform.now()));
@@ -126,7 +109,14 @@ impl<'a, 's, P: Platform, N: FnMut(Notice<'_>), B: Storage> RtiLoop<'a, 's, P, N
             authentication,
             log_waits,
             notices,
+            recording: Recording::OFF,
         })
+    }
+
+    /// Tells what happens from now on.
+    pub fn record<'r: 'a>(&mut self, recording: Recording<'r>) {
+        self.recording = recording.for_less();
+        self.recording.begin(self.platform, Role::Rti, None);
     }
 
     /// Runs the RTI until all federates have left or the program is interrupted.
@@ -176,13 +166,13 @@ impl<'a, 's, P: Platform, N: FnMut(Notice<'_>), B: Storage> RtiLoop<'a, 's, P, N
         }
         match self.rti.status() {
             Status::Finished(outcome) if self.close_all() => {
-                note(self.platform, Event::Ends(outcome != Outcome::Complete));
+                self.recording.note(self.platform, Event::Ends(outcome != Outcome::Complete));
                 Turn::Ended(outcome)
             }
             Status::Finished(_) | Status::Running => {
                 let until = self.prepare_wait();
                 if until != Deadline::Now {
-                    note(self.platform, Event::WaitBegins(WaitsFor::Anything));
+                    self.recording.note(self.platform, Event::WaitBegins(WaitsFor::Anything));
                 }
                 Turn::Wait(until)
             }
@@ -199,12 +189,12 @@ impl<'a, 's, P: Platform, N: FnMut(Notice<'_>), B: Storage> RtiLoop<'a, 's, P, N
             }
         });
         if until != Deadline::Now {
-            note(self.platform, Event::WaitEnds);
+            self.recording.note(self.platform, Event::WaitEnds);
         }
     }
 
-    fn tell<R>(&mut self, what: impl FnOnce(&mut Rti<'s>, &mut Outgoings<'_, P, N, B>) -> R) -> R {
-        what(&mut self.rti, &mut self.table.outlet(self.platform, self.notices).1)
+    fn tell<R>(&mut self, what: impl FnOnce(&mut Rti<'s>, &mut Outgoings<'_, 'a, P, N, B>) -> R) -> R {
+        what(&mut self.rti, &mut self.table.outlet(self.platform, &mut self.recording, self.notices).1)
     }
 
     /// Closes what is still open after the end of the federation. `true` when nothing is.
@@ -284,7 +274,7 @@ impl<'a, 's, P: Platform, N: FnMut(Notice<'_>), B: Storage> RtiLoop<'a, 's, P, N
     fn offer(&mut self, index: usize) {
         let now = self.platform.now();
         for _ in 0..MESSAGES_PER_TURN {
-            let (inlets, mut outlet) = self.table.outlet(self.platform, self.notices);
+            let (inlets, mut outlet) = self.table.outlet(self.platform, &mut self.recording, self.notices);
             let inlet = &mut inlets[index];
             let bytes = inlet.buffer.bytes();
             if bytes.is_empty() {
@@ -292,9 +282,9 @@ impl<'a, 's, P: Platform, N: FnMut(Notice<'_>), B: Storage> RtiLoop<'a, 's, P, N
                 inlet.buffer.shrink();
                 return;
             }
+            outlet.learn_federate(index, bytes);
             match self.rti.handle_input(now, ConnectionId(index), bytes, &mut outlet) {
                 Verdict::Consumed(count) => {
-                    #[cfg(feature = "traces")]
                     outlet.note_received(index, now, bytes.get(..count).unwrap_or_default());
                     inlet.buffer.consume(count);
                     inlet.awaits_since = None;
@@ -392,12 +382,23 @@ impl<'a, 's, P: Platform, N: FnMut(Notice<'_>), B: Storage> RtiLoop<'a, 's, P, N
     /// Answers the datagrams that have come, a bounded number of them, and begins a round if it is time.
     fn synchronize(&mut self) {
         let Some(socket) = self.port.socket().filter(|_| P::DATAGRAMS) else { return };
-        let Self { rti, table, notices, .. } = self;
+        let Self { rti, table, notices, recording, .. } = self;
         self.port.receive(self.platform, |platform, socket, now, from, datagram| {
-            if let Some(answer) = rti.handle_datagram(now, from, datagram, &mut table.outlet(platform, *notices).1) {
+            let outlet = &mut table.outlet(platform, recording, *notices).1;
+            let answer = rti.handle_datagram(now, from, datagram, outlet);
+            let sent = answer.map(|answer| {
                 send(platform, socket, answer.to, &answer.message);
                 let probe = answer.coded_probe(platform.now());
                 send(platform, socket, probe.to, &probe.message);
+                [answer.message, probe.message]
+            });
+            // Only now, because the times of these messages count.
+            if recording.is_on() {
+                let federate = rti.federate_at(from).map_or(RTI, |id| id.0);
+                recording.note_bytes(now, datagram, federate);
+                for message in sent.iter().flatten() {
+                    recording.note_sent(platform, message, federate);
+                }
             }
         });
         let now = self.platform.now();
@@ -405,6 +406,10 @@ impl<'a, 's, P: Platform, N: FnMut(Notice<'_>), B: Storage> RtiLoop<'a, 's, P, N
             && let Some(question) = self.rti.poll_round(now)
         {
             send(self.platform, socket, question.to, &question.message);
+            if self.recording.is_on() {
+                let federate = self.rti.federate_at(question.to).map_or(RTI, |id| id.0);
+                self.recording.note_sent(self.platform, &question.message, federate);
+            }
         }
     }
 

@@ -13,5 +13,5 @@ mod notices;
 mod table;
 
 pub use connections::{Inlet, Outgoing};
-pub use event_loop::{RtiLoop, RtiSetup, run_rti};
+pub use event_loop::{RtiLoop, RtiSetup};
 pub use notices::log_notice;

@@ -7,17 +7,20 @@
 //! | 8–15, 16–19 | the tag: its time and its microstep; or a time, or a number |
 //! | 20–23 | a number of bytes |
 //! | 24 | the kind |
-//! | 25 | more about the kind |
+//! | 25 | more about the kind: of a message, the first byte of its type on the wire |
 //! | 26–27 | a federate |
-//! | 28–29 | an input, a reaction, or the federate for which a value is |
+//! | 28–29 | an input, a trigger, a reaction, or the federate for which a value is |
 //! | 30–31 | a worker, or the input of that federate |
+//!
+//! A part of a value (kinds 16 and 17, the last part) has its bytes in 8–23 and 26–31, and their number in 25.
 
 use core::fmt;
 
-use lf_model::Part;
 use lf_model::time::{Instant, Microstep, Tag};
+use lf_model::{Part, TriggerId};
+use lf_wire::MessageType;
 
-use super::event::{Event, Patience, Subject, Waits, Word};
+use super::event::{CHUNK_BYTES, Chunk, Event, Patience, Waits, Word, has_tag};
 
 /// Bytes of a record, and of a header.
 pub const RECORD_BYTES: usize = 32;
@@ -26,7 +29,7 @@ pub const RECORD_BYTES: usize = 32;
 pub const MAGIC: [u8; 8] = *b"lftrace\n";
 
 /// The version of the format.
-pub const FORMAT: u16 = 1;
+pub const FORMAT: u16 = 2;
 
 /// Something that has happened, and when.
 #[derive(Clone, Copy, PartialEq, Debug)]
@@ -133,8 +136,9 @@ struct Fields {
     lane: u16,
 }
 
-/// The bit of a message's detail that says that it has a tag.
-const TAGGED: u8 = 0x80;
+/// The kinds of a part of a value, and of its last one.
+const DATA: u8 = 16;
+const LAST_DATA: u8 = 17;
 
 impl Fields {
     fn new(kind: u8) -> Self {
@@ -149,9 +153,7 @@ impl Fields {
     }
 
     fn word(kind: u8, word: Word) -> Self {
-        let (port, lane) = word.to;
-        let tagged = if word.tag.is_some() { TAGGED } else { 0 };
-        let detail = word.subject as u8 | tagged;
+        let ((port, lane), detail) = (word.to, word.kind.byte());
         Self { detail, bytes: word.bytes, peer: word.peer, port, lane, ..Self::new(kind) }.tag(word.tag)
     }
 
@@ -187,9 +189,9 @@ impl Fields {
     }
 
     fn to_word(&self) -> Option<Word> {
-        let subject = *Subject::ALL.get(usize::from(self.detail & !TAGGED))?;
-        let tag = (self.detail & TAGGED != 0).then(|| self.to_tag());
-        Some(Word { subject, peer: self.peer, to: (self.port, self.lane), tag, bytes: self.bytes })
+        let kind = MessageType::from_byte(self.detail)?;
+        let tag = has_tag(kind).then(|| self.to_tag());
+        Some(Word { kind, peer: self.peer, to: (self.port, self.lane), tag, bytes: self.bytes })
     }
 
     fn of(event: Event) -> Self {
@@ -214,6 +216,11 @@ impl Fields {
             Event::Ends(failed) => Self { detail: failed.into(), ..Self::new(11) },
             Event::Lost(count) => Self { time: count.cast_signed(), ..Self::new(12) },
             Event::Seam => Self::new(13),
+            Event::Due(time) => Self { time: time.as_nanos(), ..Self::new(14) },
+            Event::Held(word) => Self::word(15, word),
+            Event::Physical(trigger) => Self { port: trigger.0, ..Self::new(18) },
+            // They have forms of their own.
+            Event::Begins(_) | Event::Data(_) => Self::default(),
         }
     }
 
@@ -240,16 +247,24 @@ impl Fields {
             11 => Event::Ends(self.detail != 0),
             12 => Event::Lost(self.time.cast_unsigned()),
             13 => Event::Seam,
+            14 => Event::Due(Instant::from_nanos(self.time)),
+            15 => Event::Held(self.to_word()?),
+            18 => Event::Physical(TriggerId(self.port)),
             _ => return None,
         })
     }
 }
 
 impl Record {
-    /// The record as bytes.
+    /// Returns the record as bytes; of [`Event::Begins`], the header.
     pub fn to_bytes(self) -> [u8; RECORD_BYTES] {
-        let fields = Fields::of(self.event);
         let mut bytes = Bytes([0; RECORD_BYTES]);
+        match self.event {
+            Event::Begins(header) => return header.to_bytes(),
+            Event::Data(chunk) => return bytes.put_chunk(self.at, &chunk).0,
+            _ => {}
+        }
+        let fields = Fields::of(self.event);
         bytes.put(0, self.at.as_nanos().to_le_bytes());
         bytes.put(8, fields.time.to_le_bytes());
         bytes.put(16, fields.microstep.to_le_bytes());
@@ -267,6 +282,10 @@ impl Record {
     /// [`Damage::Kind`] when it is none.
     pub fn from_bytes(bytes: &[u8; RECORD_BYTES]) -> Result<Self, Damage> {
         let bytes = Bytes(*bytes);
+        let at = Instant::from_nanos(i64::from_le_bytes(bytes.get(0)));
+        if let DATA | LAST_DATA = bytes.0[24] {
+            return Ok(Self { at, event: Event::Data(bytes.to_chunk().ok_or(Damage::Kind(bytes.0[24]))?) });
+        }
         let number = |at| u16::from_le_bytes(bytes.get(at));
         let fields = Fields {
             time: i64::from_le_bytes(bytes.get(8)),
@@ -279,7 +298,7 @@ impl Record {
             lane: number(30),
         };
         let event = fields.to_event().ok_or(Damage::Kind(fields.kind))?;
-        Ok(Self { at: Instant::from_nanos(i64::from_le_bytes(bytes.get(0))), event })
+        Ok(Self { at, event })
     }
 }
 
@@ -296,6 +315,25 @@ impl Bytes {
         value.copy_from_slice(&self.0[at..at + N]);
         value
     }
+
+    fn put_chunk(&mut self, at: Instant, chunk: &Chunk) -> Self {
+        let mut part = [0; CHUNK_BYTES];
+        let len = chunk.bytes().len();
+        part[..len].copy_from_slice(chunk.bytes());
+        self.put(0, at.as_nanos().to_le_bytes());
+        self.0[8..24].copy_from_slice(&part[..16]);
+        // A part has no more bytes than that.
+        self.put(24, [if chunk.is_last { LAST_DATA } else { DATA }, u8::try_from(len).unwrap_or(u8::MAX)]);
+        self.0[26..].copy_from_slice(&part[16..]);
+        Self(self.0)
+    }
+
+    fn to_chunk(&self) -> Option<Chunk> {
+        let mut part = [0; CHUNK_BYTES];
+        part[..16].copy_from_slice(&self.0[8..24]);
+        part[16..].copy_from_slice(&self.0[26..]);
+        Some(Chunk::new(part.get(..usize::from(self.0[25]))?, self.0[24] == LAST_DATA))
+    }
 }
 
 #[cfg(test)]
@@ -309,13 +347,29 @@ mod tests {
         #[test]
         fn records_are_the_same_when_they_are_read_again(
             mut bytes: [u8; RECORD_BYTES],
-            kind in 0u8..15,
-            detail in 0u8..16,
+            kind in 0u8..20,
+            detail in 0u8..32,
         ) {
             (bytes[24], bytes[25]) = (kind, detail);
             if let Ok(record) = Record::from_bytes(&bytes) {
                 prop_assert_eq!(Record::from_bytes(&record.to_bytes()), Ok(record));
             }
+        }
+
+        /// A value is put together again from its parts, however long it is.
+        #[test]
+        fn a_value_is_the_same_when_its_parts_are_read_again(value in proptest::collection::vec(0u8.., 0..100)) {
+            let mut found = std::vec::Vec::new();
+            let mut ends = 0;
+            for chunk in Chunk::of(&value) {
+                let record = Record { at: Instant::from_nanos(5), event: Event::Data(chunk) };
+                let read = Record::from_bytes(&record.to_bytes());
+                prop_assert_eq!(read, Ok(record));
+                prop_assert_eq!(ends, 0, "nothing follows the last part");
+                found.extend(chunk.bytes());
+                ends += usize::from(chunk.is_last);
+            }
+            prop_assert_eq!((found, ends), (value, 1));
         }
 
         #[test]
@@ -327,9 +381,12 @@ mod tests {
     }
 
     #[test]
-    fn every_subject_is_found_by_its_number() {
-        for subject in Subject::ALL {
-            assert_eq!(Subject::ALL[subject as usize], subject);
+    fn a_message_of_every_type_is_read_again_with_its_tag() {
+        let some = Tag::at(Instant::from_nanos(7));
+        for kind in MessageType::ALL.iter().copied() {
+            let word = Word { kind, peer: 1, to: (2, 3), tag: has_tag(kind).then_some(some), bytes: 4 };
+            let record = Record { at: Instant::from_nanos(9), event: Event::Received(word) };
+            assert_eq!(Record::from_bytes(&record.to_bytes()), Ok(record));
         }
     }
 }

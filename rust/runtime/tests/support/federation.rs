@@ -6,14 +6,14 @@ use std::sync::Mutex;
 
 use lf_coordination::Deadline;
 use lf_coordination::heap::{Growing, Memory, Sizes};
-use lf_coordination::rti::{AfterLoss, ClockSync as RtiClockSync, Config, Outcome, START_REPORT, SetupError};
+use lf_coordination::rti::{AfterLoss, ClockSync as RtiClockSync, Config, Notice, Outcome, START_REPORT, SetupError};
 use lf_model::time::{Interval, Tag};
 use lf_model::{Engine, Settings};
 use lf_runtime::platform::{Endpoint, Interest, IpAddress, Platform as _, Transfer};
-use lf_runtime::trace::Record;
+use lf_runtime::trace::{Record, Recording};
 use lf_runtime::{
     AwaitedInput, Buffers, ClockSync, Coordination, DELAY_NONE, FederateLoop, Federation, Inbound, Inlet, Join,
-    Outbound, Outgoing, RtiSetup, RunError, Turn, buffer_bytes, peer_buffer_bytes, run_rti,
+    Outbound, Outgoing, RtiLoop, RtiSetup, RunError, buffer_bytes, peer_buffer_bytes,
 };
 use lf_testkit::network::address_of;
 use lf_wire::Storage;
@@ -385,7 +385,10 @@ fn run_the_rti(plan: &Plan, platform: &mut VirtualPlatform, notices: &mut Vec<St
         outgoings: &mut outgoings,
         datagrams: None,
     };
-    run_rti(platform, setup, listener, &mut |notice| notices.push(notice.to_string()))
+    let (mut recorder, mut notice) = (platform.recorder(), |notice: Notice<'_>| notices.push(notice.to_string()));
+    let mut rti = RtiLoop::new(platform, setup, listener, &mut notice)?;
+    rti.record(Recording::new(&mut recorder, true));
+    Ok(rti.run())
 }
 
 /// The part of a federate in the federation.
@@ -482,14 +485,13 @@ pub fn run_node<const N: usize>(plan: &Plan, id: u16, platform: &mut VirtualPlat
     let mut outbound: Vec<_> = peer_outputs.iter_mut().map(|bytes| Outbound::new(bytes)).collect();
     let buffers = Buffers::new(&mut input, &mut output).with_peers(&mut outbound, &mut inbound);
     let mut known = vec![Tag::NEVER; federation.awaited.len()];
+    let mut recorder = platform.recorder();
     let (result, late_messages, lost_messages) =
         match FederateLoop::<_>::new(platform, &mut node, engine, &federation, &join, buffers, &mut known) {
-            Ok(mut federate) => loop {
-                match federate.turn() {
-                    Turn::Wait(until) => federate.wait(until),
-                    Turn::Ended(result) => break (result, federate.late_messages(), federate.lost_messages()),
-                }
-            },
+            Ok(mut federate) => {
+                federate.record(Recording::new(&mut recorder, true));
+                (federate.run(), federate.late_messages(), federate.lost_messages())
+            }
             Err(error) => (Err(error), 0, 0),
         };
     Ran {

@@ -13,7 +13,7 @@ use lf_coordination::clock_sync::ClockCorrection;
 use lf_model::time::{Instant, Interval};
 use lf_model::{Mailbox, Outside};
 use lf_runtime::platform::{Endpoint, Interest, IpAddress, NetError, Platform, RandomError, SocketId, Transfer};
-use lf_runtime::trace::{Event, Record};
+use lf_runtime::trace::{Event, Record, Recorder};
 use lf_testkit::network::Network;
 use lf_testkit::random::Random;
 
@@ -311,6 +311,23 @@ impl VirtualPlatform {
     pub fn side(&self) -> &'static Side {
         self.side
     }
+
+    /// What keeps the records of this participant.
+    pub fn recorder(&self) -> WorldRecorder {
+        WorldRecorder { world: self.world.clone(), me: self.me }
+    }
+}
+
+/// Keeps what happens in a participant.
+pub struct WorldRecorder {
+    world: World,
+    me: usize,
+}
+
+impl Recorder for WorldRecorder {
+    fn record(&mut self, at: Instant, event: Event) {
+        self.world.state().records[self.me].push(Record { at, event });
+    }
 }
 
 impl Drop for VirtualPlatform {
@@ -328,10 +345,6 @@ impl Platform for VirtualPlatform {
 
     fn outside(&self) -> &'static dyn Outside {
         self.side
-    }
-
-    fn trace(&mut self, at: Instant, event: Event) {
-        self.world.state().records[self.me].push(Record { at, event });
     }
 
     fn set_correction(&mut self, correction: ClockCorrection) {

@@ -1,0 +1,152 @@
+// SPDX-License-Identifier: Apache-2.0
+//! The messages that an RTI has recorded, one after another, in LF's own format or as text.
+
+mod csv;
+mod lft;
+
+use std::fs::File;
+use std::io::{self, BufWriter, Write};
+use std::path::PathBuf;
+
+use lf_linux::model::time::{Instant, Tag};
+use lf_linux::runtime::trace::{Event, MessageType, RTI, Word};
+
+use super::read::Recorded;
+use crate::failure::Failure;
+use csv::Csv;
+use lft::Lft;
+
+/// A file that messages are written into.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(crate) struct Table {
+    /// Where it is; a file that is there already is replaced.
+    pub(crate) file: PathBuf,
+    /// What it looks like.
+    pub(crate) format: TableFormat,
+}
+
+/// What a file of messages looks like.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum TableFormat {
+    /// The binary format that LF's own tools read; `lft.rs` says what is in it.
+    Lft,
+    /// Comma-separated values; `csv.rs` says which.
+    Csv,
+}
+
+/// Which way a message goes.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+enum Direction {
+    Received,
+    Sent,
+}
+
+/// One message.
+struct Line {
+    /// The RTI's clock.
+    now: Instant,
+    direction: Direction,
+    /// The federate at the other end, when it has said who it is.
+    federate: Option<u16>,
+    kind: MessageType,
+    /// The message's tag; for a TIMESTAMP, its time.
+    tag: Option<Tag>,
+    /// For whom it is.
+    to: Option<u16>,
+    /// On the wire.
+    bytes: u32,
+}
+
+impl Line {
+    /// Returns the line of a message; `None` for what is none.
+    fn of(at: i64, event: Event) -> Option<Self> {
+        let (direction, word) = match event {
+            Event::Received(word) => (Direction::Received, word),
+            Event::Sent(word) => (Direction::Sent, word),
+            _ => return None,
+        };
+        let Word { kind, peer, to: (to, _), tag, bytes } = word;
+        let has_receiver = word.is_value() || kind == MessageType::PortAbsent;
+        Some(Self {
+            now: Instant::from_nanos(at),
+            direction,
+            federate: Some(peer).filter(|peer| *peer != RTI),
+            kind,
+            tag,
+            to: Some(to).filter(|_| has_receiver),
+            bytes,
+        })
+    }
+}
+
+/// How messages are written down. Times in lines are absolute; `start` is that of the federation.
+trait Format {
+    fn begin(&mut self, file: &mut dyn Write, start: i64) -> io::Result<()>;
+    fn line(&mut self, file: &mut dyn Write, line: &Line, start: i64) -> io::Result<()>;
+    fn end(&mut self, file: &mut dyn Write) -> io::Result<()>;
+}
+
+impl Table {
+    /// Writes the messages of an RTI.
+    ///
+    /// # Errors
+    /// When what was recorded cannot be read, or the file cannot be written.
+    pub(crate) fn write(&self, rti: &Recorded) -> Result<(), Failure> {
+        let wrong = |error: io::Error| Failure::message(format!("cannot write {}: {error}", self.file.display()));
+        let mut file = BufWriter::new(File::create(&self.file).map_err(wrong)?);
+        let mut format: Box<dyn Format> = match self.format {
+            TableFormat::Lft => Box::new(Lft::default()),
+            TableFormat::Csv => Box::new(Csv),
+        };
+        let mut lines = Lines { file: &mut file, format: &mut *format, start: None, early: Vec::new() };
+        let mut written = Ok(());
+        rti.in_order(
+            |record| record.at.as_nanos(),
+            |at, event| {
+                if let Some(line) = Line::of(at, event).filter(|_| written.is_ok()) {
+                    written = lines.add(line);
+                }
+            },
+        )?;
+        written.and_then(|()| lines.end()).and_then(|()| file.flush()).map_err(wrong)
+    }
+}
+
+/// The lines of a file, which count from the start.
+struct Lines<'a> {
+    file: &'a mut dyn Write,
+    format: &'a mut dyn Format,
+    start: Option<i64>,
+    /// What came before the start was known: the messages of the handshakes.
+    early: Vec<Line>,
+}
+
+impl Lines<'_> {
+    fn add(&mut self, line: Line) -> io::Result<()> {
+        if let (Direction::Sent, MessageType::Timestamp, Some(tag), None) =
+            (line.direction, line.kind, line.tag, self.start)
+        {
+            self.begin(tag.time.as_nanos())?;
+        }
+        match self.start {
+            Some(start) => self.format.line(self.file, &line, start),
+            None => {
+                self.early.push(line);
+                Ok(())
+            }
+        }
+    }
+
+    fn begin(&mut self, start: i64) -> io::Result<()> {
+        self.start = Some(start);
+        self.format.begin(self.file, start)?;
+        std::mem::take(&mut self.early).iter().try_for_each(|line| self.format.line(self.file, line, start))
+    }
+
+    fn end(mut self) -> io::Result<()> {
+        if self.start.is_none() {
+            self.begin(self.early.first().map_or(0, |first| first.now.as_nanos()))?;
+        }
+        self.format.end(self.file)
+    }
+}
