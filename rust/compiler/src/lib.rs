@@ -16,6 +16,7 @@ mod federates;
 mod instances;
 mod languages;
 pub mod maxwait;
+pub mod names;
 pub mod plan;
 mod resolve;
 mod stack;

@@ -7,3 +7,5 @@ pub mod messages;
 #[cfg(feature = "network")]
 pub mod network;
 pub mod random;
+#[cfg(feature = "network")]
+pub mod trace;

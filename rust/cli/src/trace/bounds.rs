@@ -12,7 +12,7 @@ use lf_linux::model::time::Tag;
 use lf_linux::runtime::trace::{Event, MessageType, Role, Word};
 
 use super::clock::Clock;
-use super::names::Names;
+use super::names::{self, Names};
 use super::read::Recorded;
 use crate::failure::Failure;
 
@@ -50,7 +50,7 @@ pub(crate) fn measure(all: &[Recorded], names: &Names) -> Result<Measured, Failu
     let (mut messages, mut bounds) = (Messages::default(), Bounds { clock_error_ns: Some(0), ..Bounds::default() });
     for recorded in all {
         let Role::Federate(id) = recorded.header.role else { continue };
-        names.of_participant(&recorded.header).map_err(|reason| recorded.wrong(&reason))?;
+        names::of_participant(names, &recorded.header).map_err(|reason| recorded.wrong(&reason))?;
         let mut clock = Clock::default();
         recorded.for_each(|record| clock.take(&record))?;
         let mut federate = Watched::new(id, &mut messages);
@@ -135,7 +135,7 @@ impl<'a> Watched<'a> {
     fn add_to(self, bounds: &mut Bounds, names: &Names) {
         if self.lag_ns.is_some() {
             let known = FederateBounds { clock_error_ns: None, lag_ns: self.lag_ns };
-            bounds.federates.insert(names.name(Role::Federate(self.id)), known);
+            bounds.federates.insert(names::name(names, Role::Federate(self.id)), known);
         }
     }
 }

@@ -49,7 +49,7 @@ pub(crate) fn file(folder: &Path, participant: &str) -> PathBuf {
 /// # Errors
 /// When it cannot be written.
 pub(crate) fn write_names(plan: &Plan, folder: &Path) -> Result<(), Failure> {
-    Names::of(plan).write(folder).map(drop)
+    names::write(&Names::of(plan), folder).map(drop)
 }
 
 /// Makes a folder ready for the traces of a run: what an earlier one has left is taken away.
@@ -96,7 +96,7 @@ pub(crate) fn convert_rti(trace: &Path, tables: &[Table]) -> Result<(), Failure>
 /// When there is no trace in the folder, one is damaged or of another program, or the file cannot be written.
 pub(crate) fn write_bounds(folder: &Path, names: Option<&Path>, file: &Path) -> Result<usize, Failure> {
     let all = read::read(folder)?;
-    let names = Names::read(names.unwrap_or(&folder.join(names::FILE)))?;
+    let names = names::read(names.unwrap_or(&folder.join(names::FILE)))?;
     let measured = bounds::measure(&all, &names)?;
     fs::write(file, measured.to_yaml(&names))
         .map_err(|error| Failure::message(format!("cannot write {}: {error}", file.display())))?;
@@ -109,7 +109,7 @@ pub(crate) fn write_bounds(folder: &Path, names: Option<&Path>, file: &Path) -> 
 /// When there is no trace, one is damaged or of another program, or the file cannot be written.
 pub(crate) fn convert(folder: &Path, names: Option<&Path>, output: &Path) -> Result<TraceSummary, Failure> {
     let all = read::read(folder)?;
-    let names = Names::read(names.unwrap_or(&folder.join(names::FILE)))?;
+    let names = names::read(names.unwrap_or(&folder.join(names::FILE)))?;
     let mut stories = Vec::new();
     for recorded in &all {
         let role = recorded.header.role;
@@ -117,8 +117,8 @@ pub(crate) fn convert(folder: &Path, names: Option<&Path>, output: &Path) -> Res
             Role::Federate(id) => Some(id),
             Role::Rti | Role::Program => None,
         };
-        let participant = names.of_participant(&recorded.header).map_err(|reason| recorded.wrong(&reason))?;
-        stories.push(Story::of(recorded, names.name(role), id, participant)?);
+        let participant = names::of_participant(&names, &recorded.header).map_err(|reason| recorded.wrong(&reason))?;
+        stories.push(Story::of(recorded, names::name(&names, role), id, participant)?);
     }
     // The RTI has no start of its own.
     let start = stories.iter().find_map(|story| story.start);

@@ -59,6 +59,8 @@ pub struct Plan {
     pub own_ports: &'static [u16],
     /// Capacity of each input's queue: 1, 2 or 16.
     pub capacity: usize,
+    /// Whether what happens is recorded, and then whether with values.
+    pub records: Option<bool>,
     pub timeout: Option<Interval>,
     /// The time-outs of federates that have another one.
     pub timeouts: BTreeMap<u16, Option<Interval>>,
@@ -153,6 +155,7 @@ impl Plan {
             edges,
             own_ports: &[],
             capacity: 2,
+            records: Some(true),
             timeout: None,
             timeouts: BTreeMap::new(),
             coordination: Coordination::Centralized,
@@ -387,7 +390,9 @@ fn run_the_rti(plan: &Plan, platform: &mut VirtualPlatform, notices: &mut Vec<St
     };
     let (mut recorder, mut notice) = (platform.recorder(), |notice: Notice<'_>| notices.push(notice.to_string()));
     let mut rti = RtiLoop::new(platform, setup, listener, &mut notice)?;
-    rti.record(Recording::new(&mut recorder, true));
+    if let Some(values) = plan.records {
+        rti.record(Recording::new(&mut recorder, values));
+    }
     Ok(rti.run())
 }
 
@@ -489,7 +494,9 @@ pub fn run_node<const N: usize>(plan: &Plan, id: u16, platform: &mut VirtualPlat
     let (result, late_messages, lost_messages) =
         match FederateLoop::<_>::new(platform, &mut node, engine, &federation, &join, buffers, &mut known) {
             Ok(mut federate) => {
-                federate.record(Recording::new(&mut recorder, true));
+                if let Some(values) = plan.records {
+                    federate.record(Recording::new(&mut recorder, values));
+                }
                 (federate.run(), federate.late_messages(), federate.lost_messages())
             }
             Err(error) => (Err(error), 0, 0),

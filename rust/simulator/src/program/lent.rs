@@ -171,9 +171,9 @@ impl Lent {
             let choice = combine(digest, 100 + position);
             let own = own.iter_mut().find(|(own, _)| *own == effect.variable).map(|(_, own)| own);
             if body.is_startup && !effect.outside.is_empty() {
-                if let Some(Own::Trigger(Cell::Physical(recorded))) = own {
+                if let Some(Own::Trigger(Cell::Physical(physical))) = own {
                     // A thread that schedules the action again and again.
-                    let action = PhysicalActionRef::clone(recorded.action.action());
+                    let action = PhysicalActionRef::clone(physical.action());
                     memory.side.start(Thread::new(ctx.physical_link(), action, choice, &effect.outside));
                 }
             } else if energy > 0 && choice % 100 < body.script.percent {
@@ -210,8 +210,8 @@ fn cause(
         (_, Some(Own::Trigger(Cell::Logical(logical)))) => {
             ctx.schedule_with_v(logical.action_mut(), Some(value), offset);
         }
-        (_, Some(Own::Trigger(Cell::Physical(recorded)))) => {
-            ctx.schedule_with_v(recorded.action.action_mut(), Some(value), offset);
+        (_, Some(Own::Trigger(Cell::Physical(physical)))) => {
+            ctx.schedule_with_v(physical.action_mut(), Some(value), offset);
         }
         _ => {}
     }
