@@ -196,7 +196,7 @@ proptest! {
         decentralized: bool,
     ) {
         let coordination = if decentralized { Coordination::Decentralized } else { Coordination::Centralized };
-        let plan = Plan { coordination, capacity, ..triangle(MS(20)) };
+        let plan = Plan { capacity, coordination, ..triangle(MS(20)) };
         let report = run(&plan, Conditions { pipe_bytes, ..Conditions::seeded(seed) });
         assert_complete(&report);
         for (records, log) in report.records[1..].iter().zip(&report.logs) {

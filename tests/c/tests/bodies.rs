@@ -62,11 +62,17 @@ fn bodies_in_c_do_what_lf_says() {
         assert!(error.contains(because), "{error}");
     }
 
+    let mut from_outside = Vec::new();
     while !engine.is_done() {
         engine.drain_physical(&mut program, &host);
         let Some(tag) = engine.next_tag() else { break };
         clock.set(tag.time);
         engine.begin(&mut program, tag).expect("it is the next tag");
+        engine.physical_events(&mut program, &mut |trigger, encode| {
+            let mut bytes = [0; 8];
+            let len = encode(&mut bytes).expect("it has a value").expect("there is room");
+            from_outside.push((tag, trigger, bytes[..len].to_vec()));
+        });
         assert_eq!(engine.advance(&mut program, &mut host, None), lf::Progress::Complete);
         if let Some(tag) = engine.take_stop_request() {
             engine.set_stop_tag(tag);
@@ -77,6 +83,8 @@ fn bodies_in_c_do_what_lf_says() {
         }
     }
 
+    // What the thread has scheduled, as whoever records that gets it.
+    assert_eq!(from_outside, [(at(12), lf::TriggerId(5), vec![77, 0, 0, 0])]);
     let seen = notes();
     let (seen, expected): (Vec<_>, Vec<_>) = (seen.lines().collect(), include_str!("notes.txt").lines().collect());
     assert_eq!(seen, expected);

@@ -64,7 +64,7 @@ impl Recording {
             return Some(Self { folder, limit_mib: arguments.trace_limit, values: arguments.trace_values });
         }
         let measures = arguments.measure.is_some();
-        measures.then(|| Self { folder: built.out.join("measured"), limit_mib: TRACE_UNLIMITED, values: false })
+        measures.then(|| Self { folder: built.out.join(trace::MEASURED), limit_mib: TRACE_UNLIMITED, values: false })
     }
 
     /// The options with which a participant records.

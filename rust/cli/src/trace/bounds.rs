@@ -185,7 +185,9 @@ mod tests {
 
     fn watch(id: u16, messages: &mut Messages, events: &[(i64, Event)]) -> Option<i64> {
         let mut federate = Watched::new(id, messages);
-        events.iter().for_each(|(at, event)| federate.take(*at, *event));
+        for (at, event) in events {
+            federate.take(*at, *event);
+        }
         federate.lag_ns
     }
 

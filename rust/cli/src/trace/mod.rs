@@ -39,6 +39,9 @@ pub(crate) struct TraceSummary {
     pub(crate) arrows: usize,
 }
 
+/// The folder, beside what is generated, of the traces from which a run is measured.
+pub(crate) const MEASURED: &str = "measured";
+
 /// The file that a participant writes into a folder.
 pub(crate) fn file(folder: &Path, participant: &str) -> PathBuf {
     folder.join(format!("{participant}.{}", read::EXTENSION))

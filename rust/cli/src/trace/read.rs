@@ -259,7 +259,9 @@ impl Recorded {
                 take(at, event);
             }
         })?;
-        waiting.into_iter().for_each(|((at, _), event)| take(at, event));
+        for ((at, _), event) in waiting {
+            take(at, event);
+        }
         Ok(())
     }
 

@@ -3,13 +3,13 @@
 
 use core::mem::replace;
 
-use lf_coordination::clock_sync::Trouble;
+use lf_coordination::clock_sync::{ClockCorrection, Trouble};
 use lf_coordination::federate::{ClockSync, Federate, Needs};
 
 use crate::datagram::{DatagramPort, send};
 use crate::platform::{NetError, Platform};
 use crate::remark::{Remark, tell};
-use crate::trace::{RTI, Recording, set_correction};
+use crate::trace::{Event, RTI, Recording};
 use log::Level;
 
 /// The port for datagrams of the RTI.
@@ -90,5 +90,14 @@ impl ClockSyncPort {
         if let Some(report) = machine.clock_sync_report() {
             tell(Level::Info, &Remark::ClockSync(report));
         }
+    }
+}
+
+/// Sets the correction of the platform's clock, and records what it shows from now on.
+pub(super) fn set_correction(platform: &mut impl Platform, recording: &mut Recording<'_>, correction: ClockCorrection) {
+    platform.set_correction(correction);
+    if recording.is_on() {
+        let now = platform.now();
+        recording.note_at(now, Event::Clock(correction.physical(now)));
     }
 }

@@ -8,7 +8,7 @@ use lf_coordination::federate::{All, Awaited, Config, Disconnected, Event, Feder
 use lf_model::time::{Instant, Interval, Tag};
 use lf_model::{Engine, InputId, Program};
 
-use super::clock_sync::ClockSyncPort;
+use super::clock_sync::{ClockSyncPort, set_correction};
 use super::direct::Direct;
 use super::execution::{Advance, Execution, Failed};
 use super::from_rti::FromRti;
@@ -22,7 +22,7 @@ use super::waiting::{Waiting, reason};
 use crate::description::Federation;
 use crate::error::{PeerFault, RunError};
 use crate::platform::{NetError, Platform};
-use crate::trace::{Event as Traced, Recording, Role, Waits, set_correction, waits};
+use crate::trace::{Event as Traced, Recording, Role, Waits, waits};
 use crate::turn::Turn;
 
 /// How many tags are run before the socket is looked at again, when physical time is ahead of logical time.

@@ -15,12 +15,13 @@ use lf_model::time::{EventTag, Instant, Tag};
 use lf_model::{DeliverError, Engine};
 use lf_wire::{DecodeError, Message, MessageType};
 
+use super::clock_sync::set_correction;
 use super::execution::{Execution, Failed};
 use super::held::Held;
 use super::receiver::{Fate, Policy, too_long};
 use crate::error::RunError;
 use crate::platform::Platform;
-use crate::trace::{Event as Traced, RTI, Recording, set_correction};
+use crate::trace::{Event as Traced, RTI, Recording};
 
 /// What the RTI sends changes these parts.
 pub(super) struct FromRti<'x, 'a, 's, P, N: Needs> {

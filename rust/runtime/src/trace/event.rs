@@ -8,9 +8,6 @@ use lf_wire::{Message, MessageType};
 
 use super::record::Header;
 
-/// Whether event loops tell what happens in them.
-pub const TRACES: bool = cfg!(feature = "traces");
-
 /// How a record names the RTI, where it names a federate otherwise.
 pub const RTI: u16 = u16::MAX;
 

@@ -11,11 +11,11 @@ mod record;
 mod recording;
 mod ring;
 
-pub use event::{CHUNK_BYTES, Chunk, Event, Patience, RTI, TRACES, Waits, Word};
+pub use event::{CHUNK_BYTES, Chunk, Event, Patience, RTI, Waits, Word};
 pub use lf_wire::MessageType;
 pub use record::{Damage, FORMAT, Header, MAGIC, RECORD_BYTES, Record, Role};
 #[cfg(feature = "traces")]
 pub(crate) use recording::step_event;
+pub(crate) use recording::waits;
 pub use recording::{Recorder, Recording};
-pub(crate) use recording::{set_correction, waits};
 pub use ring::Ring;

@@ -4,7 +4,6 @@
 use core::fmt;
 use core::marker::PhantomData;
 
-use lf_coordination::clock_sync::ClockCorrection;
 #[cfg(feature = "traces")]
 use lf_model::ReactionStep;
 use lf_model::time::{Instant, Tag};
@@ -191,15 +190,6 @@ pub(crate) fn step_event(step: ReactionStep, worker: u16) -> Event {
     match step {
         ReactionStep::Begins(reaction, part) => Event::ReactionBegins(reaction.0, part, worker),
         ReactionStep::Ends(reaction) => Event::ReactionEnds(reaction.0, worker),
-    }
-}
-
-/// Sets the correction of the platform's clock, and records what it shows from now on.
-pub(crate) fn set_correction(platform: &mut impl Platform, recording: &mut Recording<'_>, correction: ClockCorrection) {
-    platform.set_correction(correction);
-    if recording.is_on() {
-        let now = platform.now();
-        recording.note_at(now, Event::Clock(correction.physical(now)));
     }
 }
 

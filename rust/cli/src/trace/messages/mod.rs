@@ -128,13 +128,11 @@ impl Lines<'_> {
         {
             self.begin(tag.time.as_nanos())?;
         }
-        match self.start {
-            Some(start) => self.format.line(self.file, &line, start),
-            None => {
-                self.early.push(line);
-                Ok(())
-            }
+        if let Some(start) = self.start {
+            return self.format.line(self.file, &line, start);
         }
+        self.early.push(line);
+        Ok(())
     }
 
     fn begin(&mut self, start: i64) -> io::Result<()> {
