@@ -12,29 +12,29 @@ pub const FILE: &str = "trace.json";
 
 /// The table of a program.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
-pub struct Names {
+pub struct TraceNames {
     /// The program.
     pub program: String,
     /// Its federates in order of id; one for a program that is not federated.
-    pub federates: Vec<Participant>,
+    pub federates: Vec<TracedFederate>,
 }
 
 /// What a federate has.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
-pub struct Participant {
+pub struct TracedFederate {
     /// Its name.
     pub name: String,
     /// In the order of the numbers in records.
-    pub reactions: Vec<Reaction>,
+    pub reactions: Vec<TracedReaction>,
     /// In the order of the numbers in records.
-    pub inputs: Vec<Input>,
+    pub inputs: Vec<TracedInput>,
     /// How many connections lead to others.
     pub outputs: usize,
 }
 
 /// A reaction.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
-pub struct Reaction {
+pub struct TracedReaction {
     /// Its name.
     pub name: String,
     /// `File.lf:LINE`, if it stands in the program.
@@ -43,22 +43,22 @@ pub struct Reaction {
 
 /// What comes from another federate.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
-pub struct Input {
+pub struct TracedInput {
     /// Its name.
     pub name: String,
     /// Its number on the wire.
     pub port: u16,
 }
 
-impl Names {
+impl TraceNames {
     /// Returns the names of a program.
     pub fn of(plan: &Plan) -> Self {
-        let federates = plan.federates.iter().map(|federate| Participant::of(plan, federate)).collect();
+        let federates = plan.federates.iter().map(|federate| TracedFederate::of(plan, federate)).collect();
         Self { program: plan.name.clone(), federates }
     }
 }
 
-impl Participant {
+impl TracedFederate {
     fn of(plan: &Plan, federate: &Federate) -> Self {
         let at = |kind: &ReactionKind| {
             let ReactionKind::Body { instance, reaction, .. } = kind else { return None };
@@ -70,12 +70,14 @@ impl Participant {
         let ports = (0..federate.inputs.len()).map(|input| federate.port_of(InputIndex(input)));
         Self {
             name: federate.name.clone(),
-            reactions: reactions.map(|found| Reaction { name: found.name.clone(), at: at(&found.kind) }).collect(),
+            reactions: reactions
+                .map(|found| TracedReaction { name: found.name.clone(), at: at(&found.kind) })
+                .collect(),
             inputs: federate
                 .inputs
                 .iter()
                 .zip(ports)
-                .map(|(input, port)| Input { name: input.name.clone(), port })
+                .map(|(input, port)| TracedInput { name: input.name.clone(), port })
                 .collect(),
             outputs: federate.outputs.len(),
         }

@@ -82,8 +82,8 @@ impl<P: Program, S: EngineStorage, B: BufferStorage> Memory<P, S, B> {
 
     /// Runs the program in this memory, from its start to its end.
     ///
-    /// It tells `recording` what happens. What the program does not need by `N` is not linked. A federate joins the federation that `join` says, or that
-    /// of its description if that names none.
+    /// It tells `recording` what happens. What the program does not need by `N` is not linked. A federate joins the
+    /// federation that `join` says, or that of its description if that names none.
     ///
     /// # Errors
     /// Why it ended early.

@@ -213,7 +213,8 @@ proptest! {
         let report = run(&plan, Conditions::seeded(seed));
         assert_complete(&report);
         // What happens at the source is seen at the sink, at the same tag.
-        let seen: Vec<_> = report.logs[1].iter().map(|(time, microstep, _, value)| (*time, *microstep, *value)).collect();
+        let seen = report.logs[1].iter().map(|(time, microstep, _, value)| (*time, *microstep, *value));
+        let seen: Vec<_> = seen.collect();
         prop_assert!(!seen.is_empty());
         prop_assert_eq!(physical(&report.records[1]), seen);
         prop_assert_eq!(physical(&report.records[2]), []);

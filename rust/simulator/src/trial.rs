@@ -4,7 +4,7 @@
 use std::path::Path;
 use std::{fs, io};
 
-use lf_compiler::names::{self, Names};
+use lf_compiler::names::{self, TraceNames};
 use lf_compiler::plan::Plan;
 use lf_model::time::Tag;
 use lf_runtime::Coordination;
@@ -77,7 +77,7 @@ pub(crate) fn write_traces(scenario: &Scenario, folder: &Path) -> io::Result<()>
     let telling = Telling { records: true, ..Telling::default() };
     let report = run(scenario, &plan, telling).map_err(|error| io::Error::other(error.to_string()))?;
     fs::create_dir_all(folder)?;
-    let names = Names::of(&plan);
+    let names = TraceNames::of(&plan);
     fs::write(folder.join(names::FILE), serde_json::to_string_pretty(&names)?)?;
     let participants = ["RTI"].into_iter().chain(plan.federates.iter().map(|federate| &federate.name[..]));
     for (participant, records) in participants.zip(report.records.iter().flatten()) {

@@ -12,7 +12,7 @@ use lf_linux::model::time::Tag;
 use lf_linux::runtime::trace::{Event, MessageType, Role, Word};
 
 use super::clock::Clock;
-use super::names::{self, Names};
+use super::names::{self, TraceNames};
 use super::read::Recorded;
 use crate::failure::Failure;
 
@@ -30,7 +30,7 @@ pub(crate) struct Measured {
 
 impl Measured {
     /// The file of bounds.
-    pub(crate) fn to_yaml(&self, names: &Names) -> String {
+    pub(crate) fn to_yaml(&self, names: &TraceNames) -> String {
         format!(
             "# What a run of {} showed on {} messages: the longest latencies and lags. It may take longer \
              another time.\n\
@@ -46,7 +46,7 @@ impl Measured {
 ///
 /// # Errors
 /// When they cannot be read.
-pub(crate) fn measure(all: &[Recorded], names: &Names) -> Result<Measured, Failure> {
+pub(crate) fn measure(all: &[Recorded], names: &TraceNames) -> Result<Measured, Failure> {
     let (mut messages, mut bounds) = (Messages::default(), Bounds { clock_error_ns: Some(0), ..Bounds::default() });
     for recorded in all {
         let Role::Federate(id) = recorded.header.role else { continue };
@@ -69,7 +69,7 @@ struct Messages {
 
 impl Messages {
     /// Adds the longest latencies.
-    fn combine(&self, mut bounds: Bounds, names: &Names) -> Measured {
+    fn combine(&self, mut bounds: Bounds, names: &TraceNames) -> Measured {
         let mut messages = 0;
         for (message, received_at) in &self.received {
             // What was lost with a federate that failed has no other end.
@@ -132,7 +132,7 @@ impl<'a> Watched<'a> {
     }
 
     /// Adds the longest lag.
-    fn add_to(self, bounds: &mut Bounds, names: &Names) {
+    fn add_to(self, bounds: &mut Bounds, names: &TraceNames) {
         if self.lag_ns.is_some() {
             let known = FederateBounds { clock_error_ns: None, lag_ns: self.lag_ns };
             bounds.federates.insert(names::name(names, Role::Federate(self.id)), known);
@@ -193,7 +193,7 @@ mod tests {
 
     #[test]
     fn the_longest_of_each_is_the_bound() {
-        let names = Names::of(&plan());
+        let names = TraceNames::of(&plan());
         let (mut messages, mut bounds) = (Messages::default(), Bounds { clock_error_ns: Some(0), ..Bounds::default() });
         let mut source = Watched::new(0, &mut messages);
         let first = [(105, due(100)), (105, Event::TagBegins(ns(100))), (110, Event::Sent(value(100)))];

@@ -23,7 +23,7 @@ use lf_linux::runtime::trace::Role;
 use crate::failure::Failure;
 use arrows::Arrows;
 pub(crate) use messages::{Table, TableFormat};
-use names::Names;
+use names::TraceNames;
 use perfetto::Writer;
 use story::{Story, Told};
 use table::Sums;
@@ -52,7 +52,7 @@ pub(crate) fn file(folder: &Path, participant: &str) -> PathBuf {
 /// # Errors
 /// When it cannot be written.
 pub(crate) fn write_names(plan: &Plan, folder: &Path) -> Result<(), Failure> {
-    names::write(&Names::of(plan), folder).map(drop)
+    names::write(&TraceNames::of(plan), folder).map(drop)
 }
 
 /// Makes a folder ready for the traces of a run: what an earlier one has left is taken away.

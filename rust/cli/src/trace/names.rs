@@ -3,7 +3,7 @@
 
 use std::path::{Path, PathBuf};
 
-pub(crate) use lf_compiler::names::{FILE, Names, Participant};
+pub(crate) use lf_compiler::names::{FILE, TraceNames, TracedFederate};
 use lf_linux::runtime::trace::{Header, Role};
 
 use crate::failure::Failure;
@@ -12,7 +12,7 @@ use crate::failure::Failure;
 ///
 /// # Errors
 /// When it cannot be read, or is none.
-pub(crate) fn read(file: &Path) -> Result<Names, Failure> {
+pub(crate) fn read(file: &Path) -> Result<TraceNames, Failure> {
     let wrong = |reason: &dyn std::fmt::Display| {
         Failure::message(format!(
             "cannot use {}: {reason}; name the {FILE} that `lfz build` has written beside the program with --names",
@@ -27,7 +27,7 @@ pub(crate) fn read(file: &Path) -> Result<Names, Failure> {
 ///
 /// # Errors
 /// When it cannot be written.
-pub(crate) fn write(names: &Names, folder: &Path) -> Result<PathBuf, Failure> {
+pub(crate) fn write(names: &TraceNames, folder: &Path) -> Result<PathBuf, Failure> {
     let file = folder.join(FILE);
     let text = serde_json::to_string_pretty(names).map_err(std::io::Error::from)?;
     std::fs::write(&file, text)
@@ -36,7 +36,7 @@ pub(crate) fn write(names: &Names, folder: &Path) -> Result<PathBuf, Failure> {
 }
 
 /// What the participant with this header is called.
-pub(crate) fn name(names: &Names, role: Role) -> String {
+pub(crate) fn name(names: &TraceNames, role: Role) -> String {
     match role {
         Role::Rti => "RTI".to_owned(),
         Role::Federate(id) => {
@@ -50,14 +50,14 @@ pub(crate) fn name(names: &Names, role: Role) -> String {
 ///
 /// # Errors
 /// When the table has no such participant, or another one under its number: it is of another build.
-pub(crate) fn of_participant<'a>(names: &'a Names, header: &Header) -> Result<Option<&'a Participant>, String> {
+pub(crate) fn of_participant<'a>(names: &'a TraceNames, header: &Header) -> Result<Option<&'a TracedFederate>, String> {
     let index = match header.role {
         Role::Rti => return Ok(None),
         Role::Federate(id) => usize::from(id),
         Role::Program => 0,
     };
     let size = |count: usize| u16::try_from(count).unwrap_or(u16::MAX);
-    let fits = |found: &&Participant| {
+    let fits = |found: &&TracedFederate| {
         header.sizes == [&found.reactions.len(), &found.inputs.len(), &found.outputs].map(|count| size(*count))
     };
     names.federates.get(index).filter(fits).map(Some).ok_or_else(|| {

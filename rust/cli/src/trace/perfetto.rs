@@ -11,7 +11,7 @@ use lf_linux::runtime::trace::{MessageType, RTI};
 use prost::Message;
 
 use super::arrows::Arrow;
-use super::names::Names;
+use super::names::TraceNames;
 use super::story::{Mark, Slice, Story, What};
 use super::words;
 
@@ -102,7 +102,7 @@ const TRACKS: [&str; 4] = ["tags", "reactions", "waits", "messages"];
 /// The tracks of a participant, one packet after another.
 pub(crate) struct Writer<'a, O> {
     pub(crate) story: &'a Story<'a>,
-    pub(crate) names: &'a Names,
+    pub(crate) names: &'a TraceNames,
     /// From 1.
     pub(crate) number: i32,
     pub(crate) output: O,

@@ -8,7 +8,7 @@ use lf_linux::model::time::Tag;
 use lf_linux::runtime::trace::{Event, MessageType, Record, Waits, Word};
 
 use super::clock::Clock;
-use super::names::Participant;
+use super::names::TracedFederate;
 use super::read::Recorded;
 use crate::failure::Failure;
 
@@ -20,7 +20,7 @@ pub(crate) struct Story<'a> {
     pub(crate) is_rti: bool,
     /// The federate's number.
     pub(crate) id: Option<u16>,
-    pub(crate) names: Option<&'a Participant>,
+    pub(crate) names: Option<&'a TracedFederate>,
     /// From the first to the last record.
     pub(crate) span: (i64, i64),
     /// The start of the federation.
@@ -83,7 +83,7 @@ impl<'a> Story<'a> {
         recorded: &'a Recorded,
         name: String,
         id: Option<u16>,
-        names: Option<&'a Participant>,
+        names: Option<&'a TracedFederate>,
     ) -> Result<Self, Failure> {
         let (mut clock, mut start, mut fast, mut lost, mut workers) = (Clock::default(), None, false, 0, 0);
         let mut own = None;

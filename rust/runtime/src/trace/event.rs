@@ -6,7 +6,7 @@ use lf_model::time::{Instant, Tag};
 use lf_model::{Part, TriggerId};
 use lf_wire::{Message, MessageType};
 
-use super::record::Header;
+use super::header::Header;
 
 /// How a record names the RTI, where it names a federate otherwise.
 pub const RTI: u16 = u16::MAX;

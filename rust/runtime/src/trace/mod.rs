@@ -7,13 +7,15 @@
 //! nothing of this is linked.
 
 mod event;
+mod header;
 mod record;
 mod recording;
 mod ring;
 
 pub use event::{CHUNK_BYTES, Chunk, Event, Patience, RTI, Waits, Word};
+pub use header::{Damage, FORMAT, Header, MAGIC, RECORD_BYTES, Role};
 pub use lf_wire::MessageType;
-pub use record::{Damage, FORMAT, Header, MAGIC, RECORD_BYTES, Record, Role};
+pub use record::Record;
 #[cfg(feature = "traces")]
 pub(crate) use recording::step_event;
 pub(crate) use recording::waits;

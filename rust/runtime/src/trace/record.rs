@@ -14,22 +14,12 @@
 //!
 //! A part of a value (kinds 16 and 17, the last part) has its bytes in 8–23 and 26–31, and their number in 25.
 
-use core::fmt;
-
 use lf_model::time::{Instant, Microstep, Tag};
 use lf_model::{Part, TriggerId};
 use lf_wire::MessageType;
 
 use super::event::{CHUNK_BYTES, Chunk, Event, Patience, Waits, Word, has_tag};
-
-/// Bytes of a record, and of a header.
-pub const RECORD_BYTES: usize = 32;
-
-/// How a header begins.
-pub const MAGIC: [u8; 8] = *b"lftrace\n";
-
-/// The version of the format.
-pub const FORMAT: u16 = 2;
+use super::header::{Bytes, Damage, RECORD_BYTES};
 
 /// Something that has happened, and when.
 #[derive(Clone, Copy, PartialEq, Debug)]
@@ -38,89 +28,6 @@ pub struct Record {
     pub at: Instant,
     /// What.
     pub event: Event,
-}
-
-/// Whose records follow.
-#[derive(Clone, Copy, PartialEq, Eq, Debug)]
-pub struct Header {
-    /// Who it is.
-    pub role: Role,
-    /// How many reactions, inputs and outputs its tables have, by which a table of names can be told from another's.
-    pub sizes: [u16; 3],
-}
-
-/// A participant.
-#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Debug)]
-pub enum Role {
-    /// The federate with this id.
-    Federate(u16),
-    /// The RTI.
-    Rti,
-    /// A program that is not federated.
-    Program,
-}
-
-/// Why bytes are no record or header.
-#[derive(Clone, Copy, PartialEq, Eq, Debug)]
-pub enum Damage {
-    /// They do not begin as a header does.
-    Foreign,
-    /// They are of another version of the format.
-    Version(u16),
-    /// There is no such thing.
-    Kind(u8),
-}
-
-impl fmt::Display for Damage {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::Foreign => f.write_str("it does not begin as a trace does"),
-            Self::Version(version) => write!(f, "it is of version {version} of the format, and not of {FORMAT}"),
-            Self::Kind(kind) => write!(f, "it has a record of a kind {kind} that is not known"),
-        }
-    }
-}
-
-impl Header {
-    /// The header as bytes.
-    pub fn to_bytes(self) -> [u8; RECORD_BYTES] {
-        let (role, id) = match self.role {
-            Role::Federate(id) => (0, id),
-            Role::Rti => (1, 0),
-            Role::Program => (2, 0),
-        };
-        let mut bytes = Bytes([0; RECORD_BYTES]);
-        bytes.put(0, MAGIC);
-        bytes.put(8, FORMAT.to_le_bytes());
-        bytes.put(10, [role]);
-        bytes.put(12, id.to_le_bytes());
-        for (index, size) in self.sizes.into_iter().enumerate() {
-            bytes.put(14 + 2 * index, size.to_le_bytes());
-        }
-        bytes.0
-    }
-
-    /// Reads a header.
-    ///
-    /// # Errors
-    /// What is wrong with it.
-    pub fn from_bytes(bytes: &[u8; RECORD_BYTES]) -> Result<Self, Damage> {
-        let bytes = Bytes(*bytes);
-        if bytes.get::<8>(0) != MAGIC {
-            return Err(Damage::Foreign);
-        }
-        let number = |at| u16::from_le_bytes(bytes.get(at));
-        if number(8) != FORMAT {
-            return Err(Damage::Version(number(8)));
-        }
-        let role = match bytes.0[10] {
-            0 => Role::Federate(number(12)),
-            1 => Role::Rti,
-            2 => Role::Program,
-            other => return Err(Damage::Kind(other)),
-        };
-        Ok(Self { role, sizes: [number(14), number(16), number(18)] })
-    }
 }
 
 /// The fields of a record that an event fills.
@@ -258,12 +165,12 @@ impl Fields {
 impl Record {
     /// Returns the record as bytes; of [`Event::Begins`], the header.
     pub fn to_bytes(self) -> [u8; RECORD_BYTES] {
-        let mut bytes = Bytes([0; RECORD_BYTES]);
         match self.event {
             Event::Begins(header) => return header.to_bytes(),
-            Event::Data(chunk) => return bytes.put_chunk(self.at, &chunk).0,
+            Event::Data(chunk) => return chunk_to_bytes(self.at, &chunk),
             _ => {}
         }
+        let mut bytes = Bytes([0; RECORD_BYTES]);
         let fields = Fields::of(self.event);
         bytes.put(0, self.at.as_nanos().to_le_bytes());
         bytes.put(8, fields.time.to_le_bytes());
@@ -284,7 +191,7 @@ impl Record {
         let bytes = Bytes(*bytes);
         let at = Instant::from_nanos(i64::from_le_bytes(bytes.get(0)));
         if let DATA | LAST_DATA = bytes.0[24] {
-            return Ok(Self { at, event: Event::Data(bytes.to_chunk().ok_or(Damage::Kind(bytes.0[24]))?) });
+            return Ok(Self { at, event: Event::Data(chunk_from(&bytes).ok_or(Damage::Kind(bytes.0[24]))?) });
         }
         let number = |at| u16::from_le_bytes(bytes.get(at));
         let fields = Fields {
@@ -302,44 +209,32 @@ impl Record {
     }
 }
 
-/// Bytes with places, all of which are constants within them.
-struct Bytes([u8; RECORD_BYTES]);
+/// Returns a part of a value as bytes.
+fn chunk_to_bytes(at: Instant, chunk: &Chunk) -> [u8; RECORD_BYTES] {
+    let (mut bytes, mut part) = (Bytes([0; RECORD_BYTES]), [0; CHUNK_BYTES]);
+    let len = chunk.bytes().len();
+    part[..len].copy_from_slice(chunk.bytes());
+    bytes.put(0, at.as_nanos().to_le_bytes());
+    bytes.0[8..24].copy_from_slice(&part[..16]);
+    // A part has no more bytes than that.
+    bytes.put(24, [if chunk.is_last { LAST_DATA } else { DATA }, u8::try_from(len).unwrap_or(u8::MAX)]);
+    bytes.0[26..].copy_from_slice(&part[16..]);
+    bytes.0
+}
 
-impl Bytes {
-    fn put<const N: usize>(&mut self, at: usize, value: [u8; N]) {
-        self.0[at..at + N].copy_from_slice(&value);
-    }
-
-    fn get<const N: usize>(&self, at: usize) -> [u8; N] {
-        let mut value = [0; N];
-        value.copy_from_slice(&self.0[at..at + N]);
-        value
-    }
-
-    fn put_chunk(&mut self, at: Instant, chunk: &Chunk) -> Self {
-        let mut part = [0; CHUNK_BYTES];
-        let len = chunk.bytes().len();
-        part[..len].copy_from_slice(chunk.bytes());
-        self.put(0, at.as_nanos().to_le_bytes());
-        self.0[8..24].copy_from_slice(&part[..16]);
-        // A part has no more bytes than that.
-        self.put(24, [if chunk.is_last { LAST_DATA } else { DATA }, u8::try_from(len).unwrap_or(u8::MAX)]);
-        self.0[26..].copy_from_slice(&part[16..]);
-        Self(self.0)
-    }
-
-    fn to_chunk(&self) -> Option<Chunk> {
-        let mut part = [0; CHUNK_BYTES];
-        part[..16].copy_from_slice(&self.0[8..24]);
-        part[16..].copy_from_slice(&self.0[26..]);
-        Some(Chunk::new(part.get(..usize::from(self.0[25]))?, self.0[24] == LAST_DATA))
-    }
+/// Reads a part of a value; `None` if it says that it is longer than a record.
+fn chunk_from(bytes: &Bytes) -> Option<Chunk> {
+    let mut part = [0; CHUNK_BYTES];
+    part[..16].copy_from_slice(&bytes.0[8..24]);
+    part[16..].copy_from_slice(&bytes.0[26..]);
+    Some(Chunk::new(part.get(..usize::from(bytes.0[25]))?, bytes.0[24] == LAST_DATA))
 }
 
 #[cfg(test)]
 mod tests {
     use proptest::prelude::*;
 
+    use super::super::header::{Header, Role};
     use super::*;
 
     proptest! {

@@ -11,7 +11,7 @@ use lf_model::{Engine, InputId, Program, Tables};
 use lf_wire::{Decoded, Limits, Message, decode};
 
 use super::event::{Chunk, Event, Patience, RTI, Waits, Word, payload};
-use super::record::{Header, Role};
+use super::header::{Header, Role};
 use crate::federate::Reason;
 use crate::platform::Platform;
 

@@ -82,8 +82,8 @@ pub struct RtiArgs {
     /// Record the values of messages in the file of --trace, too.
     #[arg(long)]
     trace_values: bool,
-    /// How large the file of --trace may be, in MiB; when it is full, the oldest records are dropped. Unless given, 256,
-    /// or without limit with --tracing or --trace-csv.
+    /// How large the file of --trace may be, in MiB; when it is full, the oldest records are dropped. Unless given, 256;
+    /// with --tracing or --trace-csv there is no limit then.
     #[arg(long, value_name = "MIB", value_parser = clap::value_parser!(u32).range(1..))]
     trace_limit: Option<u32>,
     /// A certificate and its key.

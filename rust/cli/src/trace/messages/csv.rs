@@ -17,7 +17,7 @@ use std::io::{self, Write};
 
 use lf_linux::model::time::Tag;
 
-use super::{Direction, Format, Line};
+use super::line::{Direction, Format, MessageLine};
 
 const COLUMNS: &str = "physical_ns,direction,federate,message,tag_ns,microstep,to,bytes";
 
@@ -29,7 +29,7 @@ impl Format for Csv {
         writeln!(file, "{COLUMNS}")
     }
 
-    fn line(&mut self, file: &mut dyn Write, line: &Line, start: i64) -> io::Result<()> {
+    fn line(&mut self, file: &mut dyn Write, line: &MessageLine, start: i64) -> io::Result<()> {
         let direction = match line.direction {
             Direction::Received => "received",
             Direction::Sent => "sent",
@@ -44,7 +44,7 @@ impl Format for Csv {
             }
         };
         let physical = line.now.as_nanos().saturating_sub(start);
-        let (federate, to, Line { kind, bytes, .. }) = (number(line.federate), number(line.to), line);
+        let (federate, to, MessageLine { kind, bytes, .. }) = (number(line.federate), number(line.to), line);
         writeln!(file, "{physical},{direction},{federate},{kind},{tag},{microstep},{to},{bytes}")
     }
 

@@ -22,7 +22,7 @@ use std::io::{self, Write};
 use lf_linux::model::time::Tag;
 use lf_linux::runtime::trace::MessageType;
 
-use super::{Direction, Format, Line};
+use super::line::{Direction, Format, MessageLine};
 
 /// LF's tools refuse longer blocks.
 const BLOCK_RECORDS: usize = 2048;
@@ -57,7 +57,7 @@ impl Format for Lft {
         file.write_all(&0_i32.to_le_bytes())
     }
 
-    fn line(&mut self, file: &mut dyn Write, line: &Line, _: i64) -> io::Result<()> {
+    fn line(&mut self, file: &mut dyn Write, line: &MessageLine, _: i64) -> io::Result<()> {
         let Some(event) = event(line.direction, line.kind) else { return Ok(()) };
         let tag = line.tag.unwrap_or(Tag::NEVER);
         let federate = line.federate.map_or(-1, i32::from);
@@ -116,11 +116,11 @@ mod tests {
 
     const START: i64 = 1_700_000_000_000_000_000;
 
-    fn line(direction: Direction, kind: MessageType, federate: Option<u16>, tag: Option<Tag>) -> Line {
-        Line { now: Instant::from_nanos(START + 5), direction, federate, kind, tag, to: None, bytes: 0 }
+    fn line(direction: Direction, kind: MessageType, federate: Option<u16>, tag: Option<Tag>) -> MessageLine {
+        MessageLine { now: Instant::from_nanos(START + 5), direction, federate, kind, tag, to: None, bytes: 0 }
     }
 
-    fn written(lines: &[Line]) -> Vec<u8> {
+    fn written(lines: &[MessageLine]) -> Vec<u8> {
         let (mut file, mut format) = (Vec::new(), Lft::default());
         format.begin(&mut file, START).expect("a vector takes all");
         for line in lines {
@@ -163,7 +163,8 @@ mod tests {
 
     #[test]
     fn blocks_are_no_longer_than_the_tools_take() {
-        let lines: Vec<Line> = (0..2049).map(|_| line(Direction::Sent, MessageType::TagGrant, Some(0), None)).collect();
+        let lines: Vec<MessageLine> =
+            (0..2049).map(|_| line(Direction::Sent, MessageType::TagGrant, Some(0), None)).collect();
         let bytes = written(&lines);
         let second = 12 + 4 + 2048 * 64;
         assert_eq!((int(&bytes, 12), int(&bytes, second)), (2048, 1));

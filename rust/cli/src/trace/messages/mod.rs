@@ -3,18 +3,19 @@
 
 mod csv;
 mod lft;
+mod line;
 
 use std::fs::File;
 use std::io::{self, BufWriter, Write};
 use std::path::PathBuf;
 
-use lf_linux::model::time::{Instant, Tag};
-use lf_linux::runtime::trace::{Event, MessageType, RTI, Word};
+use lf_linux::runtime::trace::MessageType;
 
 use super::read::Recorded;
 use crate::failure::Failure;
 use csv::Csv;
 use lft::Lft;
+use line::{Direction, Format, MessageLine};
 
 /// A file that messages are written into.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -34,58 +35,6 @@ pub(crate) enum TableFormat {
     Csv,
 }
 
-/// Which way a message goes.
-#[derive(Clone, Copy, PartialEq, Eq, Debug)]
-enum Direction {
-    Received,
-    Sent,
-}
-
-/// One message.
-struct Line {
-    /// The RTI's clock.
-    now: Instant,
-    direction: Direction,
-    /// The federate at the other end, when it has said who it is.
-    federate: Option<u16>,
-    kind: MessageType,
-    /// The message's tag; for a TIMESTAMP, its time.
-    tag: Option<Tag>,
-    /// For whom it is.
-    to: Option<u16>,
-    /// On the wire.
-    bytes: u32,
-}
-
-impl Line {
-    /// Returns the line of a message; `None` for what is none.
-    fn of(at: i64, event: Event) -> Option<Self> {
-        let (direction, word) = match event {
-            Event::Received(word) => (Direction::Received, word),
-            Event::Sent(word) => (Direction::Sent, word),
-            _ => return None,
-        };
-        let Word { kind, peer, to: (to, _), tag, bytes } = word;
-        let has_receiver = word.is_value() || kind == MessageType::PortAbsent;
-        Some(Self {
-            now: Instant::from_nanos(at),
-            direction,
-            federate: Some(peer).filter(|peer| *peer != RTI),
-            kind,
-            tag,
-            to: Some(to).filter(|_| has_receiver),
-            bytes,
-        })
-    }
-}
-
-/// How messages are written down. Times in lines are absolute; `start` is that of the federation.
-trait Format {
-    fn begin(&mut self, file: &mut dyn Write, start: i64) -> io::Result<()>;
-    fn line(&mut self, file: &mut dyn Write, line: &Line, start: i64) -> io::Result<()>;
-    fn end(&mut self, file: &mut dyn Write) -> io::Result<()>;
-}
-
 impl Table {
     /// Writes the messages of an RTI.
     ///
@@ -98,12 +47,12 @@ impl Table {
             TableFormat::Lft => Box::new(Lft::default()),
             TableFormat::Csv => Box::new(Csv),
         };
-        let mut lines = Lines { file: &mut file, format: &mut *format, start: None, early: Vec::new() };
+        let mut lines = TableLines { file: &mut file, format: &mut *format, start: None, early: Vec::new() };
         let mut written = Ok(());
         rti.in_order(
             |record| record.at.as_nanos(),
             |at, event| {
-                if let Some(line) = Line::of(at, event).filter(|_| written.is_ok()) {
+                if let Some(line) = MessageLine::of(at, event).filter(|_| written.is_ok()) {
                     written = lines.add(line);
                 }
             },
@@ -113,16 +62,16 @@ impl Table {
 }
 
 /// The lines of a file, which count from the start.
-struct Lines<'a> {
+struct TableLines<'a> {
     file: &'a mut dyn Write,
     format: &'a mut dyn Format,
     start: Option<i64>,
     /// What came before the start was known: the messages of the handshakes.
-    early: Vec<Line>,
+    early: Vec<MessageLine>,
 }
 
-impl Lines<'_> {
-    fn add(&mut self, line: Line) -> io::Result<()> {
+impl TableLines<'_> {
+    fn add(&mut self, line: MessageLine) -> io::Result<()> {
         if let (Direction::Sent, MessageType::Timestamp, Some(tag), None) =
             (line.direction, line.kind, line.tag, self.start)
         {
