@@ -71,8 +71,8 @@ impl<'a, 's> Direct<'a, 's> {
     pub(super) fn receive<P: Platform>(
         &mut self,
         platform: &mut P,
-        recording: &mut Recording<'a>,
-        execution: &mut Execution<'a, '_, impl Needs>,
+        recording: &mut Recording<'_>,
+        execution: &mut Execution<'_, '_, impl Needs>,
     ) -> Result<(), Failed> {
         if takes_messages(execution) {
             for inbound in self.peers.inbound() {
@@ -86,8 +86,8 @@ impl<'a, 's> Direct<'a, 's> {
     pub(super) fn sweep<P: Platform>(
         &mut self,
         platform: &mut P,
-        recording: &mut Recording<'a>,
-        execution: &mut Execution<'a, '_, impl Needs>,
+        recording: &mut Recording<'_>,
+        execution: &mut Execution<'_, '_, impl Needs>,
     ) -> Result<bool, Failed> {
         let mut any = false;
         if takes_messages(execution) {
@@ -103,8 +103,8 @@ impl<'a, 's> Direct<'a, 's> {
     pub(super) fn take_held<P: Platform>(
         &mut self,
         platform: &mut P,
-        recording: &mut Recording<'a>,
-        execution: &mut Execution<'a, '_, impl Needs>,
+        recording: &mut Recording<'_>,
+        execution: &mut Execution<'_, '_, impl Needs>,
     ) -> Result<(), Failed> {
         if self.peers.take_stale() { self.take(platform, recording, execution) } else { Ok(()) }
     }
@@ -113,8 +113,8 @@ impl<'a, 's> Direct<'a, 's> {
     fn take<P: Platform>(
         &mut self,
         platform: &mut P,
-        recording: &mut Recording<'a>,
-        execution: &mut Execution<'a, '_, impl Needs>,
+        recording: &mut Recording<'_>,
+        execution: &mut Execution<'_, '_, impl Needs>,
     ) -> Result<(), Failed> {
         self.peers.take_stale();
         if !takes_messages(execution) {
@@ -124,7 +124,7 @@ impl<'a, 's> Direct<'a, 's> {
         for inbound in self.peers.inbound() {
             let Some(from) = inbound.from else { continue };
             inbound.receiver.resume();
-            let (platform, recording, late) = (&mut *platform, &mut *recording, &mut self.late);
+            let (platform, recording, late) = (&mut *platform, recording.lend(), &mut self.late);
             let physical_over = &mut inbound.physical_over;
             let mut policy = FromPeer { platform, recording, execution, late, from: from.0, to, physical_over, now };
             while inbound.receiver.next(&mut policy)?.is_some() {}
@@ -178,8 +178,8 @@ impl<'a, 's> Direct<'a, 's> {
     pub(super) fn leave<P: Platform>(
         &mut self,
         platform: &mut P,
-        recording: &mut Recording<'a>,
-        execution: &mut Execution<'a, '_, impl Needs>,
+        recording: &mut Recording<'_>,
+        execution: &mut Execution<'_, '_, impl Needs>,
         resigned: bool,
         until: Instant,
     ) -> bool {
@@ -197,8 +197,8 @@ impl<'a, 's> Direct<'a, 's> {
     fn hear_out<P: Platform>(
         &mut self,
         platform: &mut P,
-        recording: &mut Recording<'a>,
-        execution: &mut Execution<'a, '_, impl Needs>,
+        recording: &mut Recording<'_>,
+        execution: &mut Execution<'_, '_, impl Needs>,
         in_time: bool,
     ) -> bool {
         let _ = self.sweep(platform, recording, execution);

@@ -214,7 +214,7 @@ impl<'a, 's, P: Platform, N: Needs> FederateLoop<'a, 's, P, N> {
             session.handle_ready(socket, interest);
             peers.handle_ready(socket, interest);
         });
-        if until != Deadline::Now {
+        if self.recording.is_on() && until != Deadline::Now {
             self.recording.note(self.platform, Traced::WaitEnds);
         }
     }
@@ -273,7 +273,7 @@ impl<'a, 's, P: Platform, N: Needs> FederateLoop<'a, 's, P, N> {
         while !refused {
             let mut policy = FromRti {
                 platform: &mut *self.platform,
-                recording: &mut self.recording,
+                recording: self.recording.lend(),
                 execution: &mut self.execution,
                 found: &mut found,
                 refused: &mut refused,
@@ -333,7 +333,7 @@ impl<'a, 's, P: Platform, N: Needs> FederateLoop<'a, 's, P, N> {
             let (max_level, limit) = self.level_limit()?;
             let mut output = Output {
                 platform: &mut *self.platform,
-                recording: &mut self.recording,
+                recording: self.recording.lend(),
                 session: &mut self.session,
                 peers: &mut self.direct.peers,
             };
@@ -480,7 +480,7 @@ impl<'a, 's, P: Platform, N: Needs> FederateLoop<'a, 's, P, N> {
         let (execution, start) = (&self.execution, self.execution.engine.start_time());
         let report = self.waiting.note(now, reason, self.log_waits(), |tag| execution.local(tag), start);
         let until = event.min(execution.machine.poll_timeout()).min(sockets).min(report);
-        if until != Deadline::Now && self.recording.is_on() {
+        if self.recording.is_on() && until != Deadline::Now {
             let next = execution.tag_in_question().filter(|_| running);
             let input = next.and_then(|tag| execution.unknown_input(tag));
             let is_timed = matches!(advance, Advance::Until(Deadline::At(_)));

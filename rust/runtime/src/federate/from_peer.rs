@@ -19,7 +19,7 @@ use crate::trace::{Event, Recording, Word};
 /// What this federate sends changes these parts.
 pub(super) struct FromPeer<'x, 'a, 's, P, N: Needs> {
     pub(super) platform: &'x mut P,
-    pub(super) recording: &'x mut Recording<'a>,
+    pub(super) recording: Recording<'x>,
     pub(super) execution: &'x mut Execution<'a, 's, N>,
     pub(super) late: &'x mut Late,
     /// The federate that sends, and this one.

@@ -26,7 +26,7 @@ use crate::trace::{Event as Traced, RTI, Recording};
 /// What the RTI sends changes these parts.
 pub(super) struct FromRti<'x, 'a, 's, P, N: Needs> {
     pub(super) platform: &'x mut P,
-    pub(super) recording: &'x mut Recording<'a>,
+    pub(super) recording: Recording<'x>,
     pub(super) execution: &'x mut Execution<'a, 's, N>,
     /// A federate to connect to, when the RTI has told of one.
     pub(super) found: &'x mut Option<(FederateId, Endpoint)>,
@@ -122,7 +122,7 @@ impl<P: Platform, N: Needs> FromRti<'_, '_, '_, P, N> {
             Event::UpstreamLeft(federate) => self.learn_from(federate.0, Tag::FOREVER),
             Event::ClockCorrected(estimate) => {
                 log::debug!("initial clock synchronization: {estimate}");
-                set_correction(self.platform, self.recording, machine.clock());
+                set_correction(self.platform, &mut self.recording, machine.clock());
             }
             Event::PeerFound { federate, address } => *self.found = Some((federate, address)),
             Event::Started(start) => {

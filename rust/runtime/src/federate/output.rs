@@ -20,12 +20,12 @@ use log::Level;
 /// The connections of a federate, to send over.
 pub(super) struct Output<'x, 'a, 's, P> {
     pub(super) platform: &'x mut P,
-    pub(super) recording: &'x mut Recording<'a>,
+    pub(super) recording: Recording<'x>,
     pub(super) session: &'x mut Session<'a, 's>,
     pub(super) peers: &'x mut Peers<'a, 's>,
 }
 
-impl<'a, 's, P: Platform> Output<'_, 'a, 's, P> {
+impl<'x, 's, P: Platform> Output<'x, '_, 's, P> {
     /// Sees to it that a message of so many bytes fits, beside what coordination may have to say.
     fn make_room(&mut self, bytes: usize) -> Result<(), SendError> {
         let needed = bytes.saturating_add(CONTROL_BYTES);
@@ -37,12 +37,12 @@ impl<'a, 's, P: Platform> Output<'_, 'a, 's, P> {
 
     /// The connection to this federate, with room for a message with so many bytes of payload if the system takes what
     /// is before it. `None` when it has left: then nothing is sent.
-    fn peer(&mut self, federate: u16, payload_bytes: usize) -> Option<(&mut Outbound<'s>, &mut P, &mut Recording<'a>)> {
+    fn peer(&mut self, federate: u16, payload_bytes: usize) -> Option<(&mut Outbound<'s>, &mut P, &mut Recording<'x>)> {
         let peer = self.peers.to(federate)?;
         if peer.output().room() < payload_bytes.saturating_add(TAGGED_MESSAGE_HEADER_BYTES) {
             peer.flush(self.platform);
         }
-        (!peer.has_ended()).then_some((peer, self.platform, self.recording))
+        (!peer.has_ended()).then_some((peer, self.platform, &mut self.recording))
     }
 }
 

@@ -171,7 +171,7 @@ impl<'a, 's, P: Platform, N: FnMut(Notice<'_>), B: Storage> RtiLoop<'a, 's, P, N
             }
             Status::Finished(_) | Status::Running => {
                 let until = self.prepare_wait();
-                if until != Deadline::Now {
+                if self.recording.is_on() && until != Deadline::Now {
                     self.recording.note(self.platform, Event::WaitBegins(WaitsFor::Anything));
                 }
                 Turn::Wait(until)
@@ -188,13 +188,13 @@ impl<'a, 's, P: Platform, N: FnMut(Notice<'_>), B: Storage> RtiLoop<'a, 's, P, N
                 table.handle_ready(socket, interest);
             }
         });
-        if until != Deadline::Now {
+        if self.recording.is_on() && until != Deadline::Now {
             self.recording.note(self.platform, Event::WaitEnds);
         }
     }
 
-    fn tell<R>(&mut self, what: impl FnOnce(&mut Rti<'s>, &mut Outgoings<'_, 'a, P, N, B>) -> R) -> R {
-        what(&mut self.rti, &mut self.table.outlet(self.platform, &mut self.recording, self.notices).1)
+    fn tell<R>(&mut self, what: impl FnOnce(&mut Rti<'s>, &mut Outgoings<'_, P, N, B>) -> R) -> R {
+        what(&mut self.rti, &mut self.table.outlet(self.platform, self.recording.lend(), self.notices).1)
     }
 
     /// Closes what is still open after the end of the federation. `true` when nothing is.
@@ -274,7 +274,7 @@ impl<'a, 's, P: Platform, N: FnMut(Notice<'_>), B: Storage> RtiLoop<'a, 's, P, N
     fn offer(&mut self, index: usize) {
         let now = self.platform.now();
         for _ in 0..MESSAGES_PER_TURN {
-            let (inlets, mut outlet) = self.table.outlet(self.platform, &mut self.recording, self.notices);
+            let (inlets, mut outlet) = self.table.outlet(self.platform, self.recording.lend(), self.notices);
             let inlet = &mut inlets[index];
             let bytes = inlet.buffer.bytes();
             if bytes.is_empty() {
@@ -384,7 +384,7 @@ impl<'a, 's, P: Platform, N: FnMut(Notice<'_>), B: Storage> RtiLoop<'a, 's, P, N
         let Some(socket) = self.port.socket().filter(|_| P::DATAGRAMS) else { return };
         let Self { rti, table, notices, recording, .. } = self;
         self.port.receive(self.platform, |platform, socket, now, from, datagram| {
-            let outlet = &mut table.outlet(platform, recording, *notices).1;
+            let outlet = &mut table.outlet(platform, recording.lend(), *notices).1;
             let answer = rti.handle_datagram(now, from, datagram, outlet);
             let sent = answer.map(|answer| {
                 send(platform, socket, answer.to, &answer.message);

@@ -55,12 +55,12 @@ impl<'a, B: Storage> Table<'a, B> {
 
     /// The receiving sides, and the sending sides as the machine sees them.
     #[cfg_attr(target_pointer_width = "32", inline(never))]
-    pub(super) fn outlet<'x, 'r, P, N>(
+    pub(super) fn outlet<'x, P, N>(
         &'x mut self,
         platform: &'x mut P,
-        recording: &'x mut Recording<'r>,
+        recording: Recording<'x>,
         notices: &'x mut N,
-    ) -> (&'x mut [Inlet<B>], Outgoings<'x, 'r, P, N, B>) {
+    ) -> (&'x mut [Inlet<B>], Outgoings<'x, P, N, B>) {
         (self.inlets, Outgoings { table: self.outgoings, due: &mut self.due, platform, recording, notices })
     }
 
@@ -259,16 +259,16 @@ fn connection_of<B>(table: &[Outgoing<B>], socket: SocketId) -> Option<usize> {
 }
 
 /// What the RTI's machine sees of the connections.
-pub(super) struct Outgoings<'a, 'r, P, N, B> {
+pub(super) struct Outgoings<'a, P, N, B> {
     table: &'a mut [Outgoing<B>],
     due: &'a mut Due,
     /// Its clock is that of what is recorded.
     platform: &'a mut P,
-    recording: &'a mut Recording<'r>,
+    recording: Recording<'a>,
     notices: &'a mut N,
 }
 
-impl<P: Platform, N, B: Storage> Outgoings<'_, '_, P, N, B> {
+impl<P: Platform, N, B: Storage> Outgoings<'_, P, N, B> {
     /// Remembers which federate is at the other end of a connection, if what has come there says it: what is recorded
     /// of the answer names it.
     pub(super) fn learn_federate(&mut self, connection: usize, bytes: &[u8]) {
@@ -298,7 +298,7 @@ impl<P: Platform, N, B: Storage> Outgoings<'_, '_, P, N, B> {
     }
 }
 
-impl<P: Platform, N: FnMut(Notice<'_>), B: Storage> Outlet for Outgoings<'_, '_, P, N, B> {
+impl<P: Platform, N: FnMut(Notice<'_>), B: Storage> Outlet for Outgoings<'_, P, N, B> {
     fn room(&self, connection: ConnectionId) -> usize {
         self.table.get(connection.0).map_or(0, |outgoing| outgoing.buffer.room_max())
     }

@@ -65,6 +65,16 @@ impl<'a> Recording<'a> {
 }
 
 impl Recording<'_> {
+    /// Returns the same for a while. Without the feature it takes no room in what it is put into, as a reference would.
+    #[inline]
+    pub(crate) fn lend(&mut self) -> Recording<'_> {
+        Recording {
+            #[cfg(feature = "traces")]
+            to: self.to.as_mut().map(|(recorder, values)| (&mut **recorder as &mut dyn Recorder, *values)),
+            lifetime: PhantomData,
+        }
+    }
+
     /// Nothing is told.
     pub const OFF: Self = Self {
         #[cfg(feature = "traces")]

@@ -82,8 +82,8 @@ pub struct RtiArgs {
     /// Record the values of messages in the file of --trace, too.
     #[arg(long)]
     trace_values: bool,
-    /// How large the file of --trace may be, in MiB; when it is full, the oldest records are dropped. Unless given, it is
-    /// 256, or there is no limit if --tracing or --trace-csv is given.
+    /// How large the file of --trace may be, in MiB; when it is full, the oldest records are dropped. It is 256 unless
+    /// given, or as large as it has to be if --tracing or --trace-csv is given.
     #[arg(long, value_name = "MIB", value_parser = clap::value_parser!(u32).range(1..))]
     trace_limit: Option<u32>,
     /// A certificate and its key.
