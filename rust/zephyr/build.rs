@@ -77,6 +77,7 @@ const SWITCHES: &[&str] = &[
     "SERIAL",
     "SENSOR",
     "LF_OSCILLOSCOPE",
+    "LF_TRACE_VALUES",
 ];
 
 type Outcome<T> = Result<T, Box<dyn Error>>;

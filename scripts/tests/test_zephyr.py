@@ -222,12 +222,14 @@ def test_the_rti_of_the_smart_grid_fits_a_small_board_without_an_allocator(
 
 def test_what_images_record_is_put_together_from_their_consoles(tmp_path: Path) -> None:
     settings = tmp_path / "trace.conf"
-    settings.write_text("CONFIG_LF_TRACE=y\nCONFIG_LF_TRACE_RECORDS=512\n")
+    settings.write_text("CONFIG_LF_TRACE=y\nCONFIG_LF_TRACE_RECORDS=512\nCONFIG_LF_TRACE_VALUES=y\n")
     build = BUILD / "traced"
     deployment = ("--deployment", "deployment/native_sim.yaml")
     arguments = (*deployment, "-c", str(settings), "--timeout", "300")
     output = lf("lf-fed-run", "message_test/src/MessageTest.lf", *arguments, build=build)
     (tmp_path / "boards.log").write_text(output)
+    # The receiver has messages with their values: records whose kind is that of a value's last part.
+    assert re.search(r"lf-trace 1 [0-9a-f]{48}11[0-9a-f]{14}", output), output
     (names,) = build.rglob("trace.json")
     command = [str(compiler.find(None, os.environ).path), "trace", str(tmp_path), "--names", str(names)]
     result = subprocess.run(command, capture_output=True, text=True, check=False)

@@ -52,6 +52,8 @@ unsafe extern "C" {
     // tokens.c
     pub(crate) fn lf_c_token_retain(token: *mut RawToken);
     pub(crate) fn lf_c_token_release(token: *mut RawToken);
+    #[cfg(feature = "traces")]
+    pub(crate) fn lf_c_token_encode(token: *const RawToken, bytes: *mut u8, room: usize) -> usize;
 
     // cells.c
     pub(crate) fn lf_c_port_is_present(port: u16) -> bool;

@@ -16,6 +16,8 @@ lf_token_t *lf_c_pool_take(lf_pool_t *pool, size_t bytes);
 lf_token_t *lf_c_token_copy(token_type_t *type, lf_pool_t *pool, const void *value, size_t length);
 void lf_c_token_retain(lf_token_t *token);
 void lf_c_token_release(lf_token_t *token);
+/* Copies the value as it lies in memory, if it fits; gives how many bytes it has. */
+size_t lf_c_token_encode(const lf_token_t *token, unsigned char *bytes, size_t room);
 
 /* ---- cells.c, for Rust ---- */
 

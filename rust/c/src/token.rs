@@ -3,6 +3,11 @@
 use core::fmt;
 use core::ptr::{self, NonNull};
 
+#[cfg(feature = "traces")]
+use lf_model::PayloadError;
+
+#[cfg(feature = "traces")]
+use crate::ffi::lf_c_token_encode;
 use crate::ffi::{RawToken, lf_c_token_release, lf_c_token_retain};
 
 /// A share of a value in C, which is freed with its last share.
@@ -26,6 +31,18 @@ impl Token {
         let token = self.0.as_ptr();
         core::mem::forget(self);
         token
+    }
+
+    /// Writes the value to the beginning of `bytes` as it lies in memory, and returns the number of its bytes.
+    ///
+    /// # Errors
+    /// When they do not fit.
+    #[cfg(feature = "traces")]
+    pub(crate) fn encode(&self, bytes: &mut [u8]) -> Result<usize, PayloadError> {
+        let available = bytes.len();
+        // SAFETY: the token lives as long as `self` has a share of it, and so much room is behind the pointer.
+        let needed = unsafe { lf_c_token_encode(self.0.as_ptr(), bytes.as_mut_ptr(), available) };
+        if needed > available { Err(PayloadError::NoRoom { needed, available }) } else { Ok(needed) }
     }
 
     /// Lends the value to C; null for none.

@@ -90,6 +90,16 @@ void lf_c_token_retain(lf_token_t *token)
 	(void)lf_c_count(&token->ref_count, 1);
 }
 
+size_t lf_c_token_encode(const lf_token_t *token, unsigned char *bytes, size_t room)
+{
+	size_t size = token->value != NULL ? token->type->element_size * token->length : 0;
+
+	if (size > 0 && size <= room) {
+		memcpy(bytes, token->value, size);
+	}
+	return size;
+}
+
 void lf_c_token_release(lf_token_t *token)
 {
 	if (lf_c_count(&token->ref_count, -1) > 0) {

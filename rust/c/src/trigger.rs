@@ -69,6 +69,10 @@ macro_rules! action {
             fn drain(&mut self, timing: &ActionTiming, bounds: &Bounds) {
                 self.queue.drain(timing, bounds);
             }
+            #[cfg(feature = "traces")]
+            fn encode_event(&self, bytes: &mut [u8]) -> Option<Result<usize, model::PayloadError>> {
+                self.queue.value().map(|token| token.encode(bytes))
+            }
         }
 
         impl<const N: usize> ModeCell for $name<N> {

@@ -15,7 +15,6 @@ mod edges;
 mod failure;
 mod federation;
 mod guard;
-mod measure;
 mod pins;
 mod supervisor;
 mod terminal;

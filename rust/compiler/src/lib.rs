@@ -34,6 +34,7 @@ mod resolve;
 mod stack;
 pub mod syntax;
 pub mod tables;
+pub mod trace_names;
 mod yaml;
 mod zephyr;
 

@@ -4,8 +4,9 @@
 use lf_model::time::Tag;
 use lf_model::{Engine, EngineStorage, Program};
 use lf_runtime::platform::Platform;
+use lf_runtime::trace::Recording;
 use lf_runtime::{
-    Coordination, Description, FederateLoop, ImageError, Inbound, Join, Outbound, PEERS, SettingsError, run_unfederated,
+    Coordination, Description, FederateLoop, ImageError, Inbound, Join, Outbound, PEERS, SettingsError, UnfederatedLoop,
 };
 
 pub use lf_runtime::{Federation, Needs};
@@ -18,7 +19,7 @@ use crate::cell::{Once, StaticSlot};
 /// The module also contains `DESCRIPTION` and `Storage`. The outcome is that of [`Memory::run`].
 #[macro_export]
 macro_rules! run {
-    ($module:ident::$program:ident, $platform:expr, $join:expr, $minimum:expr) => {{
+    ($module:ident::$program:ident, $platform:expr, $recording:expr, $join:expr, $minimum:expr) => {{
         const SIZES: $crate::federate::Sizes = $crate::federate::Sizes::of(&$module::DESCRIPTION, $minimum);
         static MEMORY: $crate::federate::Memory<$module::$program, $module::Storage, $crate::buffers_of!(SIZES)> =
             $crate::federate::Memory::new();
@@ -34,7 +35,7 @@ macro_rules! run {
             const BUFFER_CHECK: bool = false;
             const WAITS: bool = PART.log_waits.is_some();
         }
-        MEMORY.run::<Needs>($platform, &$module::DESCRIPTION, $join, $module::$program::new)
+        MEMORY.run::<Needs>($platform, $recording, &$module::DESCRIPTION, $join, $module::$program::new)
     }};
 }
 
@@ -81,14 +82,15 @@ impl<P: Program, S: EngineStorage, B: BufferStorage> Memory<P, S, B> {
 
     /// Runs the program in this memory, from its start to its end.
     ///
-    /// Code that the program does not need by `N` is not linked. A federate joins the federation of `join`, or that of
-    /// its description if `join` names none.
+    /// It tells `recording` what happens. What the program does not need by `N` is not linked. A federate joins the
+    /// federation that `join` says, or that of its description if that names none.
     ///
     /// # Errors
     /// The reason why it ended early.
     pub fn run<N: Needs>(
         &'static self,
         platform: &mut impl Platform,
+        recording: Recording<'_>,
         description: &'static Description,
         join: impl FnOnce() -> Result<Join<'static>, SettingsError>,
         program: impl FnOnce() -> P,
@@ -97,7 +99,9 @@ impl<P: Program, S: EngineStorage, B: BufferStorage> Memory<P, S, B> {
         let (program, storage) = (parts.program.fill(program), parts.storage.fill(S::default));
         let (tables, settings) = (program.tables(), description.settings());
         let Some(federation) = &description.federation else {
-            return run_unfederated(platform, program, Engine::new(tables, storage, settings)).map_err(ImageError::Run);
+            let mut alone = UnfederatedLoop::new(platform, program, Engine::new(tables, storage, settings));
+            alone.record(recording);
+            return alone.run().map_err(ImageError::Run);
         };
         let Join { federation_id, rti, others } = join().map_err(ImageError::Settings)?;
         let own_id = federation.federation_id.as_bytes();
@@ -109,7 +113,10 @@ impl<P: Program, S: EngineStorage, B: BufferStorage> Memory<P, S, B> {
             let (engine, place) = (Engine::new(tables, storage, settings), room.room().write(None));
             let federate: Result<&mut FederateLoop<'_, '_, _, N>, _> =
                 FederateLoop::new_in(place, platform, program, engine, federation, &join, buffers, known);
-            let ended = federate.and_then(FederateLoop::run);
+            let ended = federate.and_then(|federate| {
+                federate.record(recording);
+                federate.run()
+            });
             *place = None;
             ended
         });

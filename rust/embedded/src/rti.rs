@@ -11,6 +11,7 @@ use lf_coordination::rti::{
 };
 use lf_model::time::{Interval, Tag};
 use lf_runtime::platform::{NetError, Platform, SocketId};
+use lf_runtime::trace::Recording;
 pub use lf_runtime::{AUTHENTICATOR, Authenticator};
 use lf_runtime::{Inlet, Outgoing, RtiError, RtiLoop, RtiSetup, log_rti_event};
 use log::LevelFilter;
@@ -85,7 +86,7 @@ pub trait ImageRti<P>: Sync {
     ///
     /// # Errors
     /// The reason why it ended early.
-    fn run(&'static self, description: &Description) -> Result<(), RtiError>;
+    fn run(&'static self, description: &Description, recording: Recording<'_>) -> Result<(), RtiError>;
 }
 
 /// The static memory of an RTI on a platform `P`, with storage `S`. It is all zero at first, so it takes no flash.
@@ -111,9 +112,10 @@ impl<P: Platform + Send + 'static, S: Storage> Memory<P, S> {
 
     /// Constructs the event loop in place. Its stack frame is released before the loop runs.
     #[inline(never)]
-    fn begin<'a, N: FnMut(RtiEvent<'_>)>(
+    fn begin<'a, 'r: 'a, N: FnMut(RtiEvent<'_>)>(
         &'static self,
         description: &Description,
+        recording: Recording<'r>,
         log: &'a mut N,
     ) -> Result<&'a mut RtiLoop<'a, 'static, P, N>, RtiError> {
         let Listening { platform, listener, datagrams, federation_id } =
@@ -123,7 +125,9 @@ impl<P: Platform + Send + 'static, S: Storage> Memory<P, S> {
         // It stays where it is written, and consists of plain data and borrowed memory, so that there is nothing to
         // drop.
         let rti = RtiLoop::new(platform, setup, *listener, log).map_err(RtiError::Setup)?;
-        Ok(place.room().write(rti))
+        let rti = place.room().write(rti);
+        rti.record(recording);
+        Ok(rti)
     }
 }
 
@@ -150,9 +154,9 @@ impl<P: Platform + Send + 'static, S: Storage> ImageRti<P> for Memory<P, S> {
         listening.unwrap_or(Err(RtiError::Order)).map(|()| actual)
     }
 
-    fn run(&'static self, description: &Description) -> Result<(), RtiError> {
+    fn run(&'static self, description: &Description, recording: Recording<'_>) -> Result<(), RtiError> {
         let mut log = log_rti_event;
-        match self.begin(description, &mut log)?.run() {
+        match self.begin(description, recording, &mut log)?.run() {
             Outcome::Complete => Ok(()),
             outcome => Err(RtiError::Ended(outcome)),
         }

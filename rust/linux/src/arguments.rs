@@ -39,12 +39,12 @@ pub(crate) struct Arguments {
     pub(crate) rti_host: Option<String>,
     /// `-r HOST:PORT`
     pub(crate) rti_port: Option<u16>,
-    /// `--observations FILE`
-    pub(crate) observations: Option<PathBuf>,
     /// `--trace FILE`: the recording of events.
     pub(crate) trace: Option<PathBuf>,
     /// `--trace-limit MIB`: the maximum size of that file.
     pub(crate) trace_limit: Option<u32>,
+    /// `--trace-values`: with the values of what comes in.
+    pub(crate) trace_values: bool,
     /// `--devices FILE`: the script for inputs.
     pub(crate) devices: Option<PathBuf>,
     /// `--vcd FILE`: the recording of pins.
@@ -80,12 +80,12 @@ impl Arguments {
                 Short('k') | Long("keepalive") => arguments.keepalive = Some(boolean(&mut parser)?),
                 Short('i') | Long("id") if federated => arguments.federation_id = Some(parser.value()?.string()?),
                 Short('r') | Long("rti") if federated => arguments.set_rti(&parser.value()?.string()?)?,
-                Long("observations") if federated => arguments.observations = Some(parser.value()?.into()),
                 Long("trace") => arguments.trace = Some(parser.value()?.into()),
+                Long("trace-values") => arguments.trace_values = true,
                 Long("trace-limit") => arguments.trace_limit = Some(mebibytes(&mut parser)?),
                 Long("devices") => arguments.devices = Some(parser.value()?.into()),
                 Long("vcd") => arguments.vcd = Some(parser.value()?.into()),
-                Short('i' | 'r') | Long("id" | "rti" | "observations") => {
+                Short('i' | 'r') | Long("id" | "rti") => {
                     return Err(UsageError(
                         "this program is not federated: it has no RTI and no federation".to_owned(),
                     ));
@@ -175,6 +175,7 @@ pub(crate) fn usage(description: &Description) -> String {
          \x20 -k, --keepalive [true|false]  do not stop when there are no events\n\
          \x20     --trace FILE          record tags, reactions, messages and waits, for lfz trace\n\
          \x20     --trace-limit MIB     how large that file may be (default: {TRACE_MIB})\n\
+         \x20     --trace-values        record the values of messages that come and of physical actions, too\n\
          \x20     --devices FILE        what inputs do, and which devices are real: lines such as 100 ms button0 1\n\
          \x20                           and led0 gpio /dev/gpiochip0 17\n\
          \x20     --vcd FILE            write down what pins do, for PulseView or GTKWave\n",
@@ -184,8 +185,7 @@ pub(crate) fn usage(description: &Description) -> String {
         let _ = write!(
             text,
             "\x20 -r, --rti HOST[:PORT]     where the RTI listens, or [IPV6]:PORT (default: {}:{})\n\
-             \x20 -i, --id FEDERATION       the federation to join (default: {})\n\
-             \x20     --observations FILE   write down when tags begin and messages go and come\n",
+             \x20 -i, --id FEDERATION       the federation to join (default: {})\n",
             federation.rti_host, federation.rti_port, federation.federation_id
         );
     }
@@ -236,7 +236,7 @@ mod tests {
             let arguments = run(&format!("-r {text}"));
             assert_eq!((arguments.rti_host.as_deref(), arguments.rti_port), (Some(host), port), "{text}");
         }
-        assert_eq!(run("--observations seen.txt").observations, Some(PathBuf::from("seen.txt")));
+        assert!(run("--trace seen.lftrace --trace-values").trace_values);
         assert!(matches!(parse("-o 1 sec --help"), Ok(Invocation::Help)));
     }
 

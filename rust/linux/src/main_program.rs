@@ -10,13 +10,13 @@ use std::{fmt, io};
 use lf_model::time::{Interval, Tag};
 use lf_model::{Engine, EngineStorage, Program};
 use lf_runtime::platform::{Endpoint, IpAddress};
+use lf_runtime::trace::Recording;
 use lf_runtime::{
-    All, Buffers, ClockSync, Description, Federation, Inbound, Join, Outbound, RunError, run_federate, run_unfederated,
+    All, Buffers, ClockSync, Description, FederateLoop, Federation, Inbound, Join, Outbound, RunError, UnfederatedLoop,
 };
 
 use crate::arguments::{Arguments, Invocation, usage};
 use crate::devices::Simulation;
-use crate::observations::Observations;
 use crate::parameters::Parameters;
 use crate::platform::Linux;
 use crate::trace_file::{TRACE_MIB, TraceFile};
@@ -119,8 +119,12 @@ fn run(
 ) -> Result<(), MainError> {
     let Some(federation) = &description.federation else {
         let mut host = Linux::new().map_err(MainError::System)?;
-        arguments.trace_into(&mut host)?;
-        return run_unfederated(&mut host, program, engine).map_err(MainError::Run);
+        let mut trace = arguments.create_trace()?;
+        let mut alone = UnfederatedLoop::new(&mut host, program, engine);
+        if let Some(trace) = &mut trace {
+            alone.record(Recording::new(trace, arguments.trace_values));
+        }
+        return alone.run().map_err(MainError::Run);
     };
     // A host name may take its time, and ^C ends that while the signals have not been taken over.
     let addresses = rti_addresses(arguments, federation)?;
@@ -131,10 +135,7 @@ fn run(
     } else {
         Federation { clock_sync: ClockSync::Off, test_offset: Interval::ZERO, ..*federation }
     };
-    arguments.trace_into(&mut host)?;
-    if let Some(path) = &arguments.observations {
-        host.observe_into(Observations::create(path).map_err(MainError::Observations)?);
-    }
+    let mut trace = arguments.create_trace()?;
     let federation_id = arguments.federation_id.as_deref().unwrap_or(federation.federation_id);
     description.check_key(federation_id.as_bytes());
     let (mut input, mut output) = (vec![0; federation.input_bytes.max(INPUT_BYTES)], vec![0; federation.output_bytes]);
@@ -145,18 +146,20 @@ fn run(
     let buffers = Buffers::new(&mut input, &mut output).with_peers(&mut outbound, &mut inbound);
     let join = Join { federation_id: federation_id.as_bytes(), rti, others };
     let mut known = vec![Tag::NEVER; federation.awaited.len()];
-    run_federate::<_, All>(&mut host, program, engine, federation, &join, buffers, &mut known).map_err(MainError::Run)
+    let mut federate = FederateLoop::<_, All>::new(&mut host, program, engine, federation, &join, buffers, &mut known)
+        .map_err(MainError::Run)?;
+    if let Some(trace) = &mut trace {
+        federate.record(Recording::new(trace, arguments.trace_values));
+    }
+    federate.run().map_err(MainError::Run)
 }
 
 impl Arguments {
-    /// Starts the recording of events, if the user wants one.
-    fn trace_into(&self, host: &mut Linux) -> Result<(), MainError> {
-        let Some(path) = &self.trace else { return Ok(()) };
-        let limit = self.trace_limit.unwrap_or(TRACE_MIB);
-        let failed = |error| MainError::Trace { path: path.clone(), error };
-        let trace = TraceFile::create(path, limit).map_err(failed)?;
-        host.trace_into(trace);
-        Ok(())
+    /// Creates the file of what happens, if the user wants one.
+    fn create_trace(&self) -> Result<Option<TraceFile>, MainError> {
+        let Some(path) = &self.trace else { return Ok(None) };
+        let created = TraceFile::create(path, self.trace_limit.unwrap_or(TRACE_MIB));
+        created.map(Some).map_err(|error| MainError::Trace { path: path.clone(), error })
     }
 }
 
@@ -201,8 +204,6 @@ fn is_own_address(address: Endpoint) -> bool {
 enum MainError {
     /// A call of the system that every program needs has failed.
     System(io::Error),
-    /// The observations cannot be written.
-    Observations(io::Error),
     /// The trace cannot be written.
     Trace { path: PathBuf, error: io::Error },
     /// The RTI's host is unknown.
@@ -221,7 +222,6 @@ impl fmt::Display for MainError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::System(error) => write!(f, "the system has no resources for this program: {error}"),
-            Self::Observations(error) => write!(f, "cannot create the file of observations: {error}"),
             Self::Trace { path, error } => write!(f, "the trace {} cannot be written: {error}", path.display()),
             Self::Resolve { host, reason } => {
                 write!(f, "the RTI's host \"{host}\" is unknown ({reason}): name it with --rti HOST:PORT")

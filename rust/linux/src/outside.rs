@@ -9,6 +9,7 @@ use lf_model::time::Instant;
 use lf_model::{Mailbox, Outside};
 
 use crate::clock::Clock;
+use crate::devices;
 use crate::wake::WakeUp;
 
 static PROGRAM: OnceLock<HostOutside> = OnceLock::new();
@@ -107,6 +108,10 @@ impl Outside for HostOutside {
 
     fn mailbox(&self) -> &Mailbox {
         &self.mailbox
+    }
+
+    fn starts(&self, start: Instant) {
+        devices::starts(start);
     }
 }
 

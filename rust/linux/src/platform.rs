@@ -9,18 +9,12 @@ use lf_coordination::Deadline;
 use lf_coordination::clock_sync::ClockCorrection;
 use lf_model::Outside;
 use lf_model::time::Instant;
-use lf_runtime::platform::{
-    Endpoint, Interest, IpAddress, NetError, Observation, Platform, RandomError, SocketId, Transfer,
-};
-use lf_runtime::trace::{Event, Header};
+use lf_runtime::platform::{Endpoint, Interest, IpAddress, NetError, Platform, RandomError, SocketId, Transfer};
 
 use crate::adaptive_spin::{AdaptiveSpin, SpinOutcome, spin_until};
 use crate::clock::Clock;
-use crate::devices;
-use crate::observations::Observations;
 use crate::outside::HostOutside;
 use crate::sockets::{Sockets, Waited};
-use crate::trace_file::TraceFile;
 use crate::wake::WakeUp;
 
 /// The clock, the sockets and the wake-up of this process.
@@ -29,8 +23,6 @@ pub struct Linux {
     clock: Clock,
     sockets: Sockets,
     wake_up: Arc<WakeUp>,
-    observations: Option<Observations>,
-    trace: Option<TraceFile>,
     spin: AdaptiveSpin,
 }
 
@@ -44,14 +36,7 @@ impl Linux {
         let _ = rustix::thread::set_current_timer_slack(NonZeroU64::new(1));
         let wake_up = WakeUp::of_program()?;
         let sockets = Sockets::new(wake_up.descriptor())?;
-        Ok(Self {
-            clock: HostOutside::of_program().clock(),
-            sockets,
-            wake_up,
-            observations: None,
-            trace: None,
-            spin: AdaptiveSpin::default(),
-        })
+        Ok(Self { clock: HostOutside::of_program().clock(), sockets, wake_up, spin: AdaptiveSpin::default() })
     }
 }
 
@@ -83,41 +68,9 @@ impl Linux {
         let left = end.map(|end| end.saturating_duration_since(std::time::Instant::now()));
         self.wait_for(left, ready)
     }
-
-    /// From now on writes what the event loop observes into a file.
-    pub(crate) fn observe_into(&mut self, observations: Observations) {
-        self.observations = Some(observations);
-    }
-
-    /// From now on writes what happens in the event loop into a file.
-    pub(crate) fn trace_into(&mut self, trace: TraceFile) {
-        self.trace = Some(trace);
-    }
 }
 
 impl Platform for Linux {
-    fn starts(&mut self, start: Instant) {
-        devices::starts(start);
-    }
-
-    fn trace_begins(&mut self, header: Header) {
-        if let Some(trace) = &mut self.trace {
-            trace.begin(header);
-        }
-    }
-
-    fn trace(&mut self, at: Instant, event: Event) {
-        if let Some(trace) = &mut self.trace {
-            trace.note(at, event);
-        }
-    }
-
-    fn observe(&mut self, observation: Observation) {
-        if let Some(observations) = &mut self.observations {
-            observations.note(observation);
-        }
-    }
-
     fn now(&mut self) -> Instant {
         HostOutside::of_program().read()
     }

@@ -10,13 +10,12 @@ use lf_coordination::rti::{AfterLoss, Config, START_REPORT, SetupError};
 pub use lf_coordination::rti::{CLOCK_SYNC_TRIALS, ClockSync, Outcome};
 use lf_model::time::Interval;
 use lf_runtime::platform::{NetError, Platform, SocketId};
-use lf_runtime::{AUTHENTICATOR, Inlet, Outgoing, RtiSetup, log_rti_event, run_rti};
+use lf_runtime::trace::Recording;
+use lf_runtime::{AUTHENTICATOR, Inlet, Outgoing, RtiLoop, RtiSetup, log_rti_event};
 
 use crate::platform::Linux;
-use crate::trace::Traced;
-pub use crate::trace::{Trace, TraceFormat};
-pub use crate::trace_file::TRACE_MIB;
 use crate::trace_file::TraceFile;
+pub use crate::trace_file::{TRACE_MIB, TRACE_UNLIMITED};
 
 /// Connections beyond one per federate, so that a rejected peer can learn the reason.
 const SPARE_CONNECTIONS: usize = 16;
@@ -33,6 +32,17 @@ const MEMORY_PART: usize = 8;
 const IN_TRANSIT_MAX: usize = 1024;
 const IN_TRANSIT_MIN: usize = 128;
 const IN_TRANSIT_ALL: usize = 1 << 17;
+
+/// A recording of events.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Trace {
+    /// Where it is; a file that is there already is replaced.
+    pub file: PathBuf,
+    /// How large it may be, in MiB; then the newest records take the place of the oldest.
+    pub limit_mib: u32,
+    /// Whether it has the values of messages.
+    pub values: bool,
+}
 
 /// The user's options for the RTI.
 #[derive(Clone, Debug)]
@@ -57,12 +67,8 @@ pub struct Options {
     pub log_waits: Option<Interval>,
     /// The time that the start waits for a federate that was there and has left; `None`: without end.
     pub start_barrier_time_out: Option<Interval>,
-    /// Files for traces of the messages.
-    pub traces: Vec<Trace>,
     /// A file for events, in the format of federates' recordings.
-    pub record: Option<PathBuf>,
-    /// The maximum size of that file, in MiB.
-    pub record_limit: u32,
+    pub trace: Option<Trace>,
     /// The longest message payload that is forwarded, in bytes.
     pub payload_bytes_max: usize,
 }
@@ -86,9 +92,7 @@ impl Options {
             federates,
             start_barrier_time_out,
             log_waits: None,
-            traces: Vec::new(),
-            record: None,
-            record_limit: TRACE_MIB,
+            trace: None,
             federation_id: federation_id.to_owned(),
             authentication: false,
             port: 0,
@@ -148,18 +152,11 @@ impl std::error::Error for RtiError {}
 /// The reason why there is no RTI.
 pub fn serve(options: &Options, listening: impl FnOnce(u16)) -> Result<Outcome, RtiError> {
     let mut host = Linux::new().map_err(RtiError::System)?;
-    if let Some(file) = &options.record {
-        let failed = |error| RtiError::Trace { file: file.clone(), error };
-        host.trace_into(TraceFile::create(file, options.record_limit).map_err(failed)?);
-    }
-    if options.traces.is_empty() {
-        return serve_on(host, options, listening);
-    }
-    let traced = Traced::new(host, &options.traces).map_err(|(file, error)| RtiError::Trace { file, error })?;
-    serve_on(traced, options, listening)
-}
-
-fn serve_on(mut host: impl Platform, options: &Options, listening: impl FnOnce(u16)) -> Result<Outcome, RtiError> {
+    let create = |trace: &Trace| {
+        TraceFile::create(&trace.file, trace.limit_mib)
+            .map_err(|error| RtiError::Trace { file: trace.file.clone(), error })
+    };
+    let mut trace = options.trace.as_ref().map(create).transpose()?;
     let listen = |error| RtiError::Listen { port: options.port, error };
     let listener = host.listen(options.port).map_err(listen)?;
     listening(host.local_port(listener).map_err(listen)?);
@@ -185,7 +182,12 @@ fn serve_on(mut host: impl Platform, options: &Options, listening: impl FnOnce(u
     let mut memory = Memory::new(Sizes { federates: count, connections, upstream: count, in_transit });
     let (inlets, outgoings) = (&mut inlets[..], &mut outgoings[..]);
     let setup = RtiSetup { config, storage: memory.storage(), inlets, outgoings, datagrams };
-    run_rti(&mut host, setup, listener, &mut log_rti_event).map_err(RtiError::Setup)
+    let mut log = log_rti_event;
+    let mut rti = RtiLoop::new(&mut host, setup, listener, &mut log).map_err(RtiError::Setup)?;
+    if let (Some(trace), Some(Trace { values, .. })) = (&mut trace, &options.trace) {
+        rti.record(Recording::new(trace, *values));
+    }
+    Ok(rti.run())
 }
 
 /// Opens a UDP port for clock synchronization, if it goes on while the federation runs. Federates answer to the source

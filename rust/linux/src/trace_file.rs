@@ -11,7 +11,7 @@ use std::path::Path;
 
 use lf_model::Outside;
 use lf_model::time::{Instant, Interval};
-use lf_runtime::trace::{Event, Header, RECORD_BYTES, Record};
+use lf_runtime::trace::{Event, Header, RECORD_BYTES, Record, Recorder};
 
 use crate::clock::Clock;
 use crate::outside::HostOutside;
@@ -28,6 +28,9 @@ pub const TRACE_MIB: u32 = 256;
 /// How far a file goes back from behind a seam.
 const SEAM_BYTES: i64 = 32;
 const _: () = assert!(SEAM_BYTES.unsigned_abs() == RECORD_BYTES as u64, "a seam is a record");
+
+/// A file that is as long as it has to be.
+pub const TRACE_UNLIMITED: u32 = u32::MAX;
 
 /// How many bytes of records a MiB of the limit stands for.
 const MIB_BYTES: u64 = 1024 * 1024;
@@ -77,23 +80,9 @@ impl TraceFile {
     }
 
     /// Writes down whose records follow.
-    pub(crate) fn begin(&mut self, header: Header) {
+    fn begin(&mut self, header: Header) {
         self.buffer.extend(header.to_bytes());
         self.note_clock();
-    }
-
-    /// Writes down what has happened at this time, or keeps it to be written with what follows.
-    pub(crate) fn note(&mut self, at: Instant, event: Event) {
-        let record = Record { at, event };
-        if let Event::Starts(..) = event {
-            self.start = Some(record);
-        }
-        self.push(record);
-        // A wait is when nobody else needs the time, and what may last if nothing comes any more.
-        if matches!(event, Event::WaitBegins(_)) && at.since(self.flushed) > FLUSH_AFTER {
-            self.flushed = at;
-            self.flush();
-        }
     }
 
     /// Room for the last clock and for the seam is left.
@@ -164,6 +153,24 @@ impl TraceFile {
     }
 }
 
+impl Recorder for TraceFile {
+    /// Writes down what has happened, or keeps it to be written with what follows.
+    fn record(&mut self, at: Instant, event: Event) {
+        let record = Record { at, event };
+        match event {
+            Event::Begins(header) => return self.begin(header),
+            Event::Starts(..) => self.start = Some(record),
+            _ => {}
+        }
+        self.push(record);
+        // A wait is when nobody else needs the time, and what may last if nothing comes any more.
+        if matches!(event, Event::WaitBegins(_)) && at.since(self.flushed) > FLUSH_AFTER {
+            self.flushed = at;
+            self.flush();
+        }
+    }
+}
+
 /// Whatever ends the program, apart from a signal that kills it.
 impl Drop for TraceFile {
     fn drop(&mut self) {
@@ -181,8 +188,8 @@ mod tests {
         let path = folder.path().join("x.lftrace");
         let mut file = TraceFile::create(&path, mib).expect("it can be made");
         file.begin(Header { role: lf_runtime::trace::Role::Rti, sizes: [0; 3] });
-        file.note(Instant::from_nanos(0), Event::Starts(Instant::from_nanos(7), false));
-        (1..=count).for_each(|at| file.note(Instant::from_nanos(at), Event::WaitEnds));
+        file.record(Instant::from_nanos(0), Event::Starts(Instant::from_nanos(7), false));
+        (1..=count).for_each(|at| file.record(Instant::from_nanos(at), Event::WaitEnds));
         drop(file);
         let bytes = std::fs::read(&path).expect("it is there");
         assert!(bytes.len() as u64 <= u64::from(mib) * MIB_BYTES + RECORD_BYTES as u64, "{}", bytes.len());

@@ -106,6 +106,13 @@ pub trait TriggerCell {
 
     /// Schedules the events that came from other threads, as many as fit.
     fn drain(&mut self, _timing: &ActionTiming, _bounds: &Bounds) {}
+
+    /// Writes the value of its event at this tag as bytes, and returns their number; `None` if the event has no value,
+    /// or none that has a form as bytes. It is for what comes from outside.
+    #[cfg(feature = "traces")]
+    fn encode_event(&self, _bytes: &mut [u8]) -> Option<Result<usize, PayloadError>> {
+        None
+    }
 }
 
 /// Implements [`TriggerCell`] for a queue with a capacity by way of its view, so that the code exists once per type of
@@ -130,6 +137,10 @@ macro_rules! cell_by_view {
             }
             fn drain(&mut self, timing: &crate::tables::ActionTiming, bounds: &crate::cell::Bounds) {
                 TriggerCell::drain(self as &mut $view<T>, timing, bounds);
+            }
+            #[cfg(feature = "traces")]
+            fn encode_event(&self, bytes: &mut [u8]) -> Option<Result<usize, crate::payload::PayloadError>> {
+                TriggerCell::encode_event(self as &$view<T>, bytes)
             }
         }
     };

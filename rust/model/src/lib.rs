@@ -56,6 +56,8 @@ mod workers;
 pub use action::{LogicalAction, LogicalActionQueue, Timer};
 pub use cell::{Bounds, Placed, PortCell, Readable, Schedulable, ScheduleContext, TriggerCell, Undelivered};
 pub use context::ReactionContext;
+#[cfg(feature = "traces")]
+pub use engine::EncodeEvent;
 pub use engine::{Delivery, Engine, Progress};
 pub use env::{Env, Outgoing, ReactionStep, SendError};
 pub use error::{DeliverError, ModelError, ScheduleError};
@@ -73,8 +75,10 @@ pub use payload::{FixedPayload, Native, Payload, PayloadError, Serializer, layou
 #[doc(hidden)]
 pub use payload::{copied_by_connection, list_from, list_to, sendable, sendable_by, text_from, text_to};
 pub use physical::{
-    Inbox, PhysicalAction, PhysicalActionQueue, PhysicalActionRef, PhysicalInbox, PhysicalLink, Posted, Poster,
+    Encode, Inbox, PhysicalAction, PhysicalActionQueue, PhysicalActionRef, PhysicalInbox, PhysicalLink, Posted, Poster,
 };
+#[doc(hidden)]
+pub use physical::{Encoder, Opaque};
 pub use port::{Port, QueuedPort, QueuedPortInner};
 pub use program::Program;
 pub use queue::{Event, Full, Owned, View};

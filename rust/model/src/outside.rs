@@ -18,6 +18,10 @@ pub trait Outside: Sync {
 
     /// Returns the mailbox for requests about the whole program.
     fn mailbox(&self) -> &Mailbox;
+
+    /// Is told at which physical time the program starts, before its first tag begins: what runs beside the program,
+    /// such as a script for its devices, counts from there.
+    fn starts(&self, _start: Instant) {}
 }
 
 /// The requests of threads to the event loop besides events, and the number of threads that could still make one.

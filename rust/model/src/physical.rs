@@ -9,6 +9,7 @@
 //! closure and so needs neither a heap nor type erasure; it is in their `prelude`, where bodies find it.
 use core::cell::RefCell;
 use core::fmt;
+use core::marker::PhantomData;
 use core::ops::Deref;
 use core::sync::atomic::Ordering;
 use core::time::Duration;
@@ -24,6 +25,9 @@ use crate::cell::{
 use crate::error::ScheduleError;
 use crate::modes::ModeCell;
 use crate::outside::Outside;
+#[cfg(feature = "traces")]
+use crate::payload::Payload;
+use crate::payload::PayloadError;
 use crate::queue::{Event, Full, Owned, View};
 use crate::tables::{ActionTiming, TriggerId};
 use crate::time::{Instant, Interval, Offset, Tag};
@@ -128,14 +132,67 @@ pub type PhysicalActionQueue<T, const N: usize> = PhysicalAction<T, Owned<Option
 /// A physical action, as bodies see it. It derefs to the [`PhysicalActionRef`] that other threads use.
 pub struct PhysicalAction<T: 'static, S: VecStorage<Event<Option<T>>> + ?Sized = View<Option<T>>> {
     handle: PhysicalActionRef<T>,
+    /// Writes a value as bytes, for who records what comes from outside.
+    #[cfg(feature = "traces")]
+    encode: Encode<T>,
     action: LogicalAction<T, S>,
 }
 
 impl<T, const N: usize> PhysicalActionQueue<T, N> {
     /// Returns an action without pending events, and with the inbox that threads use.
     pub const fn new(id: TriggerId, inbox: &'static dyn Inbox<T>) -> Self {
-        Self { handle: PhysicalActionRef { inbox }, action: LogicalActionQueue::new(id) }
+        Self {
+            handle: PhysicalActionRef { inbox },
+            #[cfg(feature = "traces")]
+            encode: None,
+            action: LogicalActionQueue::new(id),
+        }
     }
+
+    /// Sets how its values are written as bytes where they are recorded; see [`encoder!`](crate::encoder).
+    #[must_use]
+    #[cfg_attr(not(feature = "traces"), expect(unused_mut, unused_variables, reason = "nothing is recorded"))]
+    pub const fn encoded_by(mut self, encode: Encode<T>) -> Self {
+        #[cfg(feature = "traces")]
+        {
+            self.encode = encode;
+        }
+        self
+    }
+}
+
+/// Writes a value as bytes, if its type has a form as bytes.
+pub type Encode<T> = Option<fn(&T, &mut [u8]) -> Result<usize, PayloadError>>;
+
+/// How values of a type are written as bytes: [`encoder!`](crate::encoder) asks.
+#[doc(hidden)]
+#[derive(Debug)]
+pub struct Encoder<T>(PhantomData<T>);
+
+#[cfg(feature = "traces")]
+impl<T: Payload> Encoder<T> {
+    /// The value has a form as bytes, so this hides [`Opaque::ENCODE`].
+    pub const ENCODE: Encode<T> = Some(T::encode);
+}
+
+/// Types whose values have no form as bytes, as far as somebody knows.
+#[doc(hidden)]
+pub trait Opaque<T> {
+    /// Nothing writes them.
+    const ENCODE: Encode<T> = None;
+}
+
+impl<T> Opaque<T> for Encoder<T> {}
+
+/// Returns how values of a type are written as bytes where they are recorded, or `None` if they have no form as bytes;
+/// without the feature `traces` it is `None`.
+#[macro_export]
+macro_rules! encoder {
+    ($type:ty) => {{
+        #[allow(unused_imports)]
+        use $crate::Opaque as _;
+        $crate::Encoder::<$type>::ENCODE
+    }};
 }
 
 impl<T: fmt::Debug, S: VecStorage<Event<Option<T>>> + ?Sized> fmt::Debug for PhysicalAction<T, S> {
@@ -199,6 +256,10 @@ impl<T> TriggerCell for PhysicalAction<T> {
             // There is room: the check above said so, and only this function fills the queue.
             let _ = self.action.insert(tag, value, timing, bounds);
         }
+    }
+    #[cfg(feature = "traces")]
+    fn encode_event(&self, bytes: &mut [u8]) -> Option<Result<usize, PayloadError>> {
+        Some((self.encode?)(self.action.value()?, bytes))
     }
 }
 

@@ -53,6 +53,9 @@ pub(crate) struct State {
     pub(crate) untouched: u16,
     /// The time that tags wait for messages, if a body has set it.
     pub(crate) max_wait: Option<Interval>,
+    /// Whether the environment is told what reactions do.
+    #[cfg(feature = "traces")]
+    pub(crate) tells_steps: bool,
 }
 
 impl State {

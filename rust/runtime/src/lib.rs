@@ -5,8 +5,8 @@
 //! its wake-up until the next event's time or the next time-out, and runs the reactions itself. This crate reads a
 //! clock or touches a socket only through [`platform::Platform`].
 //!
-//! Each loop is a type that its caller drives turn by turn ([`FederateLoop`], [`RtiLoop`], [`UnfederatedLoop`]), and a
-//! function that runs it to its end.
+//! Each loop is a type ([`FederateLoop`], [`RtiLoop`], [`UnfederatedLoop`]) that runs to its end, or turn by turn. What
+//! happens in it, it tells a [`trace::Recorder`], if it was given one.
 #![no_std]
 #![forbid(unsafe_code)]
 
@@ -24,7 +24,6 @@ mod log_event;
 pub mod platform;
 mod rti;
 pub mod trace;
-mod tracing;
 mod turn;
 mod unfederated;
 
@@ -32,13 +31,13 @@ pub use description::{
     CONTROL_BYTES, Description, Federation, PEERS, TAGGED_MESSAGE_HEADER_BYTES, buffer_bytes, peer_buffer_bytes,
 };
 pub use error::{PeerFault, RunError};
-pub use federate::{Buffers, FederateLoop, Inbound, Join, Outbound, Reason, run_federate};
+pub use federate::{Buffers, FederateLoop, Inbound, Join, Outbound, Reason};
 pub use image::{ImageError, RtiError, SettingsError};
 pub use lf_coordination::auth::{AUTHENTICATOR, Authenticator, answer_rti};
 pub use lf_coordination::code::PREFIX as CODE_PREFIX;
 pub use lf_coordination::federate::{All, AwaitedInput, ClockSync, Coordination, Needs};
 pub use lf_wire::DELAY_NONE;
 pub use log_event::{Code, ConnectionEvent, DeviceEvent, FederateEvent, LogEvent, PeerEvent, TEXTS, explain, report};
-pub use rti::{Inlet, Outgoing, RtiLoop, RtiSetup, log_rti_event, run_rti};
+pub use rti::{Inlet, Outgoing, RtiLoop, RtiSetup, log_rti_event};
 pub use turn::Turn;
-pub use unfederated::{UnfederatedLoop, run_unfederated};
+pub use unfederated::UnfederatedLoop;

@@ -11,10 +11,8 @@ use lf_coordination::Deadline;
 use lf_coordination::clock_sync::ClockCorrection;
 pub use lf_coordination::{Endpoint, IpAddress};
 use lf_model::Outside;
-use lf_model::time::{Instant, Tag};
+use lf_model::time::Instant;
 use lf_texts::say;
-
-use crate::trace::{Event, Header};
 
 /// A socket of the platform: a place in its table, and how many sockets have had this place before.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Debug)]
@@ -101,35 +99,7 @@ impl fmt::Display for RandomError {
 
 impl core::error::Error for RandomError {}
 
-/// What happens in the event loop of a federate with decentralized coordination.
-#[derive(Clone, Copy, PartialEq, Eq, Debug)]
-pub enum Observation {
-    /// A tag begins.
-    Begins {
-        /// The tag.
-        tag: Tag,
-        /// From when on it could begin, as far as that depends on clocks.
-        due: Instant,
-    },
-    /// A message goes out.
-    Sends {
-        /// The federate that receives it.
-        federate: u16,
-        /// Its input.
-        port: u16,
-        /// The message's tag.
-        tag: Tag,
-    },
-    /// A message has come; one that has to wait for room may be observed again.
-    Receives {
-        /// The input.
-        port: u16,
-        /// The message's tag.
-        tag: Tag,
-    },
-}
-
-/// The system under an event loop.
+/// The system under an event loop: its clock, and its way to others.
 pub trait Platform {
     /// Whether it has UDP. Where it has not, nothing that synchronizes clocks while the federation runs is linked.
     const DATAGRAMS: bool = true;
@@ -236,20 +206,6 @@ pub trait Platform {
     ///
     /// May return early; must not return later than the platform's timer resolution after `until`.
     fn wait(&mut self, until: Deadline, ready: &mut dyn FnMut(SocketId, Interest));
-
-    /// Is told at which physical time the program starts, before its first tag begins.
-    fn starts(&mut self, _start: Instant) {}
-
-    /// Is told what happens to tags and messages with decentralized coordination, to measure what delays them. It takes
-    /// no time where nobody measures.
-    fn observe(&mut self, _observation: Observation) {}
-
-    /// Is told whose event loop this is, before anything else of [`Platform::trace`].
-    fn trace_begins(&mut self, _header: Header) {}
-
-    /// Is told what happens in the event loop, at this time of [`Platform::now`], to record it. Without the feature
-    /// `traces` it is not called.
-    fn trace(&mut self, _at: Instant, _event: Event) {}
 
     /// Whether somebody (^C, a shutdown of the system) has asked this program to end.
     fn interrupted(&mut self) -> bool {

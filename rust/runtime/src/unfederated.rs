@@ -13,27 +13,10 @@ use lf_model::{Engine, Env, Outgoing, Outside, Program, Progress, SendError};
 
 use crate::error::RunError;
 use crate::platform::Platform;
-use crate::trace::{Event, Role};
-use crate::tracing;
+#[cfg(feature = "traces")]
+use crate::trace::step_event;
+use crate::trace::{Event, Recording, Role, waits};
 use crate::turn::Turn;
-
-/// Runs an unfederated main reactor from its start, which is now, to its end.
-///
-/// # Errors
-/// The reason why it ended early.
-pub fn run_unfederated<P: Platform>(
-    platform: &mut P,
-    program: &mut dyn Program,
-    engine: Engine<'_>,
-) -> Result<(), RunError> {
-    let mut alone = UnfederatedLoop::new(platform, program, engine);
-    loop {
-        match alone.turn() {
-            Turn::Wait(until) => alone.wait(until),
-            Turn::Ended(result) => return result,
-        }
-    }
-}
 
 /// The event loop of an unfederated main reactor. Call [`UnfederatedLoop::turn`] and [`UnfederatedLoop::wait`]
 /// alternately to drive it.
@@ -42,6 +25,7 @@ pub struct UnfederatedLoop<'a, 's, P> {
     program: &'a mut dyn Program,
     engine: Engine<'s>,
     world: IdleEnv,
+    recording: Recording<'a>,
     asked_to_stop: bool,
 }
 
@@ -54,19 +38,40 @@ impl<P> fmt::Debug for UnfederatedLoop<'_, '_, P> {
 impl<'a, 's, P: Platform> UnfederatedLoop<'a, 's, P> {
     /// Returns a program that starts now.
     pub fn new(platform: &'a mut P, program: &'a mut dyn Program, mut engine: Engine<'s>) -> Self {
-        tracing::begin(platform, Role::Program, Some(engine.tables()));
         let world = IdleEnv(platform.outside());
         let start = world.0.physical_time();
-        platform.starts(start);
+        world.0.starts(start);
         engine.start(start);
-        tracing::note(platform, Event::Starts(start, engine.settings().fast));
-        Self { platform, program, engine, world, asked_to_stop: false }
+        Self { platform, program, engine, world, recording: Recording::OFF, asked_to_stop: false }
+    }
+
+    /// Tells what happens from now on.
+    pub fn record<'r: 'a>(&mut self, recording: Recording<'r>) {
+        self.recording = recording.for_less();
+        self.recording.begin(self.platform, Role::Program, Some(self.engine.tables()));
+        let start = Event::Starts(self.engine.start_time(), self.engine.settings().fast);
+        self.recording.note(self.platform, start);
+        #[cfg(feature = "traces")]
+        self.engine.tell_steps(self.recording.is_on());
+    }
+
+    /// Runs the program to its end.
+    ///
+    /// # Errors
+    /// Why it ended early.
+    pub fn run(&mut self) -> Result<(), RunError> {
+        loop {
+            match self.turn() {
+                Turn::Wait(until) => self.wait(until),
+                Turn::Ended(result) => return result,
+            }
+        }
     }
 
     /// Runs at most one tag, the next one if it is due.
     pub fn turn(&mut self) -> Turn<Result<(), RunError>> {
         if self.engine.is_done() {
-            tracing::note(self.platform, Event::Ends(self.asked_to_stop));
+            self.recording.note(self.platform, Event::Ends(self.asked_to_stop));
             return Turn::Ended(if self.asked_to_stop { Err(RunError::Interrupted) } else { Ok(()) });
         }
         if !self.asked_to_stop && self.platform.interrupted() {
@@ -82,10 +87,10 @@ impl<'a, 's, P: Platform> UnfederatedLoop<'a, 's, P> {
         if !self.engine.settings().fast && !self.asked_to_stop && self.platform.now() < tag.time {
             return Turn::Wait(Deadline::At(tag.time));
         }
-        match self.run(tag) {
+        match self.run_tag(tag) {
             Ok(()) => Turn::Wait(Deadline::Now),
             Err(error) => {
-                tracing::note(self.platform, Event::Ends(true));
+                self.recording.note(self.platform, Event::Ends(true));
                 Turn::Ended(Err(error))
             }
         }
@@ -95,19 +100,21 @@ impl<'a, 's, P: Platform> UnfederatedLoop<'a, 's, P> {
     /// has come.
     pub fn wait(&mut self, until: Deadline) {
         if until != Deadline::Now {
-            let next = self.engine.next_tag();
-            let waits = tracing::waits(None, None, next, until != Deadline::Never);
-            tracing::note(self.platform, Event::WaitBegins(waits));
+            if self.recording.is_on() {
+                let waits = waits(None, None, self.engine.next_tag(), until != Deadline::Never);
+                self.recording.note(self.platform, Event::WaitBegins(waits));
+            }
             self.platform.wait(until, &mut |_, _| {});
-            tracing::note(self.platform, Event::WaitEnds);
+            self.recording.note(self.platform, Event::WaitEnds);
         }
     }
 
-    fn run(&mut self, tag: Tag) -> Result<(), RunError> {
+    fn run_tag(&mut self, tag: Tag) -> Result<(), RunError> {
         self.engine.begin(self.program, tag)?;
-        tracing::note(self.platform, Event::TagBegins(tag));
-        let progress = self.engine.advance(self.program, &mut UnfederatedEnv(self.platform), None);
-        tracing::note(self.platform, Event::TagEnds(tag));
+        self.recording.note_tag(self.platform, &self.engine, self.program);
+        let mut alone = UnfederatedEnv { platform: self.platform, recording: &mut self.recording };
+        let progress = self.engine.advance(self.program, &mut alone, None);
+        self.recording.note(self.platform, Event::TagEnds(tag));
         match progress {
             Progress::Complete => Ok(()),
             Progress::Failed(error) => Err(error.into()),
@@ -119,11 +126,15 @@ impl<'a, 's, P: Platform> UnfederatedLoop<'a, 's, P> {
 }
 
 /// The environment of a tag in a program without neighbors.
-struct UnfederatedEnv<'a, P>(&'a mut P);
+struct UnfederatedEnv<'x, 'a, P> {
+    platform: &'x mut P,
+    #[cfg_attr(not(feature = "traces"), expect(dead_code, reason = "nothing is recorded"))]
+    recording: &'x mut Recording<'a>,
+}
 
-impl<P: Platform> Env for UnfederatedEnv<'_, P> {
+impl<P: Platform> Env for UnfederatedEnv<'_, '_, P> {
     fn outside(&self) -> &'static dyn Outside {
-        self.0.outside()
+        self.platform.outside()
     }
 
     fn send(&mut self, _message: &Outgoing<'_>) -> Result<(), SendError> {
@@ -134,8 +145,8 @@ impl<P: Platform> Env for UnfederatedEnv<'_, P> {
     #[cfg(feature = "traces")]
     fn step(&mut self, step: ReactionStep, worker: Option<(u16, Instant)>) {
         // The clock of a program that is not federated has no correction.
-        let at = worker.map_or_else(|| self.0.now(), |(_, at)| at);
-        self.0.trace(at, tracing::step_event(step, worker.map_or(0, |(worker, _)| worker)));
+        let at = worker.map_or_else(|| self.platform.now(), |(_, at)| at);
+        self.recording.note_at(at, step_event(step, worker.map_or(0, |(worker, _)| worker)));
     }
 }
 

@@ -7,7 +7,7 @@ mod support;
 use lf_model::time::Interval;
 use lf_model::{Engine, Program as _, Settings};
 use lf_runtime::platform::Endpoint;
-use lf_runtime::{All, Buffers, Join, RunError, run_federate, run_unfederated};
+use lf_runtime::{Buffers, FederateLoop, Join, RunError, UnfederatedLoop};
 use lf_testkit::network::address_of;
 use lf_testkit::world::{Conditions, Fate, Threads, Trouble};
 use support::federation::{PORT, Plan, RTI, edge, federation_of};
@@ -33,7 +33,7 @@ fn run(
             let mut node = Node::<1>::new(behavior, platform.side(), &[], &[]);
             let mut storage = NodeStorage::new();
             let engine = Engine::new(node.tables(), &mut storage, settings);
-            let result = run_unfederated(&mut platform, &mut node, engine);
+            let result = UnfederatedLoop::new(&mut platform, &mut node, engine).run();
             (result, world.now(), node.ended)
         })
     };
@@ -88,8 +88,8 @@ fn a_buffer_without_room_for_a_message_is_an_error() {
         let (mut input, mut output) = (vec![0; input_bytes], vec![0; output_bytes]);
         let join = Join { federation_id: b"virtual", rti: Endpoint::new(address_of(RTI), PORT), others: &[] };
         let buffers = Buffers::new(&mut input, &mut output);
-        let error =
-            run_federate::<_, All>(&mut platform, &mut node, engine, &federation, &join, buffers, &mut []).unwrap_err();
+        let made = FederateLoop::<_>::new(&mut platform, &mut node, engine, &federation, &join, buffers, &mut []);
+        let error = made.map(|_| ()).unwrap_err();
         assert!(matches!(error, RunError::BufferTooSmall { buffer, .. } if buffer == which), "{error:?}");
     }
 }

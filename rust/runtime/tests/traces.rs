@@ -8,9 +8,10 @@ mod support;
 use std::collections::BTreeMap;
 
 use lf_coordination::rti::Outcome;
-use lf_model::time::{Interval, Tag};
+use lf_model::time::{Instant, Interval, Tag};
 use lf_runtime::Coordination;
-use lf_runtime::trace::{Event, RTI, Record, Subject, Waits, Word};
+use lf_runtime::trace::{Event, MessageType, RTI, Record, Waits, Word};
+use lf_testkit::trace::with_values;
 use lf_testkit::world::Conditions;
 use proptest::prelude::*;
 use support::federation::{Edge, Plan, Report, edge, run};
@@ -58,7 +59,7 @@ fn assert_all_that_begins_ends(records: &[Record]) {
 }
 
 /// The identity of a message among others of its sender and receiver, and its number.
-type Messages = BTreeMap<(Subject, (u16, u16), Option<(i64, u32)>), usize>;
+type Messages = BTreeMap<(u8, (u16, u16), Option<(i64, u32)>), usize>;
 
 /// The messages of a participant to (`true`) or from another one.
 fn messages(records: &[Record], peer: u16, sent: bool) -> Messages {
@@ -70,8 +71,8 @@ fn messages(records: &[Record], peer: u16, sent: bool) -> Messages {
             _ => continue,
         };
         if word.peer == peer {
-            let Word { subject, to, tag, .. } = *word;
-            *all.entry((subject, to, tag.map(|Tag { time, microstep }| (time.as_nanos(), microstep.0))))
+            let Word { kind, to, tag, .. } = *word;
+            *all.entry((kind.byte(), to, tag.map(|Tag { time, microstep }| (time.as_nanos(), microstep.0))))
                 .or_default() += 1;
         }
     }
@@ -79,7 +80,8 @@ fn messages(records: &[Record], peer: u16, sent: bool) -> Messages {
 }
 
 fn values(of: Messages) -> Messages {
-    of.into_iter().filter(|((subject, ..), _)| *subject == Subject::Value).collect()
+    let kinds = [MessageType::TaggedMessage, MessageType::P2pTaggedMessage, MessageType::P2pMessage];
+    of.into_iter().filter(|((kind, ..), _)| kinds.iter().any(|value| value.byte() == *kind)).collect()
 }
 
 proptest! {
@@ -125,6 +127,147 @@ proptest! {
         for records in federates {
             assert_all_that_begins_ends(records);
         }
+    }
+}
+
+/// What a node has noted of a message, and what was recorded of it: its tag since the start, its input, its value.
+type Given = (i64, u32, usize, u32);
+
+/// The events of a federate with their values.
+fn events(records: &[Record]) -> Vec<(Event, Option<u32>)> {
+    let value = |bytes: Vec<u8>| u32::from_le_bytes(bytes.try_into().unwrap());
+    with_values(records.iter().copied()).into_iter().map(|(it, bytes)| (it.event, bytes.map(value))).collect()
+}
+
+fn start(records: &[Record]) -> Instant {
+    let mut starts = records.iter().filter_map(|record| match record.event {
+        Event::Starts(start, _) => Some(start),
+        _ => None,
+    });
+    starts.next().unwrap()
+}
+
+/// The values that a federate has received at tags, as its stream has them.
+fn received(records: &[Record]) -> Vec<Given> {
+    let start = start(records);
+    let mut all: Vec<_> = events(records)
+        .into_iter()
+        .filter_map(|(event, value)| match event {
+            Event::Received(word) if word.is_value() => {
+                let tag = word.tag.unwrap();
+                Some((tag.time.since(start).as_nanos(), tag.microstep.0, word.to.1.into(), value.unwrap()))
+            }
+            _ => None,
+        })
+        .collect();
+    all.sort_unstable();
+    all
+}
+
+fn sorted(log: &[Given]) -> Vec<Given> {
+    let mut log = log.to_vec();
+    log.sort_unstable();
+    log
+}
+
+/// The values of the physical action, each with the tag at which it happened.
+fn physical(records: &[Record]) -> Vec<(i64, u32, u32)> {
+    let (start, mut tag, mut all) = (start(records), Tag::NEVER, Vec::new());
+    for (event, value) in events(records) {
+        match event {
+            Event::TagBegins(begun) => tag = begun,
+            Event::Physical(_) => {
+                all.push((tag.time.since(start).as_nanos(), tag.microstep.0, value.unwrap()));
+            }
+            _ => {}
+        }
+    }
+    all
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(32))]
+
+    /// What a federate was given is what its stream holds: each value with its tag and input, whatever way it came.
+    #[test]
+    fn a_stream_holds_the_values_that_a_federate_was_given(
+        seed: u64,
+        capacity in 1usize..3,
+        pipe_bytes in 1usize..200,
+        decentralized: bool,
+    ) {
+        let coordination = if decentralized { Coordination::Decentralized } else { Coordination::Centralized };
+        let plan = Plan { capacity, coordination, ..triangle(MS(20)) };
+        let report = run(&plan, Conditions { pipe_bytes, ..Conditions::seeded(seed) });
+        assert_complete(&report);
+        for (records, log) in report.records[1..].iter().zip(&report.logs) {
+            prop_assert_eq!(received(records), sorted(log));
+        }
+        prop_assert_eq!(report.logs.iter().map(Vec::len).sum::<usize>(), 27);
+    }
+
+    /// It holds what threads have scheduled, at which tag, and with which value.
+    #[test]
+    fn a_stream_holds_physical_actions_with_their_values(seed: u64) {
+        let source = Behavior { physical: true, ..timer(5) };
+        let plan = Plan { timeout: Some(MS(40)), ..Plan::new(vec![source, Behavior::default()], vec![edge(0, 1)]) };
+        let report = run(&plan, Conditions::seeded(seed));
+        assert_complete(&report);
+        // What happens at the source is seen at the sink, at the same tag.
+        let seen = report.logs[1].iter().map(|(time, microstep, _, value)| (*time, *microstep, *value));
+        let seen: Vec<_> = seen.collect();
+        prop_assert!(!seen.is_empty());
+        prop_assert_eq!(physical(&report.records[1]), seen);
+        prop_assert_eq!(physical(&report.records[2]), []);
+    }
+
+    /// It holds the grants without which no tag begins, and the stop at which all end.
+    #[test]
+    fn a_stream_holds_grants_and_the_stop(seed: u64) {
+        let nodes = vec![Behavior { stop_at: Some(4), ..timer(5) }, Behavior::default()];
+        let plan = Plan { timeout: None, ..Plan::new(nodes, vec![edge(0, 1)]) };
+        let report = run(&plan, Conditions::seeded(seed));
+        assert_complete(&report);
+        let requests = |records: &[Record]| records.iter().filter(|it| matches!(
+            it.event,
+            Event::Sent(Word { kind: MessageType::StopRequest, .. })
+        )).count();
+        prop_assert_eq!(requests(&report.records[1]), 1);
+        let mut stops = Vec::new();
+        for (id, records) in report.records.iter().enumerate().skip(1) {
+            let (mut granted, mut stop, mut last) = (Tag::NEVER, None, Tag::NEVER);
+            for Record { event, .. } in records {
+                match event {
+                    Event::Received(Word { kind: MessageType::TagGrant, tag: Some(tag), .. }) => granted = *tag,
+                    Event::Received(Word { kind: MessageType::StopGranted, tag, .. }) => stop = *tag,
+                    Event::TagBegins(tag) => {
+                        // Only the second has others upstream; the last tag is granted with the stop.
+                        prop_assert!(id == 1 || *tag <= granted || Some(*tag) == stop);
+                        last = *tag;
+                    }
+                    _ => {}
+                }
+            }
+            prop_assert_eq!(stop, Some(last));
+            stops.push(stop.unwrap().time.since(start(records)));
+        }
+        prop_assert_eq!(stops[0], stops[1]);
+    }
+}
+
+/// Values are recorded only where they are asked for, and nothing at all where nothing is.
+#[test]
+fn a_recorder_gets_what_is_asked_for() {
+    for (asked, has_values) in [(None, false), (Some(false), false), (Some(true), true)] {
+        let source = Behavior { physical: true, ..timer(5) };
+        let nodes = vec![source, Behavior::default()];
+        let plan = Plan { timeout: Some(MS(40)), records: asked, ..Plan::new(nodes, vec![edge(0, 1)]) };
+        let report = run(&plan, Conditions::seeded(1));
+        assert_complete(&report);
+        let records = report.records.concat();
+        assert_eq!(records.is_empty(), asked.is_none());
+        let is_value = |record: &Record| matches!(record.event, Event::Data(_) | Event::Physical(_));
+        assert_eq!(records.iter().any(is_value), has_values);
     }
 }
 

@@ -2,6 +2,7 @@
 //! The command line.
 
 use std::ops::Range;
+use std::path::PathBuf;
 use std::process::ExitCode;
 use std::time::Instant;
 
@@ -10,7 +11,7 @@ use lf_runtime::Coordination;
 
 use crate::scenario::{RICH, Scenario, source};
 use crate::shrink::{cut, shrink};
-use crate::trial::{Trial, print_messages, try_scenario};
+use crate::trial::{Trial, print_messages, try_scenario, write_traces};
 use crate::with_stack;
 use crate::workers::{all, option, try_safely, worker};
 
@@ -43,6 +44,9 @@ struct Arguments {
     /// With --seed: print all messages.
     #[arg(long)]
     messages: bool,
+    /// With --seed: write what all participants record, with values, into this folder, for `lfz trace`.
+    #[arg(long, value_name = "FOLDER")]
+    trace: Option<PathBuf>,
     /// How many processes run at once.
     #[arg(long, value_name = "N", default_value_t = 1)]
     jobs: usize,
@@ -97,6 +101,13 @@ fn one(seed: u64, arguments: &Arguments) -> ExitCode {
     describe(&scenario, &trial, seed, &cuts);
     if arguments.messages {
         print_messages(&scenario);
+    }
+    if let Some(folder) = &arguments.trace {
+        if let Err(error) = write_traces(&scenario, folder) {
+            eprintln!("error: cannot write into {}: {error}", folder.display());
+            return ExitCode::FAILURE;
+        }
+        println!("recorded in {0}: see it with `lfz trace {0}`", folder.display());
     }
     if trial.violation.is_some() { ExitCode::FAILURE } else { ExitCode::SUCCESS }
 }

@@ -1,7 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 //! A trial: a scenario is compiled, run, run unfederated, and judged.
 
+use std::path::Path;
+use std::{fs, io};
+
 use lf_compiler::plan::Plan;
+use lf_compiler::trace_names::{self, TraceNames};
 use lf_model::time::Tag;
 use lf_runtime::Coordination;
 
@@ -9,7 +13,7 @@ use crate::check::{self, Expected, Violation};
 use crate::compile::compile_text;
 use crate::coverage::Coverage;
 use crate::program::{Record, Runs};
-use crate::run::{Decided, FederateEnd, Report, run, run_alone};
+use crate::run::{Decided, FederateEnd, Report, Telling, run, run_alone};
 use crate::scenario::{Decentralized, RICH, Scenario, source};
 use crate::waits;
 
@@ -58,10 +62,28 @@ pub(crate) fn try_scenario(scenario: &Scenario) -> Trial {
 /// Runs a scenario once more, and prints all messages, what the RTI has to tell, and how all end.
 pub(crate) fn print_messages(scenario: &Scenario) {
     let Ok(plan) = compile_text(&source(scenario, true)) else { return };
-    let Ok(report) = run(scenario, &plan, true) else { return };
+    let Ok(report) = run(scenario, &plan, Telling { prints: true, ..Telling::default() }) else { return };
     for (federate, end) in report.ends.iter().enumerate() {
         println!("f{federate}: {end:?}");
     }
+}
+
+/// Runs a scenario once more, and writes what all participants record into a folder, for `lfz trace`.
+///
+/// # Errors
+/// Why it cannot be written.
+pub(crate) fn write_traces(scenario: &Scenario, folder: &Path) -> io::Result<()> {
+    let plan = compile_text(&source(scenario, true)).map_err(|(_, error)| io::Error::other(error))?;
+    let telling = Telling { records: true, ..Telling::default() };
+    let report = run(scenario, &plan, telling).map_err(|error| io::Error::other(error.to_string()))?;
+    fs::create_dir_all(folder)?;
+    let names = TraceNames::of(&plan);
+    fs::write(folder.join(trace_names::FILE), serde_json::to_string_pretty(&names)?)?;
+    let participants = ["RTI"].into_iter().chain(plan.federates.iter().map(|federate| &federate.name[..]));
+    for (participant, records) in participants.zip(report.records.iter().flatten()) {
+        fs::write(folder.join(format!("{participant}.lftrace")), records.to_bytes())?;
+    }
+    Ok(())
 }
 
 /// Compiles a scenario. Where its reactions make a loop without delay, connections that lead back are delayed one by
@@ -85,7 +107,7 @@ fn compiled(scenario: &mut Scenario) -> Result<Plan, String> {
 fn judge(scenario: &Scenario, plan: Result<Plan, String>) -> Trial {
     let mut trial =
         Trial { violation: None, coverage: Coverage::default(), events: 0, messages: 0, digest: scenario.seed };
-    let report = plan.and_then(|plan| match run(scenario, &plan, false) {
+    let report = plan.and_then(|plan| match run(scenario, &plan, Telling::default()) {
         Ok(report) => Ok((plan, report)),
         Err(error) => Err(error.to_string()),
     });

@@ -16,4 +16,6 @@ pub mod random;
 #[cfg(feature = "coordination")]
 pub mod rti;
 #[cfg(feature = "network")]
+pub mod trace;
+#[cfg(feature = "network")]
 pub mod world;

@@ -23,6 +23,8 @@ mod outside;
 mod panic;
 mod platform;
 mod raw;
+#[doc(hidden)]
+pub mod recording;
 #[cfg(CONFIG_LF_RTI)]
 #[doc(hidden)]
 pub mod rti;
@@ -70,7 +72,9 @@ macro_rules! main {
         $crate::main!(
             @run
             |platform: &mut $crate::ZephyrPlatform| {
-                $crate::run!($module::$program, platform, $crate::settings::join, $crate::settings::BUFFERS)
+                let mut whose = $crate::recording::Whose::Federate;
+                let recording = whose.recording();
+                $crate::run!($module::$program, platform, recording, $crate::settings::join, $crate::settings::BUFFERS)
             },
             $module::DESCRIPTION.logging
         );

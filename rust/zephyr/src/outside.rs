@@ -70,4 +70,11 @@ impl Outside for ZephyrOutside {
     fn mailbox(&self) -> &Mailbox {
         &self.mailbox
     }
+
+    #[cfg(CONFIG_LF_OSCILLOSCOPE)]
+    fn starts(&self, start: Instant) {
+        let left = start.since(self.physical_time());
+        // SAFETY: it has no precondition.
+        unsafe { crate::raw::lf_oscilloscope_starts(left.as_nanos()) };
+    }
 }

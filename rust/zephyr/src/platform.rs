@@ -9,8 +9,6 @@ use lf_coordination::clock_sync::ClockCorrection;
 use lf_model::Outside;
 use lf_model::time::Instant;
 use lf_runtime::platform::{Endpoint, Interest, IpAddress, NetError, Platform, RandomError, SocketId, Transfer};
-#[cfg(feature = "traces")]
-use lf_runtime::trace::{Event, Header};
 use lf_runtime::{FederateEvent, report};
 
 use log::Level;
@@ -18,8 +16,6 @@ use log::Level;
 use crate::kconfig::{LF_SOCKETS, SYS_CLOCK_TICKS_PER_SEC};
 use crate::net::{self, Descriptor};
 use crate::outside::ZephyrOutside;
-#[cfg(feature = "traces")]
-use crate::trace::{self, Whose};
 use crate::{clock, raw, wake};
 
 /// The pause before output is tried again that had no buffers.
@@ -67,12 +63,6 @@ impl<const SOCKETS: usize> ZephyrPlatform<SOCKETS> {
     /// Returns a platform without sockets that only its sockets and the time wake.
     pub(crate) const fn without_wake() -> Self {
         Self { places: [const { SocketPlace { generation: 0, socket: None } }; SOCKETS], wake: -1 }
-    }
-
-    /// Which participant of the image this is: only an RTI has no wake-up.
-    #[cfg(feature = "traces")]
-    fn whose(&self) -> Whose {
-        if self.wake < 0 { Whose::Rti } else { Whose::Federate }
     }
 
     fn has_place(&self) -> bool {
@@ -169,23 +159,6 @@ impl<const SOCKETS: usize> Platform for ZephyrPlatform<SOCKETS> {
 
     fn set_correction(&mut self, correction: ClockCorrection) {
         ZephyrOutside::of_program().set_correction(correction);
-    }
-
-    #[cfg(CONFIG_LF_OSCILLOSCOPE)]
-    fn starts(&mut self, start: Instant) {
-        let left = start.since(ZephyrOutside::of_program().physical_time());
-        // SAFETY: it has no precondition.
-        unsafe { raw::lf_oscilloscope_starts(left.as_nanos()) };
-    }
-
-    #[cfg(feature = "traces")]
-    fn trace_begins(&mut self, header: Header) {
-        trace::begin(self.whose(), header);
-    }
-
-    #[cfg(feature = "traces")]
-    fn trace(&mut self, at: Instant, event: Event) {
-        trace::note(self.whose(), at, event);
     }
 
     fn random(&mut self, buffer: &mut [u8]) -> Result<(), RandomError> {

@@ -10,20 +10,12 @@ use core::fmt;
 use critical_section::Mutex;
 use lf_model::Outside;
 use lf_model::time::Instant;
-use lf_runtime::trace::{Event, Header, RECORD_BYTES, Record, Ring, Role};
+use lf_runtime::trace::{Event, Header, RECORD_BYTES, Record, Recorder, Ring, Role};
 
 use crate::kconfig::LF_TRACE_RECORDS;
 use crate::outside::ZephyrOutside;
+use crate::recording::Whose;
 use crate::{clock, console};
-
-/// The participant of an image whose records these are.
-#[derive(Clone, Copy, Debug)]
-pub(crate) enum Whose {
-    /// The federate, or a program that is not federated.
-    Federate,
-    /// The RTI.
-    Rti,
-}
 
 struct Trace {
     header: Option<Header>,
@@ -46,14 +38,13 @@ fn with<T>(whose: Whose, then: impl FnOnce(&mut Trace) -> T) -> T {
     critical_section::with(|section| then(&mut place.borrow_ref_mut(section)))
 }
 
-/// Records begin: whose they are.
-pub(crate) fn begin(whose: Whose, header: Header) {
-    with(whose, |trace| trace.header = Some(header));
-}
-
-/// Keeps a record.
-pub(crate) fn note(whose: Whose, at: Instant, event: Event) {
-    with(whose, |trace| trace.ring.push(at, event));
+impl Recorder for Whose {
+    fn record(&mut self, at: Instant, event: Event) {
+        with(*self, |trace| match event {
+            Event::Begins(header) => trace.header = Some(header),
+            event => trace.ring.push(at, event),
+        });
+    }
 }
 
 /// Prints what a participant has recorded, once.

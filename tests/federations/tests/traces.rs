@@ -21,10 +21,15 @@ struct Recorded {
 impl Recorded {
     /// Runs a program, and puts together what it has recorded.
     fn of(program: &str) -> Self {
+        Self::with(program, &[])
+    }
+
+    /// The same with further options.
+    fn with(program: &str, options: &[&str]) -> Self {
         let folder = tempfile::tempdir().expect("there is room");
         let path = folder.path().to_str().expect("the folder's name is text");
         let file = programs().join(format!("{program}.lf"));
-        Lfz::run(&format!("traces-{program}"), &file, &["--trace", path]).succeed();
+        Lfz::run(&format!("traces-{program}"), &file, &[&["--trace", path], options].concat()).succeed();
         let table = Self::convert(folder.path()).expect("the records fit together");
         Self { folder, table }
     }
@@ -130,6 +135,27 @@ fn a_federation_without_grants_says_for_which_input_it_waited() {
     assert_eq!(values, text("[[20]]"));
     assert!(waits.to_string().contains("relay.out -> sink.far"), "{waits}");
     assert_eq!(trouble, text("[]"));
+}
+
+/// With values, each federate has what it was given, and the RTI's messages are read in other forms, too.
+#[test]
+fn values_are_recorded_and_messages_are_written_as_text_and_for_the_tools_of_lf() {
+    let recorded = Recorded::with("Recorded", &["--trace-values"]);
+    let folder = recorded.folder.path();
+    let (csv, lft) = (folder.join("messages.csv"), folder.join("rti.lft"));
+    let mut command = Lfz::command(["trace"]);
+    command.arg(folder).arg("--csv").arg(&csv).arg("--lft").arg(&lft);
+    assert!(command.status().expect("lfz can be started").success());
+    let csv = fs::read_to_string(csv).expect("it was written");
+    let messages = |line: &str| csv.lines().filter(|other| other.contains(line)).count();
+    // The source's go to the relay and to the sink, the relay's to the sink.
+    assert_eq!(messages(",TAGGED_MESSAGE,"), 2 * 30, "{csv}");
+    assert!(fs::metadata(lft).expect("it was written").len() > 64 * 60);
+    for (participant, values) in [("source", 0), ("relay", 10), ("sink", 20), ("RTI", 30)] {
+        let file = fs::read(folder.join(format!("{participant}.lftrace"))).expect("it was written");
+        let last_parts = file.chunks(32).skip(1).filter(|record| record[24] == 17).count();
+        assert_eq!(last_parts, values, "{participant}");
+    }
 }
 
 /// A program that is not federated has no RTI, and one that fails is recorded until it does.

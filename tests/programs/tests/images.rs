@@ -13,6 +13,7 @@ use lf_programs::images::receiver::federate as receiver;
 use lf_programs::images::receiver::images::RECEIVED;
 use lf_programs::images::sender::federate as sender;
 use lf_runtime::platform::{Endpoint, Platform};
+use lf_runtime::trace::Recording;
 use lf_runtime::{Description, ImageError, Join, RtiError, SettingsError};
 use lf_testkit::network::address_of;
 use lf_testkit::world::{Conditions, Threads, Virtual};
@@ -53,15 +54,15 @@ fn one_participant() -> (Threads, Virtual) {
 }
 
 fn run_sender(platform: &mut impl Platform) -> Result<(), ImageError> {
-    lf_embedded::run!(sender::SenderFederate, platform, JOIN, LEAST)
+    lf_embedded::run!(sender::SenderFederate, platform, Recording::OFF, JOIN, LEAST)
 }
 
 fn run_receiver(platform: &mut impl Platform) -> Result<(), ImageError> {
-    lf_embedded::run!(receiver::ReceiverFederate, platform, JOIN, LEAST)
+    lf_embedded::run!(receiver::ReceiverFederate, platform, Recording::OFF, JOIN, LEAST)
 }
 
 fn run_alone(platform: &mut impl Platform) -> Result<(), ImageError> {
-    lf_embedded::run!(alone::AloneMain, platform, || unreachable!("it joins nothing"), LEAST)
+    lf_embedded::run!(alone::AloneMain, platform, Recording::OFF, || unreachable!("it joins nothing"), LEAST)
 }
 
 #[test]
@@ -76,7 +77,7 @@ fn a_federation_runs_from_start_to_end_in_static_memory() {
             rti.begin();
             let image: &dyn ImageRti<Virtual> = &MEMORY;
             assert_eq!(MEMORY.listen(&RTI, rti, PORT, b"").unwrap(), PORT);
-            let outcome = image.run(&RTI);
+            let outcome = image.run(&RTI, Recording::OFF);
             // The memory keeps the platform, so it is never dropped.
             at_rti.leave(RTI_NUMBER);
             outcomes.lock().unwrap().push(format!("{outcome:?}"));
@@ -109,7 +110,7 @@ fn a_program_that_is_not_federated_asks_for_no_federation() {
 fn a_setting_that_is_of_no_use_ends_the_program() {
     let (_world, mut platform) = one_participant();
     let join = || Err(SettingsError::RtiPort(70_000));
-    let outcome = lf_embedded::run!(sender::SenderFederate, &mut platform, join, LEAST);
+    let outcome = lf_embedded::run!(sender::SenderFederate, &mut platform, Recording::OFF, join, LEAST);
     assert!(matches!(outcome, Err(ImageError::Settings(SettingsError::RtiPort(70_000)))), "{outcome:?}");
 }
 
@@ -117,7 +118,7 @@ fn a_setting_that_is_of_no_use_ends_the_program() {
 fn an_rti_that_is_run_in_another_order_says_so() {
     static MEMORY: RtiMemory = RtiMemory::new();
     let (world, platform) = one_participant();
-    assert!(matches!(MEMORY.run(&RTI), Err(RtiError::Order)), "it does not listen yet");
+    assert!(matches!(MEMORY.run(&RTI, Recording::OFF), Err(RtiError::Order)), "it does not listen yet");
     assert_ne!(MEMORY.listen(&RTI, platform, 0, b"another").unwrap(), 0, "the system chooses a port");
     let second = MEMORY.listen(&RTI, world.join(Interval::ZERO, Interval::ZERO), PORT, b"");
     assert!(matches!(second, Err(RtiError::Order)), "{second:?}");
@@ -130,7 +131,7 @@ fn a_port_that_cannot_be_listened_on_is_named() {
     world.leave(RTI_NUMBER);
     let outcome = MEMORY.listen(&RTI, platform, PORT, b"");
     assert!(matches!(outcome, Err(RtiError::Listen { port: PORT, .. })), "{outcome:?}");
-    assert!(matches!(MEMORY.run(&RTI), Err(RtiError::Order)), "it listens nowhere");
+    assert!(matches!(MEMORY.run(&RTI, Recording::OFF), Err(RtiError::Order)), "it listens nowhere");
 }
 
 #[test]

@@ -6,7 +6,7 @@ use std::thread;
 use std::time::Duration;
 
 use lf_linux::model::{Engine, EventTag, Settings};
-use lf_linux::runtime::run_unfederated;
+use lf_linux::runtime::UnfederatedLoop;
 use lf_programs::meeting::Meeting::federate::{MeetingMain, Storage, TABLES};
 use lf_programs::meeting::Meeting::meeting::{AGAIN_AT, SUMS, THREADS};
 
@@ -15,7 +15,7 @@ use lf_programs::meeting::Meeting::meeting::{AGAIN_AT, SUMS, THREADS};
 fn reactions_of_a_level_run_in_as_many_threads_as_there_are_workers() {
     let (mut program, mut storage) = (MeetingMain::new(), Storage::new());
     let engine = Engine::new(&TABLES, &mut storage, Settings { fast: true, ..Settings::DEFAULT });
-    run_unfederated(&mut lf_linux::Linux::new().unwrap(), &mut program, engine).unwrap();
+    UnfederatedLoop::new(&mut lf_linux::Linux::new().unwrap(), &mut program, engine).run().unwrap();
     let mut threads: Vec<_> = THREADS.lock().unwrap().iter().map(|thread| format!("{thread:?}")).collect();
     threads.sort();
     threads.dedup();

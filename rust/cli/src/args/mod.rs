@@ -115,7 +115,9 @@ Put what the participants of a run have recorded together: a file for Perfetto, 
 
 FOLDER has the files that `lfz run --trace FOLDER` or the option --trace of programs have written, and logs (`*.log`,
 `*.txt`) of the consoles of boards whose images have CONFIG_LF_TRACE=y. The result is opened at
-https://ui.perfetto.dev, which keeps it on this computer.")]
+https://ui.perfetto.dev, which keeps it on this computer.
+
+With --lft, --csv or --bounds, only those files are written, unless --output is there, too.")]
     Trace(TraceArgs),
     /// Say in sentences what the codes mean that images without texts log, such as `lf#0.2.2.b.6`.
     #[command(long_about = "\
@@ -302,6 +304,9 @@ pub struct RunArgs {
     /// Record what happens in all participants in this folder, for `lfz trace`.
     #[arg(long, value_name = "FOLDER")]
     pub trace: Option<PathBuf>,
+    /// Record the values of messages that come and of physical actions, too.
+    #[arg(long, requires = "trace")]
+    pub trace_values: bool,
     /// How large the file of each participant may be, in MiB; when it is full, the oldest records are dropped.
     #[arg(long, value_name = "MIB", requires = "trace", default_value_t = TRACE_MIB,
           value_parser = clap::value_parser!(u32).range(1..))]
@@ -347,6 +352,15 @@ pub struct TraceArgs {
     /// out, that in FOLDER.
     #[arg(long, value_name = "FILE")]
     pub names: Option<PathBuf>,
+    /// Write the messages of the RTI into this file, which LF's own tools read.
+    #[arg(long, value_name = "FILE")]
+    pub lft: Option<PathBuf>,
+    /// Write the messages of the RTI into this file, as text: comma-separated values.
+    #[arg(long, value_name = "FILE")]
+    pub csv: Option<PathBuf>,
+    /// Write bounds that the run of a decentralized program has shown into this file, for `lfz plan --stp`.
+    #[arg(long, value_name = "FILE")]
+    pub bounds: Option<PathBuf>,
 }
 
 /// Where files are generated and compiled, and how.

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //! `lfz rti`
 
+use std::fs::{self, File};
 use std::process::ExitCode;
 
 use lf_compiler::plan::{ClockSync, Plan};
@@ -10,6 +11,7 @@ use lf_linux::rti::{Outcome, serve};
 use crate::args::RtiArgs;
 use crate::failure::Failure;
 use crate::terminal;
+use crate::trace::{self, Table};
 
 /// The text before the port in the line that announces the RTI's port, which the supervisor reads.
 const LISTENING: &str = "listening on TCP port ";
@@ -31,11 +33,26 @@ pub(super) fn rti(arguments: &RtiArgs) -> Result<ExitCode, Failure> {
     // `lfz run` starts it by a path that does not end with its name.
     let _ = rustix::thread::set_name(c"lfz");
     lf_linux::install_logger(LevelFilter::Info);
+    let tables = arguments.tables();
+    for Table { file, .. } in &tables {
+        // One that cannot be written is to be known now.
+        File::create(file)
+            .map_err(|error| Failure::message(format!("the trace {} cannot be written: {error}", file.display())))?;
+    }
     let outcome = serve(&options, |port| {
         // An RTI whose output is not read serves its federates all the same.
         let _ = terminal::print(format_args!("{LISTENING}{port}"));
     });
-    match outcome.map_err(|error| Failure::message(error.to_string()))? {
+    let converted = match &options.trace {
+        Some(trace) if !tables.is_empty() => trace::convert_rti(&trace.file, &tables),
+        _ => Ok(()),
+    };
+    if let Some(trace) = options.trace.filter(|_| !arguments.keeps_trace() && (converted.is_ok() || outcome.is_err())) {
+        fs::remove_file(&trace.file)?;
+    }
+    let outcome = outcome.map_err(|error| Failure::message(error.to_string()))?;
+    converted?;
+    match outcome {
         Outcome::Complete => Ok(ExitCode::SUCCESS),
         outcome @ Outcome::Lost { .. } => Err(Failure::message(outcome.to_string())),
         outcome @ Outcome::NotStarted { .. } => Err(Failure::message(format!(

@@ -3,9 +3,11 @@
 
 use std::io;
 use std::net::{Ipv4Addr, TcpListener};
+use std::path::PathBuf;
 use std::process::ExitCode;
 
 use lf_compiler::plan::Rti;
+use lf_linux::rti::TRACE_UNLIMITED;
 
 use super::rti::options_for;
 use crate::args::{PORT_DEFAULT, Platform, RunArgs};
@@ -13,7 +15,6 @@ use crate::compile::{Built, Request};
 use crate::failure::Failure;
 use crate::federation::{Federation, FederationId, Known, Process, Version, Word};
 use crate::guard;
-use crate::measure;
 use crate::pins::{self, PinRecording};
 use crate::supervisor::Interrupts;
 use crate::terminal;
@@ -32,16 +33,15 @@ pub(super) fn run(arguments: &RunArgs) -> Result<ExitCode, Failure> {
     if let Some(script) = &arguments.devices {
         pins::check_script(script, &built.plan)?;
     }
-    if let Some(folder) = &arguments.trace {
-        trace::prepare(&built.plan, folder)?;
+    let recording = Recording::of(&built, arguments);
+    if let Some(recording) = &recording {
+        trace::prepare(&built.plan, &recording.folder)?;
     }
     let interrupts = Interrupts::of_this_process()?;
-    let ending = federation(&built, arguments)?.run(interrupts)?;
-    if let Some(bounds) = &arguments.measure {
-        let measured = measure::read(&built.plan, &built.out)?;
-        std::fs::write(bounds, measured.to_yaml(&built.plan))
-            .map_err(|error| Failure::message(format!("cannot write {}: {error}", bounds.display())))?;
-        terminal::remark(format_args!("{} messages measured: {}", measured.messages, bounds.display()));
+    let ending = federation(&built, arguments, recording.as_ref())?.run(interrupts)?;
+    if let (Some(bounds), Some(Recording { folder, .. })) = (&arguments.measure, &recording) {
+        let messages = trace::write_bounds(folder, None, bounds)?;
+        terminal::remark(format_args!("{messages} messages measured: {}", bounds.display()));
     }
     if let Some(folder) = &arguments.trace {
         let folder = folder.display();
@@ -50,12 +50,38 @@ pub(super) fn run(arguments: &RunArgs) -> Result<ExitCode, Failure> {
     Ok(ExitCode::from(ending.exit_code()))
 }
 
+/// Where and how participants record what happens.
+struct Recording {
+    folder: PathBuf,
+    limit_mib: u32,
+    values: bool,
+}
+
+impl Recording {
+    /// What the user asks for, or what measuring needs.
+    fn of(built: &Built, arguments: &RunArgs) -> Option<Self> {
+        if let Some(folder) = arguments.trace.clone() {
+            return Some(Self { folder, limit_mib: arguments.trace_limit, values: arguments.trace_values });
+        }
+        let measures = arguments.measure.is_some();
+        measures.then(|| Self { folder: built.out.join(trace::MEASURED), limit_mib: TRACE_UNLIMITED, values: false })
+    }
+
+    /// The options with which a participant records.
+    fn options(&self, participant: &str) -> impl Iterator<Item = Word> {
+        let file = trace::file(&self.folder, participant);
+        let limit = ["--trace-limit".into(), self.limit_mib.to_string().into()];
+        let values = self.values.then(|| "--trace-values".into());
+        ["--trace".into(), file.into()].into_iter().chain(limit).chain(values)
+    }
+}
+
 /// The RTI and the federates; of a program that is not federated only itself, whose output is its own.
-fn federation(built: &Built, arguments: &RunArgs) -> Result<Federation, Failure> {
+fn federation(built: &Built, arguments: &RunArgs, recording: Option<&Recording>) -> Result<Federation, Failure> {
     let planned = built.plan.rti.as_ref();
     let name = planned.map_or(&built.plan.name, |rti| &rti.federation_id);
-    let rti = planned.map(|rti| rti_process(built, rti, arguments)).transpose()?;
-    let recording = arguments.vcd.as_ref().map(|file| PinRecording::of(&built.plan, &built.out, file));
+    let rti = planned.map(|rti| rti_process(built, rti, arguments, recording)).transpose()?;
+    let pins = arguments.vcd.as_ref().map(|file| PinRecording::of(&built.plan, &built.out, file));
     let mut federates = Vec::new();
     for federate in &built.plan.federates {
         let name = &federate.name;
@@ -69,17 +95,11 @@ fn federation(built: &Built, arguments: &RunArgs) -> Result<Federation, Failure>
             words.extend(["--id".into(), Word::known("", Known::FederationId)]);
         }
         words.extend(arguments.arguments.iter().map(Word::from));
-        if arguments.measure.is_some() {
-            words.extend(["--observations".into(), measure::file(&built.out, federate).into()]);
-        }
-        if let Some(folder) = &arguments.trace {
-            words.extend(["--trace".into(), trace::file(folder, name).into()]);
-            words.extend(["--trace-limit".into(), arguments.trace_limit.to_string().into()]);
-        }
+        words.extend(recording.into_iter().flat_map(|recording| recording.options(name)));
         if let Some(script) = &arguments.devices {
             words.extend(["--devices".into(), script.into()]);
         }
-        if let Some(file) = recording.as_ref().and_then(|recording| recording.file_of(name)) {
+        if let Some(file) = pins.as_ref().and_then(|pins| pins.file_of(name)) {
             words.extend(["--vcd".into(), file.into()]);
         }
         let is_alone = planned.is_none();
@@ -96,12 +116,17 @@ fn federation(built: &Built, arguments: &RunArgs) -> Result<Federation, Failure>
         rti,
         rti_port: rti_port.flatten(),
         federates,
-        oscilloscope: recording,
+        oscilloscope: pins,
     })
 }
 
 /// The RTI that runs beside the federates, and its port if it does not say that itself.
-fn rti_process(built: &Built, rti: &Rti, arguments: &RunArgs) -> Result<(Process, Option<u16>), Failure> {
+fn rti_process(
+    built: &Built,
+    rti: &Rti,
+    arguments: &RunArgs,
+    recording: Option<&Recording>,
+) -> Result<(Process, Option<u16>), Failure> {
     let is_any = rti.port == PORT_DEFAULT;
     let (mut words, port, is_told) = match &arguments.rti {
         // A program that names no port of its own gets any free one, so that several may run at once.
@@ -113,9 +138,8 @@ fn rti_process(built: &Built, rti: &Rti, arguments: &RunArgs) -> Result<(Process
         }
     };
     words.extend(["--id".into(), Word::known("", Known::FederationId), "--port".into(), port.to_string().into()]);
-    if let Some(folder) = arguments.trace.as_ref().filter(|_| arguments.rti.is_none()) {
-        words.extend(["--trace".into(), trace::file(folder, "RTI").into()]);
-        words.extend(["--trace-limit".into(), arguments.trace_limit.to_string().into()]);
+    if let Some(recording) = recording.filter(|_| arguments.rti.is_none()) {
+        words.extend(recording.options("RTI"));
     }
     words.extend(options_for(&built.plan, arguments.rti.is_none()).into_iter().map(Word::from));
     Ok((Process { name: "RTI".to_owned(), words, ..Process::default() }, is_told))

@@ -1,15 +1,30 @@
 // SPDX-License-Identifier: Apache-2.0
 //! `lfz trace`
 
+use std::path::PathBuf;
 use std::process::ExitCode;
 
 use crate::args::TraceArgs;
 use crate::failure::Failure;
 use crate::terminal;
-use crate::trace::convert;
+use crate::trace::{Table, TableFormat, convert, write_bounds, write_tables};
 
-/// Puts the traces of a folder together, and says where time went.
+/// Writes what is asked for of the traces of a folder; unless told otherwise, puts them together, and says where time
+/// went.
 pub(super) fn trace(arguments: &TraceArgs) -> Result<ExitCode, Failure> {
+    let TraceArgs { folder, names, output, lft, csv, bounds } = arguments;
+    let table = |file: &Option<PathBuf>, format| file.clone().map(|file| Table { file, format });
+    let tables: Vec<_> = table(lft, TableFormat::Lft).into_iter().chain(table(csv, TableFormat::Csv)).collect();
+    if !tables.is_empty() {
+        write_tables(folder, &tables)?;
+    }
+    if let Some(file) = bounds {
+        let messages = write_bounds(folder, names.as_deref(), file)?;
+        terminal::remark(format_args!("{messages} messages measured: {}", file.display()));
+    }
+    if output.is_none() && (bounds.is_some() || !tables.is_empty()) {
+        return Ok(ExitCode::SUCCESS);
+    }
     let output = arguments.output.clone().unwrap_or_else(|| arguments.folder.join("trace.perfetto-trace"));
     let outcome = convert(&arguments.folder, arguments.names.as_deref(), &output)?;
     terminal::print(outcome.table.trim_end())?;

@@ -5,6 +5,7 @@ use std::fs::{self, File};
 use std::io;
 use std::path::Path;
 
+use lf_compiler::trace_names;
 use rustix::fs::{FlockOperation, fcntl_lock};
 
 use super::files;
@@ -12,6 +13,7 @@ use super::places::{Folders, images, store};
 use super::store::Freed;
 use crate::args::{Places, Platform};
 use crate::failure::Failure;
+use crate::trace::MEASURED;
 
 /// Removes what builds of a program have left, for both platforms. The program itself need not be right any more.
 ///
@@ -57,10 +59,8 @@ fn forget_images(folder: &Path, freed: &mut Freed) -> io::Result<()> {
 fn clean_out(out: &Path, freed: &mut Freed) -> io::Result<()> {
     let Some(generated) = files::generated(out)? else { return Ok(()) };
     let locks = generated.iter().filter_map(|path| Some(format!("{}.lock", path.strip_suffix(".toml")?)));
-    let recorded = fs::read_dir(out)?.filter_map(|entry| entry.ok()?.file_name().into_string().ok());
-    let recorded = recorded.filter(|name| name.ends_with(".observations"));
-    let others = ["Cargo.lock", "trace.json", "target"].map(str::to_owned);
-    for path in generated.iter().cloned().chain(locks).chain(recorded).chain(others) {
+    let others = ["Cargo.lock", trace_names::FILE, MEASURED, "target"].map(str::to_owned);
+    for path in generated.iter().cloned().chain(locks).chain(others) {
         freed.remove(&out.join(&path))?;
         files::remove_empty(out, &path);
     }

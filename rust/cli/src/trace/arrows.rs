@@ -7,7 +7,7 @@ use std::collections::BTreeMap;
 use std::hash::{DefaultHasher, Hash as _, Hasher as _};
 
 use lf_linux::model::time::Tag;
-use lf_linux::runtime::trace::{RTI, Subject};
+use lf_linux::runtime::trace::{MessageType, RTI};
 
 use super::story::{Mark, Story};
 
@@ -15,9 +15,9 @@ use super::story::{Mark, Story};
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 enum Lane {
     /// Values, or word that there is none: for whom. Each input has one sender.
-    Value(Subject, (u16, u16)),
-    /// A federate and its RTI, to which they go or from which they come.
-    Control(Subject, u16, bool),
+    Value { is_absent: bool, to: (u16, u16) },
+    /// The first byte of others on the wire, a federate, and whether they go to the RTI.
+    Control(u8, u16, bool),
 }
 
 /// Where a message is on its way: sent, at the RTI, sent on by the RTI, received. Control messages are sent and
@@ -57,7 +57,7 @@ impl Arrows {
         let (stream, stage) = stream(story, mark)?;
         let tag = mark.word.tag;
         // Without tags, only the number tells one from another, and that is not known where some are lost.
-        if tag.is_none() && matches!(stream, Lane::Value(..)) && !self.complete {
+        if tag.is_none() && matches!(stream, Lane::Value { .. }) && !self.complete {
             return None;
         }
         let passed = &mut self.streams.entry(stream).or_default()[stage];
@@ -66,7 +66,7 @@ impl Arrows {
         passed.count += 1;
         let mut hasher = DefaultHasher::new();
         (stream, tag.map(|tag| (tag.time.as_nanos(), tag.microstep.0)), passed.repeated).hash(&mut hasher);
-        let last = if matches!(stream, Lane::Value(..)) { STAGES - 1 } else { 1 };
+        let last = if matches!(stream, Lane::Value { .. }) { STAGES - 1 } else { 1 };
         Some(Arrow { id: hasher.finish(), ends: stage == last })
     }
 
@@ -84,16 +84,17 @@ impl Arrows {
 /// To which stream a mark belongs, and where on its way.
 fn stream(story: &Story<'_>, mark: &Mark) -> Option<(Lane, usize)> {
     let Mark { sent, word, .. } = mark;
-    if matches!(word.subject, Subject::Value | Subject::Absent) {
+    let is_absent = word.kind == MessageType::PortAbsent;
+    if is_absent || word.is_value() {
         let stage = match (story.is_rti, sent) {
             (false, true) => 0,
             (true, false) => 1,
             (true, true) => 2,
             (false, false) => 3,
         };
-        return Some((Lane::Value(word.subject, word.to), stage));
+        return Some((Lane::Value { is_absent, to: word.to }, stage));
     }
     let federate = if story.is_rti { Some(word.peer).filter(|peer| *peer != RTI) } else { story.id };
     let to_rti = story.is_rti != *sent;
-    Some((Lane::Control(word.subject, federate?, to_rti), usize::from(!sent)))
+    Some((Lane::Control(word.kind.byte(), federate?, to_rti), usize::from(!sent)))
 }

@@ -1,8 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-//! `lfz trace`: what participants have recorded, put together on one time axis.
+//! What participants have recorded, and what is read from it: a picture on one time axis with a table of where time
+//! went, an RTI's messages as LF's tools or spreadsheets take them, and bounds for decentralized coordination.
 
 mod arrows;
+mod bounds;
 mod clock;
+mod messages;
 mod names;
 mod perfetto;
 mod read;
@@ -19,7 +22,8 @@ use lf_linux::runtime::trace::Role;
 
 use crate::failure::Failure;
 use arrows::Arrows;
-use names::Names;
+pub(crate) use messages::{Table, TableFormat};
+use names::TraceNames;
 use perfetto::Writer;
 use story::{Story, Told};
 use table::Sums;
@@ -35,6 +39,9 @@ pub(crate) struct TraceSummary {
     pub(crate) arrows: usize,
 }
 
+/// The folder, beside what is generated, of the traces from which a run is measured.
+pub(crate) const MEASURED: &str = "measured";
+
 /// The file that a participant writes into a folder.
 pub(crate) fn file(folder: &Path, participant: &str) -> PathBuf {
     folder.join(format!("{participant}.{}", read::EXTENSION))
@@ -45,7 +52,7 @@ pub(crate) fn file(folder: &Path, participant: &str) -> PathBuf {
 /// # Errors
 /// When it cannot be written.
 pub(crate) fn write_names(plan: &Plan, folder: &Path) -> Result<(), Failure> {
-    Names::of(plan).write(folder).map(drop)
+    names::write(&TraceNames::of(plan), folder).map(drop)
 }
 
 /// Makes a folder ready for the traces of a run: what an earlier one has left is taken away.
@@ -64,23 +71,57 @@ pub(crate) fn prepare(plan: &Plan, folder: &Path) -> Result<(), Failure> {
     write_names(plan, folder)
 }
 
+/// Writes the messages that the RTI of a folder has recorded into files.
+///
+/// # Errors
+/// When there is no trace of an RTI, it is damaged, or a file cannot be written.
+pub(crate) fn write_tables(folder: &Path, tables: &[Table]) -> Result<(), Failure> {
+    let all = read::read(folder)?;
+    let rti = all.iter().find(|recorded| recorded.is_rti());
+    let missing = || Failure::message(format!("there is no trace of an RTI in {}", folder.display()));
+    let rti = rti.ok_or_else(missing)?;
+    tables.iter().try_for_each(|table| table.write(rti))
+}
+
+/// Writes the messages that an RTI has recorded in a file into others.
+///
+/// # Errors
+/// When it is damaged, or a file cannot be written.
+pub(crate) fn convert_rti(trace: &Path, tables: &[Table]) -> Result<(), Failure> {
+    let rti = read::read_one(trace)?;
+    tables.iter().try_for_each(|table| table.write(&rti))
+}
+
+/// Writes the bounds that a run of a decentralized program has shown into a file; returns how many messages led to
+/// them.
+///
+/// # Errors
+/// When there is no trace in the folder, one is damaged or of another program, or the file cannot be written.
+pub(crate) fn write_bounds(folder: &Path, names: Option<&Path>, file: &Path) -> Result<usize, Failure> {
+    let all = read::read(folder)?;
+    let names = names::read(names.unwrap_or(&folder.join(names::FILE)))?;
+    let measured = bounds::measure(&all, &names)?;
+    fs::write(file, measured.to_yaml(&names))
+        .map_err(|error| Failure::message(format!("cannot write {}: {error}", file.display())))?;
+    Ok(measured.messages)
+}
+
 /// Puts the traces of a folder together, and writes the file for Perfetto.
 ///
 /// # Errors
 /// When there is no trace, one is damaged or of another program, or the file cannot be written.
 pub(crate) fn convert(folder: &Path, names: Option<&Path>, output: &Path) -> Result<TraceSummary, Failure> {
     let all = read::read(folder)?;
-    let names = Names::read(names.unwrap_or(&folder.join(names::FILE)))?;
+    let names = names::read(names.unwrap_or(&folder.join(names::FILE)))?;
     let mut stories = Vec::new();
     for recorded in &all {
-        let wrong = |reason| Failure::message(format!("{}: {reason}", recorded.source.display()));
         let role = recorded.header.role;
         let id = match role {
             Role::Federate(id) => Some(id),
             Role::Rti | Role::Program => None,
         };
-        let participant = names.of_participant(&recorded.header).map_err(wrong)?;
-        stories.push(Story::of(recorded, names.name(role), id, participant)?);
+        let participant = names::of_participant(&names, &recorded.header).map_err(|reason| recorded.wrong(&reason))?;
+        stories.push(Story::of(recorded, names::name(&names, role), id, participant)?);
     }
     // The RTI has no start of its own.
     let start = stories.iter().find_map(|story| story.start);

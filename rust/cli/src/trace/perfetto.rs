@@ -7,11 +7,11 @@ use std::io::{self, Write};
 
 use lf_linux::model::Part;
 use lf_linux::model::time::Tag;
-use lf_linux::runtime::trace::{RTI, Subject};
+use lf_linux::runtime::trace::{MessageType, RTI};
 use prost::Message;
 
 use super::arrows::Arrow;
-use super::names::Names;
+use super::names::TraceNames;
 use super::story::{Mark, Slice, Story, What};
 use super::words;
 
@@ -102,7 +102,7 @@ const TRACKS: [&str; 4] = ["tags", "reactions", "waits", "messages"];
 /// The tracks of a participant, one packet after another.
 pub(crate) struct Writer<'a, O> {
     pub(crate) story: &'a Story<'a>,
-    pub(crate) names: &'a Names,
+    pub(crate) names: &'a TraceNames,
     /// From 1.
     pub(crate) number: i32,
     pub(crate) output: O,
@@ -207,11 +207,11 @@ impl<O: Write> Writer<'_, O> {
         let mut annotations = word.tag.map(|tag| self.of_tag(tag)).unwrap_or_default();
         annotations.push(number("bytes", word.bytes.into()));
         let (from, to) = (if mark.sent { "to" } else { "from" }, self.peer(word.peer));
-        let what = match word.subject {
-            Subject::Value | Subject::Absent => words::connection(self.names, word.to),
-            subject => subject.name().to_owned(),
+        let what = match word.kind {
+            MessageType::PortAbsent => format!("absent: {}", words::connection(self.names, word.to)),
+            _ if word.is_value() => words::connection(self.names, word.to),
+            kind => words::message(kind).to_owned(),
         };
-        let what = if word.subject == Subject::Absent { format!("absent: {what}") } else { what };
         let (mut flow_ids, mut terminating_flow_ids) = (Vec::new(), Vec::new());
         if let Some(Arrow { id, ends }) = arrow {
             if ends { &mut terminating_flow_ids } else { &mut flow_ids }.push(id);

@@ -20,6 +20,10 @@ const MARKER: &str = "lf-trace ";
 /// What a line has in place of bytes when all have been printed.
 const END: &str = "end";
 
+/// How many records can be recorded later than others that happened behind them: what workers did is recorded when all
+/// reactions of a level have ended, and a level has 65535 at most, each of which begins and ends.
+const LATE_MAX: usize = 2 * 65_535;
+
 /// What one participant has recorded.
 #[derive(Debug)]
 pub(crate) struct Recorded {
@@ -37,6 +41,15 @@ enum Blocks {
     File { count: u64, newer: u64 },
     /// In lines of a console. A board has kept them in its memory, so they are few.
     Printed(Vec<[u8; RECORD_BYTES]>),
+}
+
+/// Reads the trace that one participant has written.
+///
+/// # Errors
+/// When it is damaged.
+pub(crate) fn read_one(path: &Path) -> Result<Recorded, Failure> {
+    let recorded = said(File::open(path).map(BufReader::new)).and_then(|file| of_file(file, path));
+    recorded.map_err(|reason| Failure::message(format!("{}: {reason}", path.display())))
 }
 
 /// Reads all traces of a folder.
@@ -204,7 +217,7 @@ impl Recorded {
     /// # Errors
     /// When the file cannot be read.
     pub(crate) fn for_each(&self, mut take: impl FnMut(Record)) -> Result<(), Failure> {
-        self.try_for_each(&mut take).map_err(|reason| Failure::message(format!("{}: {reason}", self.source.display())))
+        self.try_for_each(&mut take).map_err(|reason| self.wrong(&reason))
     }
 
     fn try_for_each(&self, take: &mut dyn FnMut(Record)) -> Result<(), String> {
@@ -226,12 +239,43 @@ impl Recorded {
         Ok(())
     }
 
+    /// Hands on all events in the order of their times, which `time` says.
+    ///
+    /// # Errors
+    /// When the file cannot be read.
+    pub(crate) fn in_order(
+        &self,
+        time: impl Fn(&Record) -> i64,
+        mut take: impl FnMut(i64, Event),
+    ) -> Result<(), Failure> {
+        // Those of one time stay as they were recorded.
+        let (mut waiting, mut count) = (BTreeMap::new(), 0_u64);
+        self.for_each(|record| {
+            waiting.insert((time(&record), count), record.event);
+            count += 1;
+            if waiting.len() > LATE_MAX
+                && let Some(((at, _), event)) = waiting.pop_first()
+            {
+                take(at, event);
+            }
+        })?;
+        for ((at, _), event) in waiting {
+            take(at, event);
+        }
+        Ok(())
+    }
+
     /// How many records were lost since the file has gone on at its beginning: those that newer ones took the place of.
     pub(crate) fn overwritten(&self) -> u64 {
         match self.blocks {
             Blocks::File { newer, .. } => newer,
             Blocks::Printed(_) => 0,
         }
+    }
+
+    /// Returns the failure to use it, for this reason.
+    pub(crate) fn wrong(&self, reason: &str) -> Failure {
+        Failure::message(format!("{}: {reason}", self.source.display()))
     }
 
     /// Whether it is the trace of an RTI.

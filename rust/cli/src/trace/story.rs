@@ -5,16 +5,12 @@ use std::collections::BTreeMap;
 
 use lf_linux::model::Part;
 use lf_linux::model::time::Tag;
-use lf_linux::runtime::trace::{Event, Waits, Word};
+use lf_linux::runtime::trace::{Event, MessageType, Record, Waits, Word};
 
 use super::clock::Clock;
-use super::names::Participant;
+use super::names::TracedFederate;
 use super::read::Recorded;
 use crate::failure::Failure;
-
-/// How many records can be recorded later than others that happened behind them: what workers did is recorded when all
-/// reactions of a level have ended, and a level has 65535 at most, each of which begins and ends.
-const LATE_MAX: usize = 2 * 65_535;
 
 /// What a participant did. It is told from its records as often as it is needed, for these can be many.
 #[derive(Debug)]
@@ -24,7 +20,7 @@ pub(crate) struct Story<'a> {
     pub(crate) is_rti: bool,
     /// The federate's number.
     pub(crate) id: Option<u16>,
-    pub(crate) names: Option<&'a Participant>,
+    pub(crate) names: Option<&'a TracedFederate>,
     /// From the first to the last record.
     pub(crate) span: (i64, i64),
     /// The start of the federation.
@@ -87,7 +83,7 @@ impl<'a> Story<'a> {
         recorded: &'a Recorded,
         name: String,
         id: Option<u16>,
-        names: Option<&'a Participant>,
+        names: Option<&'a TracedFederate>,
     ) -> Result<Self, Failure> {
         let (mut clock, mut start, mut fast, mut lost, mut workers) = (Clock::default(), None, false, 0, 0);
         let mut own = None;
@@ -114,16 +110,8 @@ impl<'a> Story<'a> {
     /// When the records cannot be read.
     pub(crate) fn tell(&self, told: &mut dyn FnMut(Told)) -> Result<(), Failure> {
         let mut teller = Teller { open: BTreeMap::new(), tag: None, fast: self.fast, told };
-        let mut waiting = Late::default();
-        self.recorded.for_each(|record| {
-            waiting.put(self.clock.time(record.at.as_nanos()), record.event);
-            if waiting.len() > LATE_MAX {
-                waiting.take(&mut teller);
-            }
-        })?;
-        while waiting.len() > 0 {
-            waiting.take(&mut teller);
-        }
+        let time = |record: &Record| self.clock.time(record.at.as_nanos());
+        self.recorded.in_order(time, |at, event| teller.take(at, event))?;
         teller.end(self.span.1);
         Ok(())
     }
@@ -152,29 +140,9 @@ enum Track {
     Wait,
 }
 
-/// Records that are put into the order of their times.
-#[derive(Default)]
-struct Late {
-    /// In the order of time; those of one time as they were recorded.
-    events: BTreeMap<(i64, u64), Event>,
-    count: u64,
-}
-
-impl Late {
-    fn put(&mut self, at: i64, event: Event) {
-        self.events.insert((at, self.count), event);
-        self.count += 1;
-    }
-
-    fn len(&self) -> usize {
-        self.events.len()
-    }
-
-    fn take(&mut self, teller: &mut Teller<'_>) {
-        if let Some(((at, _), event)) = self.events.pop_first() {
-            teller.take(at, event);
-        }
-    }
+/// Returns whether a message is drawn: one that is about a tag, a value, or the end of a participant.
+fn is_shown(word: &Word) -> bool {
+    word.tag.is_some() || word.is_value() || matches!(word.kind, MessageType::Resign | MessageType::Failed)
 }
 
 struct Teller<'a> {
@@ -201,9 +169,20 @@ impl Teller<'_> {
             Event::ReactionEnds(_, worker) => self.close(Track::Reaction(worker), at, false),
             Event::WaitBegins(waits) => self.begin(Track::Wait, at, What::Waits(waits)),
             Event::WaitEnds => self.close(Track::Wait, at, false),
+            // How participants meet, and compare their clocks, is told by the others.
+            Event::Sent(word) | Event::Received(word) if !is_shown(&word) => {}
             Event::Sent(word) => (self.told)(Told::Mark(Mark { at, sent: true, word })),
             Event::Received(word) => (self.told)(Told::Mark(Mark { at, sent: false, word })),
-            Event::Clock(_) | Event::Starts(..) | Event::Ends(_) | Event::Lost(_) | Event::Seam => {}
+            Event::Begins(_)
+            | Event::Clock(_)
+            | Event::Starts(..)
+            | Event::Due(_)
+            | Event::Physical(_)
+            | Event::Held(_)
+            | Event::Data(_)
+            | Event::Ends(_)
+            | Event::Lost(_)
+            | Event::Seam => {}
         }
     }
 

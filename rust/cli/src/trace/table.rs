@@ -4,7 +4,7 @@
 use std::collections::BTreeMap;
 use std::fmt::{self, Write as _};
 
-use super::names::Names;
+use super::names::TraceNames;
 use super::story::{Slice, Story, What};
 use super::words::{self, duration};
 
@@ -43,7 +43,7 @@ pub(crate) struct Sums {
 
 impl Sums {
     /// Adds something that lasted.
-    pub(crate) fn add(&mut self, slice: &Slice, story: &Story<'_>, names: &Names) {
+    pub(crate) fn add(&mut self, slice: &Slice, story: &Story<'_>, names: &TraceNames) {
         match slice.what {
             What::Waits(why) => {
                 self.waits.entry(words::waits(story, names, why)).or_default().add(slice.length());

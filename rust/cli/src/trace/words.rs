@@ -2,9 +2,9 @@
 //! Records in words, for tracks and for the table.
 
 use lf_linux::model::time::Tag;
-use lf_linux::runtime::trace::{Patience, RTI, Waits};
+use lf_linux::runtime::trace::{MessageType, Patience, RTI, Waits};
 
-use super::names::Names;
+use super::names::TraceNames;
 use super::story::Story;
 
 /// A duration with four digits or less.
@@ -39,12 +39,12 @@ fn exactly(ns: i64) -> String {
 }
 
 /// A federate's name.
-pub(crate) fn federate(names: &Names, id: u16) -> String {
+pub(crate) fn federate(names: &TraceNames, id: u16) -> String {
     names.federates.get(usize::from(id)).map_or_else(|| format!("federate {id}"), |found| found.name.clone())
 }
 
 /// The connection that ends at an input, by the federate and the number on the wire.
-pub(crate) fn connection(names: &Names, (id, port): (u16, u16)) -> String {
+pub(crate) fn connection(names: &TraceNames, (id, port): (u16, u16)) -> String {
     let inputs = names.federates.get(usize::from(id)).map_or(&[][..], |found| &found.inputs);
     inputs
         .iter()
@@ -53,7 +53,7 @@ pub(crate) fn connection(names: &Names, (id, port): (u16, u16)) -> String {
 }
 
 /// What is waited for: what comes after "waiting for".
-pub(crate) fn waits(story: &Story<'_>, names: &Names, waits: Waits) -> String {
+pub(crate) fn waits(story: &Story<'_>, names: &TraceNames, waits: Waits) -> String {
     match waits {
         Waits::Anything if story.is_rti => "messages".to_owned(),
         Waits::Anything => "anything to do".to_owned(),
@@ -65,6 +65,20 @@ pub(crate) fn waits(story: &Story<'_>, names: &Names, waits: Waits) -> String {
         Waits::Input(_, input, Patience::Limited) => format!("{}, no longer than maxwait", story.input(input)),
         Waits::Room(_, RTI) => "room at the RTI".to_owned(),
         Waits::Room(_, id) => format!("room at {}", federate(names, id)),
+    }
+}
+
+/// What a message says.
+pub(crate) fn message(kind: MessageType) -> &'static str {
+    match kind {
+        MessageType::Timestamp => "start time",
+        MessageType::StopRequest => "stop request",
+        MessageType::StopReply => "stop reply",
+        MessageType::StopGranted => "stop granted",
+        MessageType::Resign => "resign",
+        MessageType::Failed => "failed",
+        // As LF's own tools say it.
+        kind => kind.name(),
     }
 }
 

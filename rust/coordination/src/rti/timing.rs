@@ -8,7 +8,8 @@ use super::config::ClockSync;
 use super::log_event::Cause;
 use super::machine::Rti;
 use super::outlet::{ConnectionId, Outlet};
-use crate::{Deadline, Endpoint};
+use super::storage::id;
+use crate::{Deadline, Endpoint, FederateId};
 
 impl Rti<'_> {
     /// Returns the time of the first announced event of the federates that are there: then they are likely to send
@@ -112,6 +113,11 @@ impl Rti<'_> {
             return None;
         }
         self.rounds.poll(now, period, self.members.slots)
+    }
+
+    /// Returns the federate that has this address for clock synchronization, for people.
+    pub fn federate_at(&self, address: Endpoint) -> Option<FederateId> {
+        self.members.slots.iter().position(|slot| Endpoint::new(slot.address, slot.udp_port) == address).map(id)
     }
 
     /// Handles a datagram; `now` is the time right after it was read. If it is an expected T3, returns T4. Send it at

@@ -16,6 +16,8 @@ use crate::env::Env;
 use crate::error::{DeliverError, ModelError};
 use crate::events::Events;
 use crate::modes::{ModeEvent, ModeState};
+#[cfg(feature = "traces")]
+use crate::payload::PayloadError;
 use crate::program::Program;
 use crate::state::{Last, Phase, Settings, State, Tardy};
 use crate::storage::{EngineStorage, StorageParts};
@@ -42,6 +44,11 @@ pub enum Progress {
     /// The program cannot go on.
     Failed(ModelError),
 }
+
+/// Writes the value of an event as bytes, and returns their number; `None` if it has no value, or none that has a form
+/// as bytes.
+#[cfg(feature = "traces")]
+pub type EncodeEvent<'a> = dyn Fn(&mut [u8]) -> Option<Result<usize, PayloadError>> + 'a;
 
 /// The scheduler of one federate. It borrows its storage, and exists once however many federates there are.
 #[derive(Debug)]
@@ -83,6 +90,8 @@ impl<'s> Engine<'s> {
                 network_input: false,
                 untouched: 0,
                 max_wait: None,
+                #[cfg(feature = "traces")]
+                tells_steps: false,
             },
             events: Events { next, winners },
             active: Bits(active),
@@ -173,7 +182,29 @@ impl<'s> Engine<'s> {
         input.and_then(|input| program.trigger(input.trigger)).is_some_and(|cell| cell.has_room())
     }
 
+    /// Calls `take` for all that comes from outside at the open tag, which has just begun: physical actions, and
+    /// connections without the sender's tag within the program. What it is given writes the event's value as bytes.
+    #[cfg(feature = "traces")]
+    pub fn physical_events(&self, program: &mut dyn Program, take: &mut dyn FnMut(TriggerId, &EncodeEvent<'_>)) {
+        for (id, trigger) in (0..).map(TriggerId).zip(self.tables.triggers) {
+            let happens = match trigger.kind {
+                TriggerKind::Physical(_) => self.active.contains(id.0),
+                TriggerKind::PhysicalDelay { fills, .. } => self.ports.contains(fills.0),
+                _ => false,
+            };
+            if let Some(cell) = program.trigger(id).filter(|_| happens) {
+                take(id, &|bytes| cell.encode_event(bytes));
+            }
+        }
+    }
+
     // --- Commands ---
+
+    /// Has [`Env::step`] told what reactions do, or not.
+    #[cfg(feature = "traces")]
+    pub fn tell_steps(&mut self, tell: bool) {
+        self.state.tells_steps = tell;
+    }
 
     /// Sets the time of the first tag, and with it that of timers and timeout.
     #[cfg_attr(target_pointer_width = "32", inline(never))]

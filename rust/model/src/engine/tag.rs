@@ -146,6 +146,8 @@ impl Engine<'_> {
         let info = &self.tables.reactions[usize::from(id.0)];
         let tardy = self.tardy.contains(id);
         let part = Part::of(info, tardy, self.state.current.time, env.outside());
+        #[cfg(feature = "traces")]
+        let tells_steps = self.state.tells_steps;
         let mut ctx = ReactionContext {
             tables: self.tables,
             settings: &self.settings,
@@ -161,14 +163,18 @@ impl Engine<'_> {
             env,
         };
         #[cfg(feature = "traces")]
-        ctx.env.step(ReactionStep::Begins(id, part), None);
+        if tells_steps {
+            ctx.env.step(ReactionStep::Begins(id, part), None);
+        }
         match part {
             Part::Body => program.react(id, &mut ctx),
             Part::MissedDeadline => program.miss_deadline(id, &mut ctx),
             Part::Tardy => program.handle_tardy(id, &mut ctx),
         }
         #[cfg(feature = "traces")]
-        ctx.env.step(ReactionStep::Ends(id), None);
+        if tells_steps {
+            ctx.env.step(ReactionStep::Ends(id), None);
+        }
         let mode = ctx.mode;
         self.tables.request_mode(self.modes, mode);
     }

@@ -3,13 +3,13 @@
 
 use core::mem::replace;
 
-use lf_coordination::clock_sync::Trouble;
+use lf_coordination::clock_sync::{ClockCorrection, Trouble};
 use lf_coordination::federate::{ClockSync, Federate, Needs};
 
 use crate::datagram::{DatagramPort, send};
 use crate::log_event::{FederateEvent, report};
 use crate::platform::{NetError, Platform};
-use crate::tracing::set_correction;
+use crate::trace::{Event, RTI, Recording};
 use log::Level;
 
 /// The port for datagrams of the RTI.
@@ -36,7 +36,12 @@ impl ClockSyncPort {
     }
 
     /// Reads the datagrams that have come, a bounded number of them, and answers them.
-    pub(super) fn synchronize<P: Platform>(&mut self, platform: &mut P, machine: &mut Federate<'_, impl Needs>) {
+    pub(super) fn synchronize<P: Platform>(
+        &mut self,
+        platform: &mut P,
+        recording: &mut Recording<'_>,
+        machine: &mut Federate<'_, impl Needs>,
+    ) {
         if !P::DATAGRAMS {
             return;
         }
@@ -48,8 +53,15 @@ impl ClockSyncPort {
                 machine.answer_leaves(now);
                 send(platform, socket, from, &answer);
             }
+            // Only now, because the times of these messages count.
+            if recording.is_on() {
+                recording.note_bytes(now, datagram, RTI);
+                if let Some(answer) = heard.answer {
+                    recording.note_sent(platform, &answer, RTI);
+                }
+            }
             if heard.corrected {
-                set_correction(platform, machine.clock());
+                set_correction(platform, recording, machine.clock());
             }
             if heard.stranger && !replace(stranger, true) {
                 report(Level::Warn, &FederateEvent::Stranger(from));
@@ -78,5 +90,14 @@ impl ClockSyncPort {
         if let Some(results) = machine.clock_sync_report() {
             report(Level::Info, &FederateEvent::ClockSync(results));
         }
+    }
+}
+
+/// Sets the correction of the platform's clock, and records what it shows from now on.
+pub(super) fn set_correction(platform: &mut impl Platform, recording: &mut Recording<'_>, correction: ClockCorrection) {
+    platform.set_correction(correction);
+    if recording.is_on() {
+        let now = platform.now();
+        recording.note_at(now, Event::Clock(correction.physical(now)));
     }
 }

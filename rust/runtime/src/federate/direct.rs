@@ -13,6 +13,7 @@ use crate::description::PEERS;
 use crate::error::RunError;
 use crate::log_event::{PeerEvent, report};
 use crate::platform::Platform;
+use crate::trace::Recording;
 use log::Level;
 
 /// The direct connections, and the messages that came too late over them.
@@ -70,6 +71,7 @@ impl<'a, 's> Direct<'a, 's> {
     pub(super) fn receive<P: Platform>(
         &mut self,
         platform: &mut P,
+        recording: &mut Recording<'_>,
         execution: &mut Execution<'_, '_, impl Needs>,
     ) -> Result<(), Failed> {
         if takes_messages(execution) {
@@ -77,13 +79,14 @@ impl<'a, 's> Direct<'a, 's> {
                 inbound.fill(platform);
             }
         }
-        self.take(platform, execution)
+        self.take(platform, recording, execution)
     }
 
     /// Does the same, though no wait has reported input. Returns `true` when there was some.
     pub(super) fn sweep<P: Platform>(
         &mut self,
         platform: &mut P,
+        recording: &mut Recording<'_>,
         execution: &mut Execution<'_, '_, impl Needs>,
     ) -> Result<bool, Failed> {
         let mut any = false;
@@ -92,7 +95,7 @@ impl<'a, 's> Direct<'a, 's> {
                 any |= inbound.fill_now(platform);
             }
         }
-        self.take(platform, execution)?;
+        self.take(platform, recording, execution)?;
         Ok(any)
     }
 
@@ -100,15 +103,17 @@ impl<'a, 's> Direct<'a, 's> {
     pub(super) fn take_held<P: Platform>(
         &mut self,
         platform: &mut P,
+        recording: &mut Recording<'_>,
         execution: &mut Execution<'_, '_, impl Needs>,
     ) -> Result<(), Failed> {
-        if self.peers.take_stale() { self.take(platform, execution) } else { Ok(()) }
+        if self.peers.take_stale() { self.take(platform, recording, execution) } else { Ok(()) }
     }
 
     /// Delivers messages as far as there is room; bounded by the sizes of the buffers.
     fn take<P: Platform>(
         &mut self,
         platform: &mut P,
+        recording: &mut Recording<'_>,
         execution: &mut Execution<'_, '_, impl Needs>,
     ) -> Result<(), Failed> {
         self.peers.take_stale();
@@ -119,9 +124,9 @@ impl<'a, 's> Direct<'a, 's> {
         for inbound in self.peers.inbound() {
             let Some(from) = inbound.from else { continue };
             inbound.receiver.resume();
-            let (platform, late) = (&mut *platform, &mut self.late);
+            let (platform, recording, late) = (&mut *platform, recording.lend(), &mut self.late);
             let physical_over = &mut inbound.physical_over;
-            let mut policy = FromPeer { platform, execution, late, from: from.0, to, physical_over, now };
+            let mut policy = FromPeer { platform, recording, execution, late, from: from.0, to, physical_over, now };
             while inbound.receiver.next(&mut policy)?.is_some() {}
             if !inbound.has_ended() {
                 continue;
@@ -157,9 +162,14 @@ impl<'a, 's> Direct<'a, 's> {
 
     /// In the last tag, sends the end of connections with a delay: what is sent now would come after that tag. The
     /// receivers need not wait for the end of this federate, which may have to wait for them.
-    pub(super) fn send_ends<P: Platform>(&mut self, platform: &mut P, execution: &Execution<'_, '_, impl Needs>) {
+    pub(super) fn send_ends<P: Platform>(
+        &mut self,
+        platform: &mut P,
+        recording: &mut Recording<'_>,
+        execution: &Execution<'_, '_, impl Needs>,
+    ) {
         if execution.is_decentralized() && execution.has_begun_last_tag() {
-            self.peers.send_ends(platform, &outputs(execution), false);
+            self.peers.send_ends(platform, recording, &outputs(execution), false);
         }
     }
 
@@ -169,14 +179,15 @@ impl<'a, 's> Direct<'a, 's> {
     pub(super) fn leave<P: Platform>(
         &mut self,
         platform: &mut P,
+        recording: &mut Recording<'_>,
         execution: &mut Execution<'_, '_, impl Needs>,
         resigned: bool,
         until: Instant,
     ) -> bool {
         let in_time = platform.now() < until;
         let ends = resigned.then(|| outputs(execution));
-        let hears = resigned && execution.is_decentralized() && self.drain(platform, execution, in_time);
-        let sends = self.peers.leave(platform, ends.as_ref(), hears) && in_time;
+        let hears = resigned && execution.is_decentralized() && self.drain(platform, recording, execution, in_time);
+        let sends = self.peers.leave(platform, recording, ends.as_ref(), hears) && in_time;
         if !hears && !sends {
             self.peers.close(platform);
         }
@@ -187,10 +198,11 @@ impl<'a, 's> Direct<'a, 's> {
     fn drain<P: Platform>(
         &mut self,
         platform: &mut P,
+        recording: &mut Recording<'_>,
         execution: &mut Execution<'_, '_, impl Needs>,
         in_time: bool,
     ) -> bool {
-        let _ = self.sweep(platform, execution);
+        let _ = self.sweep(platform, recording, execution);
         if let Some(error) = execution.failure.take() {
             report(Level::Warn, &PeerEvent::LastMessages(error));
             return false;

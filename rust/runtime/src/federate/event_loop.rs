@@ -8,7 +8,7 @@ use lf_coordination::federate::{All, Awaited, Config, Disconnected, Event, Feder
 use lf_model::time::{Instant, Interval, Tag};
 use lf_model::{Engine, InputId, Program};
 
-use super::clock_sync::ClockSyncPort;
+use super::clock_sync::{ClockSyncPort, set_correction};
 use super::direct::Direct;
 use super::execution::{Advance, Execution, Failed};
 use super::from_rti::FromRti;
@@ -21,9 +21,8 @@ use super::session::Session;
 use super::waiting::{Waiting, reason};
 use crate::description::Federation;
 use crate::error::{PeerFault, RunError};
-use crate::platform::{NetError, Observation, Platform};
-use crate::trace::{Event as Traced, Role, TRACES, Waits};
-use crate::tracing::{begin, note, set_correction, waits};
+use crate::platform::{NetError, Platform};
+use crate::trace::{Event as Traced, Recording, Role, Waits, waits};
 use crate::turn::Turn;
 
 /// The number of tags to run before the socket is read again, when physical time is ahead of logical time.
@@ -42,23 +41,6 @@ const RESIGN_TIME_OUT: Interval = Interval::from_secs(60);
 /// coordination. They come to the same tag, so their connections end soon; only one that is cut off does not end.
 const DRAIN_TIME_OUT: Interval = Interval::from_secs(60);
 
-/// Runs a federate from its first connection to its end. `known` is memory, one tag for each of
-/// [`Federation::awaited`].
-///
-/// # Errors
-/// The reason why it ended early. The RTI has received FAILED, if that was possible.
-pub fn run_federate<'s, P: Platform, N: Needs>(
-    platform: &mut P,
-    program: &mut dyn Program,
-    engine: Engine<'s>,
-    federation: &Federation,
-    join: &Join<'_>,
-    buffers: Buffers<'s>,
-    known: &'s mut [Tag],
-) -> Result<(), RunError> {
-    FederateLoop::<P, N>::new(platform, program, engine, federation, join, buffers, known)?.run()
-}
-
 /// The event loop of a federate. Call [`FederateLoop::turn`] and [`FederateLoop::wait`] alternately to drive it.
 pub struct FederateLoop<'a, 's, P, N: Needs = All> {
     platform: &'a mut P,
@@ -71,6 +53,7 @@ pub struct FederateLoop<'a, 's, P, N: Needs = All> {
     /// Since when all of the session's input buffer has been held while this federate waits for room for its output.
     full_since: Option<Instant>,
     stage: Stage,
+    recording: Recording<'a>,
 }
 
 /// The stage of a federate between its first connection and its end.
@@ -107,7 +90,6 @@ impl<'a, 's, P: Platform, N: Needs> FederateLoop<'a, 's, P, N> {
         if N::BUFFER_CHECK {
             buffers.check(engine.tables(), federation, join.federation_id)?;
         }
-        begin(platform, Role::Federate(federation.id), Some(engine.tables()));
         let peers = Peers::new(buffers.outbound, buffers.inbound, federation, join.federation_id);
         let mut direct = Direct::new(peers, federation.id);
         let listening = direct.peers.listen(platform).map_err(RunError::Listen)?;
@@ -129,7 +111,7 @@ impl<'a, 's, P: Platform, N: Needs> FederateLoop<'a, 's, P, N> {
         };
         let machine = Federate::new(config)?;
         if federation.test_offset != Interval::ZERO {
-            set_correction(platform, machine.clock());
+            platform.set_correction(machine.clock());
         }
         let (needed, found) = (federation.awaited.len(), known.len());
         let awaited = Awaited::new(federation.awaited, known).ok_or(RunError::KnownTooShort { needed, found })?;
@@ -143,7 +125,21 @@ impl<'a, 's, P: Platform, N: Needs> FederateLoop<'a, 's, P, N> {
             waiting: Waiting::NONE,
             full_since: None,
             stage: Stage::Taking,
+            recording: Recording::OFF,
         })
+    }
+
+    /// Tells what happens from now on.
+    pub fn record<'r: 'a>(&mut self, recording: Recording<'r>) {
+        self.recording = recording.for_less();
+        let (role, tables) = (Role::Federate(self.federation.id), self.execution.engine.tables());
+        self.recording.begin(self.platform, role, Some(tables));
+        if self.recording.is_on() {
+            let now = self.platform.now();
+            self.recording.note_at(now, Traced::Clock(self.execution.physical(now)));
+        }
+        #[cfg(feature = "traces")]
+        self.execution.engine.tell_steps(self.recording.is_on());
     }
 
     /// Makes the same as [`FederateLoop::new`], in memory that need not be on a stack. It is not inlined, so that its
@@ -197,11 +193,11 @@ impl<'a, 's, P: Platform, N: Needs> FederateLoop<'a, 's, P, N> {
         }
         if let Stage::Leaving(since) = self.stage {
             if let Some(until) = self.leave(since, self.execution.failure.is_none()) {
-                note(self.platform, Traced::WaitBegins(Waits::End));
+                self.recording.note(self.platform, Traced::WaitBegins(Waits::End));
                 return Turn::Wait(until);
             }
             self.direct.report_losses(&self.execution);
-            note(self.platform, Traced::Ends(self.execution.failure.is_some()));
+            self.recording.note(self.platform, Traced::Ends(self.execution.failure.is_some()));
             self.stage = Stage::Ended;
         }
         Turn::Ended(self.execution.failure.map_or(Ok(()), Err))
@@ -218,8 +214,8 @@ impl<'a, 's, P: Platform, N: Needs> FederateLoop<'a, 's, P, N> {
             session.handle_ready(socket, interest);
             peers.handle_ready(socket, interest);
         });
-        if until != Deadline::Now {
-            note(self.platform, Traced::WaitEnds);
+        if self.recording.is_on() && until != Deadline::Now {
+            self.recording.note(self.platform, Traced::WaitEnds);
         }
     }
 
@@ -238,7 +234,7 @@ impl<'a, 's, P: Platform, N: Needs> FederateLoop<'a, 's, P, N> {
     /// Does one turn of a federate that takes part in the federation. Returns `None` when it has resigned.
     #[cfg_attr(target_pointer_width = "32", inline(never))]
     fn take_part(&mut self) -> Result<Option<Advance>, Failed> {
-        self.clock_sync.synchronize(self.platform, &mut self.execution.machine);
+        self.clock_sync.synchronize(self.platform, &mut self.recording, &mut self.execution.machine);
         if self.platform.interrupted() {
             return Err(self.execution.fail(RunError::Interrupted));
         }
@@ -258,9 +254,9 @@ impl<'a, 's, P: Platform, N: Needs> FederateLoop<'a, 's, P, N> {
         self.receive()?;
         self.handle_timeout()?;
         self.direct.meet(self.platform, &mut self.execution)?;
-        self.direct.receive(self.platform, &mut self.execution)?;
+        self.direct.receive(self.platform, &mut self.recording, &mut self.execution)?;
         let advance = self.advance()?;
-        self.direct.send_ends(self.platform, &self.execution);
+        self.direct.send_ends(self.platform, &mut self.recording, &self.execution);
         self.transmit();
         self.direct.peers.flush(self.platform);
         self.check_deadlock(advance)?;
@@ -275,8 +271,14 @@ impl<'a, 's, P: Platform, N: Needs> FederateLoop<'a, 's, P, N> {
         let now = self.platform.now();
         let (mut found, mut refused) = (None, false);
         while !refused {
-            let (platform, execution) = (&mut *self.platform, &mut self.execution);
-            let mut policy = FromRti { platform, execution, found: &mut found, refused: &mut refused, now };
+            let mut policy = FromRti {
+                platform: &mut *self.platform,
+                recording: self.recording.lend(),
+                execution: &mut self.execution,
+                found: &mut found,
+                refused: &mut refused,
+                now,
+            };
             match self.session.receiver.next(&mut policy)? {
                 // The accuracy of clock synchronization depends on a prompt answer.
                 Some(true) if self.execution.phase() < Phase::Running => self.transmit(),
@@ -308,7 +310,7 @@ impl<'a, 's, P: Platform, N: Needs> FederateLoop<'a, 's, P, N> {
         match machine.handle_timeout(now) {
             Ok(Event::ClockCorrected(estimate)) => {
                 log::debug!("initial clock synchronization, with fewer exchanges than expected: {estimate}");
-                set_correction(self.platform, machine.clock());
+                set_correction(self.platform, &mut self.recording, machine.clock());
                 Ok(())
             }
             Ok(_) => Ok(()),
@@ -329,8 +331,12 @@ impl<'a, 's, P: Platform, N: Needs> FederateLoop<'a, 's, P, N> {
                 return Ok(advance);
             }
             let (max_level, limit) = self.level_limit()?;
-            let mut output =
-                Output { platform: &mut *self.platform, session: &mut self.session, peers: &mut self.direct.peers };
+            let mut output = Output {
+                platform: &mut *self.platform,
+                recording: self.recording.lend(),
+                session: &mut self.session,
+                peers: &mut self.direct.peers,
+            };
             if let Some(advance) = self.execution.run(&mut output, max_level, limit)? {
                 return Ok(advance);
             }
@@ -346,7 +352,7 @@ impl<'a, 's, P: Platform, N: Needs> FederateLoop<'a, 's, P, N> {
         self.execution.collect(outside, self.direct.peers.can_receive());
         let is_decentralized = self.execution.is_decentralized();
         if is_decentralized {
-            self.direct.take_held(self.platform, &mut self.execution)?;
+            self.direct.take_held(self.platform, &mut self.recording, &mut self.execution)?;
         }
         let held = self.session.receiver.held.earliest;
         let next = if is_decentralized { self.execution.engine.next_tag() } else { self.execution.announce(now, held) };
@@ -358,12 +364,12 @@ impl<'a, 's, P: Platform, N: Needs> FederateLoop<'a, 's, P, N> {
         } else {
             // Each tag has a NET, even when many tags go into one write: each lets the RTI grant the tag before to
             // others, which may need that before they can accept the messages of this one.
-            self.session.collect(self.platform, &mut self.execution.machine);
+            self.session.collect(self.platform, &mut self.recording, &mut self.execution.machine);
             self.execution.grant(now, tag, held)
         };
         if waits.is_none() {
             self.execution.begin(tag)?;
-            note(self.platform, Traced::TagBegins(tag));
+            self.recording.note_tag(self.platform, &self.execution.engine, self.execution.program);
             if N::INPUTS {
                 self.session.receiver.held.recheck();
             }
@@ -383,10 +389,10 @@ impl<'a, 's, P: Platform, N: Needs> FederateLoop<'a, 's, P, N> {
         if waits.is_some() {
             return Ok(waits);
         }
-        if !is_known && self.direct.sweep(self.platform, &mut self.execution)? {
+        if !is_known && self.direct.sweep(self.platform, &mut self.recording, &mut self.execution)? {
             return Ok(Some(Advance::Until(Deadline::Now)));
         }
-        self.platform.observe(Observation::Begins { tag, due });
+        self.recording.note(self.platform, Traced::Due(due));
         Ok(None)
     }
 
@@ -396,13 +402,15 @@ impl<'a, 's, P: Platform, N: Needs> FederateLoop<'a, 's, P, N> {
         if !self.execution.is_decentralized() {
             return Ok((self.execution.max_level(), Advance::NotGranted));
         }
-        self.direct.take_held(self.platform, &mut self.execution)?;
+        self.direct.take_held(self.platform, &mut self.recording, &mut self.execution)?;
         loop {
             let now = self.platform.now();
             match self.execution.pause(now) {
                 None => return Ok((None, Advance::NotGranted)),
                 Some((level, Some(waits))) => return Ok((Some(level), waits)),
-                Some((level, None)) if self.direct.sweep(self.platform, &mut self.execution)? => {
+                Some((level, None))
+                    if self.direct.sweep(self.platform, &mut self.recording, &mut self.execution)? =>
+                {
                     return Ok((Some(level), Advance::Until(Deadline::Now)));
                 }
                 Some((_, None)) => self.execution.assume_absent(now),
@@ -411,7 +419,7 @@ impl<'a, 's, P: Platform, N: Needs> FederateLoop<'a, 's, P, N> {
     }
 
     fn transmit(&mut self) {
-        self.session.transmit(self.platform, &mut self.execution.machine);
+        self.session.transmit(self.platform, &mut self.recording, &mut self.execution.machine);
     }
 
     /// Ends with an error if the federation is deadlocked, because some queue is too small for the messages of others.
@@ -472,11 +480,11 @@ impl<'a, 's, P: Platform, N: Needs> FederateLoop<'a, 's, P, N> {
         let (execution, start) = (&self.execution, self.execution.engine.start_time());
         let report = self.waiting.note(now, reason, self.log_waits(), |tag| execution.local(tag), start);
         let until = event.min(execution.machine.poll_timeout()).min(sockets).min(report);
-        if TRACES && until != Deadline::Now {
+        if self.recording.is_on() && until != Deadline::Now {
             let next = execution.tag_in_question().filter(|_| running);
             let input = next.and_then(|tag| execution.unknown_input(tag));
             let is_timed = matches!(advance, Advance::Until(Deadline::At(_)));
-            note(self.platform, Traced::WaitBegins(waits(reason, input, next, is_timed)));
+            self.recording.note(self.platform, Traced::WaitBegins(waits(reason, input, next, is_timed)));
         }
         until
     }
@@ -487,10 +495,10 @@ impl<'a, 's, P: Platform, N: Needs> FederateLoop<'a, 's, P, N> {
     }
 
     /// Returns what this federate waits for, if it is not just the time.
-    fn reason(&self, advance: Advance) -> Option<Reason> {
+    fn reason(&mut self, advance: Advance) -> Option<Reason> {
         match self.execution.phase() {
             Phase::Running => {
-                if !TRACES {
+                if !self.recording.is_on() {
                     self.log_waits()?;
                 }
                 reason(&self.execution, advance, self.direct.peers.blocked().map(|(federate, _)| federate))
@@ -515,8 +523,9 @@ impl<'a, 's, P: Platform, N: Needs> FederateLoop<'a, 's, P, N> {
         let until = since + if resigned { RESIGN_TIME_OUT } else { FINAL_SEND_TIME_OUT };
         let hears = resigned && self.execution.is_decentralized();
         let direct_until = since + if hears { DRAIN_TIME_OUT } else { FINAL_SEND_TIME_OUT };
-        let direct = self.direct.leave(self.platform, &mut self.execution, resigned, direct_until);
-        let linked = self.platform.now() < until && self.session.leave(self.platform, &mut self.execution.machine);
+        let direct = self.direct.leave(self.platform, &mut self.recording, &mut self.execution, resigned, direct_until);
+        let linked = self.platform.now() < until
+            && self.session.leave(self.platform, &mut self.recording, &mut self.execution.machine);
         if !linked {
             self.session.close(self.platform);
         }

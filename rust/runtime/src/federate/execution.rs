@@ -21,7 +21,7 @@ use crate::error::RunError;
 #[cfg(feature = "traces")]
 use crate::trace::Event;
 #[cfg(feature = "traces")]
-use crate::tracing::step_event;
+use crate::trace::step_event;
 use crate::unfederated::IdleEnv;
 
 /// The progress of the tags in one turn.

@@ -13,12 +13,13 @@ use super::held::Held;
 use super::late::Late;
 use super::receiver::{Disposition, Policy, too_long};
 use crate::error::{PeerFault, RunError};
-use crate::platform::{Observation, Platform};
-use crate::tracing::note_received;
+use crate::platform::Platform;
+use crate::trace::{Event, Recording, Word};
 
 /// The parts that such a message changes.
 pub(super) struct FromPeer<'x, 'a, 's, P, N: Needs> {
     pub(super) platform: &'x mut P,
+    pub(super) recording: Recording<'x>,
     pub(super) execution: &'x mut Execution<'a, 's, N>,
     pub(super) late: &'x mut Late,
     /// The sender's id, and this federate's.
@@ -39,7 +40,6 @@ impl<P: Platform, N: Needs> Policy for FromPeer<'_, '_, '_, P, N> {
                 if !tag.is_finite() {
                     return Err(self.fault(PeerFault::WrongTag { port }));
                 }
-                self.platform.observe(Observation::Receives { port, tag });
                 (port, federate, Some(tag))
             }
             Message::PortAbsent { port, federate, tag } => (port, federate, Some(from_wire(tag))),
@@ -56,9 +56,12 @@ impl<P: Platform, N: Needs> Policy for FromPeer<'_, '_, '_, P, N> {
             return Err(self.fault(PeerFault::WrongInput { federate, port }));
         };
         if !self.execution.engine.is_done() && self.execution.lacks_room(input, tag) {
+            if self.recording.is_on() {
+                self.recording.note(self.platform, Event::Held(Word::of(&message, self.from)));
+            }
             return Ok(Disposition::Held(tag.unwrap_or(Tag::FOREVER), Some(input)));
         }
-        note_received(self.platform, &message, self.from);
+        self.recording.note_received(self.platform, &message, self.from);
         let Execution { engine, program, awaited, failure, .. } = &mut *self.execution;
         match (message, tag) {
             (Message::P2pTaggedMessage { payload, .. }, Some(tag)) => {

@@ -15,17 +15,18 @@ use lf_model::time::{EventTag, Instant, Tag};
 use lf_model::{DeliverError, Engine};
 use lf_wire::{DecodeError, Message, MessageType};
 
+use super::clock_sync::set_correction;
 use super::execution::{Execution, Failed};
 use super::held::Held;
 use super::receiver::{Disposition, Policy, too_long};
 use crate::error::RunError;
 use crate::platform::Platform;
-use crate::trace::{Event as Traced, RTI};
-use crate::tracing::{note, note_received, set_correction};
+use crate::trace::{Event as Traced, RTI, Recording};
 
 /// The parts that such a message changes.
 pub(super) struct FromRti<'x, 'a, 's, P, N: Needs> {
     pub(super) platform: &'x mut P,
+    pub(super) recording: Recording<'x>,
     pub(super) execution: &'x mut Execution<'a, 's, N>,
     /// A federate to connect to, when the RTI has sent its address.
     pub(super) found: &'x mut Option<(FederateId, Endpoint)>,
@@ -103,7 +104,7 @@ impl<P: Platform, N: Needs> Policy for FromRti<'_, '_, '_, P, N> {
 impl<P: Platform, N: Needs> FromRti<'_, '_, '_, P, N> {
     #[cfg_attr(target_pointer_width = "32", inline(never))]
     fn handle(&mut self, message: Message<'_>) -> Result<Disposition, Failed> {
-        note_received(self.platform, &message, RTI);
+        self.recording.note_received(self.platform, &message, RTI);
         let result = self.execution.machine.handle_message(self.now, message);
         let event = result.map_err(|error| {
             let error = if N::INPUTS { name_input(error, &self.execution.engine) } else { error.into() };
@@ -121,12 +122,12 @@ impl<P: Platform, N: Needs> FromRti<'_, '_, '_, P, N> {
             Event::UpstreamLeft(federate) => self.learn_from(federate.0, Tag::FOREVER),
             Event::ClockCorrected(estimate) => {
                 log::debug!("initial clock synchronization: {estimate}");
-                set_correction(self.platform, machine.clock());
+                set_correction(self.platform, &mut self.recording, machine.clock());
             }
             Event::PeerFound { federate, address } => *self.found = Some((federate, address)),
             Event::Started(start) => {
-                self.platform.starts(start);
-                note(self.platform, Traced::Starts(start, engine.settings().fast));
+                self.platform.outside().starts(start);
+                self.recording.note(self.platform, Traced::Starts(start, engine.settings().fast));
                 self.execution.start(start);
             }
             Event::StopGranted(tag) => {

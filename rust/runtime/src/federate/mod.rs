@@ -31,7 +31,7 @@ mod receiver;
 mod session;
 mod waiting;
 
-pub use event_loop::{FederateLoop, run_federate};
+pub use event_loop::FederateLoop;
 pub use inbound::Inbound;
 pub use join::Join;
 pub use memory::Buffers;

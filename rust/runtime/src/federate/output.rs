@@ -5,7 +5,7 @@
 use lf_model::time::Instant;
 use lf_model::time::Tag;
 use lf_model::{NetworkOutput, Outgoing, Outside, SendError};
-use lf_wire::{Message, PushError};
+use lf_wire::{Message, MessageType, PushError};
 
 use super::execution::Outlet;
 use super::outbound::Outbound;
@@ -13,19 +13,19 @@ use super::peers::Peers;
 use super::session::Session;
 use crate::description::{CONTROL_BYTES, TAGGED_MESSAGE_HEADER_BYTES};
 use crate::log_event::{PeerEvent, report};
-use crate::platform::{Observation, Platform};
-use crate::trace::{Event, RTI, Subject, Word};
-use crate::tracing::{note, note_sent};
+use crate::platform::Platform;
+use crate::trace::{Event, RTI, Recording, Word};
 use log::Level;
 
 /// The connections of a federate, to send over.
 pub(super) struct Output<'x, 'a, 's, P> {
     pub(super) platform: &'x mut P,
+    pub(super) recording: Recording<'x>,
     pub(super) session: &'x mut Session<'a, 's>,
     pub(super) peers: &'x mut Peers<'a, 's>,
 }
 
-impl<'s, P: Platform> Output<'_, '_, 's, P> {
+impl<'x, 's, P: Platform> Output<'x, '_, 's, P> {
     /// Makes room for a message of this many bytes, beside the control messages.
     fn make_room(&mut self, bytes: usize) -> Result<(), SendError> {
         let needed = bytes.saturating_add(CONTROL_BYTES);
@@ -37,20 +37,20 @@ impl<'s, P: Platform> Output<'_, '_, 's, P> {
 
     /// Returns the connection to this federate, with room for a message with this many bytes of payload if the system
     /// accepts what is before it. Returns `None` when the federate has left: then nothing is sent.
-    fn peer(&mut self, federate: u16, payload_bytes: usize) -> Option<(&mut Outbound<'s>, &mut P)> {
+    fn peer(&mut self, federate: u16, payload_bytes: usize) -> Option<(&mut Outbound<'s>, &mut P, &mut Recording<'x>)> {
         let peer = self.peers.to(federate)?;
         if peer.output().room() < payload_bytes.saturating_add(TAGGED_MESSAGE_HEADER_BYTES) {
             peer.flush(self.platform);
         }
-        (!peer.has_ended()).then_some((peer, self.platform))
+        (!peer.has_ended()).then_some((peer, self.platform, &mut self.recording))
     }
 }
 
-/// Records that a value of this many bytes goes to the other end of a connection.
-fn note_value(platform: &mut impl Platform, message: &Outgoing<'_>, tag: Option<Tag>, peer: u16, bytes: usize) {
+/// Returns what is recorded of a value of so many bytes that goes to the other end of a connection.
+fn sent(kind: MessageType, message: &Outgoing<'_>, tag: Option<Tag>, peer: u16, bytes: usize) -> Event {
     let to = (message.output.federate, message.output.port);
     let bytes = u32::try_from(bytes).unwrap_or(u32::MAX);
-    note(platform, Event::Sent(Word { subject: Subject::Value, peer, to, tag, bytes }));
+    Event::Sent(Word { kind, peer, to, tag, bytes })
 }
 
 impl<P: Platform> Outlet for Output<'_, '_, '_, P> {
@@ -64,7 +64,8 @@ impl<P: Platform> Outlet for Output<'_, '_, '_, P> {
         let encode = |bytes: &mut [u8]| message.encode(bytes);
         match self.session.output().push_tagged_with(port, federate, tag, max_len, encode) {
             Ok(bytes) => {
-                note_value(self.platform, message, Some(message.tag), RTI, bytes);
+                let event = sent(MessageType::TaggedMessage, message, Some(message.tag), RTI, bytes);
+                self.recording.note(self.platform, event);
                 Ok(())
             }
             Err(PushError::Payload(error)) => Err(SendError::Payload(error)),
@@ -75,13 +76,13 @@ impl<P: Platform> Outlet for Output<'_, '_, '_, P> {
     fn send_control(&mut self, message: &Message<'_>) -> Result<(), SendError> {
         self.make_room(message.encoded_len())?;
         self.session.output().push(message).map_err(|_| SendError::NoRoom)?;
-        note_sent(self.platform, message, RTI);
+        self.recording.note_sent(self.platform, message, RTI);
         Ok(())
     }
 
     fn send_directly(&mut self, message: &Outgoing<'_>, tag: Option<lf_wire::Tag>) -> Result<(), SendError> {
         let NetworkOutput { port, federate, max_len, .. } = *message.output;
-        let Some((peer, platform)) = self.peer(federate, max_len) else {
+        let Some((peer, platform, recording)) = self.peer(federate, max_len) else {
             if tag.is_some() && self.peers.to(federate).is_some_and(Outbound::lose) {
                 report(Level::Warn, &PeerEvent::Left(federate));
             }
@@ -94,9 +95,9 @@ impl<P: Platform> Outlet for Output<'_, '_, '_, P> {
         };
         match pushed {
             Ok(bytes) => {
-                note_value(platform, message, tag.map(|_| message.tag), federate, bytes);
+                let kind = tag.map_or(MessageType::P2pMessage, |_| MessageType::P2pTaggedMessage);
+                recording.note(platform, sent(kind, message, tag.map(|_| message.tag), federate, bytes));
                 if tag.is_some() {
-                    platform.observe(Observation::Sends { federate, port, tag: message.tag });
                     // Written at once, because its receiver may be waiting only for a time.
                     peer.flush(platform);
                 }
@@ -111,12 +112,12 @@ impl<P: Platform> Outlet for Output<'_, '_, '_, P> {
     }
 
     fn send_control_directly(&mut self, federate: u16, message: &Message<'_>) -> Result<(), SendError> {
-        let Some((peer, platform)) = self.peer(federate, 0) else { return Ok(()) };
+        let Some((peer, platform, recording)) = self.peer(federate, 0) else { return Ok(()) };
         if peer.output().push(message).is_err() {
             peer.is_full(platform.now());
             return Err(SendError::NoRoom);
         }
-        note_sent(platform, message, federate);
+        recording.note_sent(platform, message, federate);
         peer.flush(platform);
         Ok(())
     }
@@ -124,6 +125,6 @@ impl<P: Platform> Outlet for Output<'_, '_, '_, P> {
     #[cfg(feature = "traces")]
     fn note(&mut self, at: Option<Instant>, event: Event) {
         let at = at.unwrap_or_else(|| self.platform.now());
-        self.platform.trace(at, event);
+        self.recording.note_at(at, event);
     }
 }

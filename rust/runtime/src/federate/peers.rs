@@ -15,7 +15,7 @@ use super::outbound::Outbound;
 use crate::description::{Federation, PEERS};
 use crate::error::PeerFault;
 use crate::platform::{Interest, NetError, Platform, SocketId};
-use crate::tracing::note_sent;
+use crate::trace::Recording;
 
 /// The outputs of a federate, some of which lead directly to their receivers.
 #[derive(Clone, Copy, Debug)]
@@ -185,7 +185,13 @@ impl<'a, 's> Peers<'a, 's> {
     /// last tag is complete.
     ///
     /// A receiver learns by it that this federate ends in order, and what to wait for at its own last tag.
-    pub(super) fn send_ends<P: Platform>(&mut self, platform: &mut P, outputs: &Outputs, all: bool) {
+    pub(super) fn send_ends<P: Platform>(
+        &mut self,
+        platform: &mut P,
+        recording: &mut Recording<'_>,
+        outputs: &Outputs,
+        all: bool,
+    ) {
         for (federate, outbound) in self.federation.peers_out.iter().zip(self.outbound_mut()) {
             let to = |delayed: bool| outputs.to(*federate).filter(move |output| output.delay.is_some() == delayed);
             for output in to(true).chain(to(false).filter(|_| all)).skip(outbound.ends_sent) {
@@ -193,7 +199,7 @@ impl<'a, 's> Peers<'a, 's> {
                 if outbound.has_ended() || outbound.output().push(&end).is_err() {
                     break;
                 }
-                note_sent(platform, &end, *federate);
+                recording.note_sent(platform, &end, *federate);
                 outbound.ends_sent += 1;
             }
         }
@@ -202,7 +208,13 @@ impl<'a, 's> Peers<'a, 's> {
     /// Sends what is still pending, and closes each connection when that is done. A federate that `ends` in order sends
     /// that first. Those over which something may come stay open as long as this federate `hears`. Returns `false` when
     /// nothing is left to send.
-    pub(super) fn leave<P: Platform>(&mut self, platform: &mut P, ends: Option<&Outputs>, hears: bool) -> bool {
+    pub(super) fn leave<P: Platform>(
+        &mut self,
+        platform: &mut P,
+        recording: &mut Recording<'_>,
+        ends: Option<&Outputs>,
+        hears: bool,
+    ) -> bool {
         if !PEERS {
             return false;
         }
@@ -212,7 +224,7 @@ impl<'a, 's> Peers<'a, 's> {
         }
         self.detect_ends(platform);
         if let Some(outputs) = ends {
-            self.send_ends(platform, outputs, true);
+            self.send_ends(platform, recording, outputs, true);
         }
         self.flush(platform);
         let mut sends = false;

@@ -16,8 +16,7 @@ use super::receiver::Receiver;
 use crate::connection::{Connection, Reading};
 use crate::error::RunError;
 use crate::platform::{Interest, NetError, Platform, SocketId};
-use crate::trace::RTI;
-use crate::tracing::note_sent;
+use crate::trace::{RTI, Recording};
 
 /// The time that one of several addresses may take for an attempt without an outcome.
 const ATTEMPT_TIME_OUT: Interval = Interval::from_secs(5);
@@ -186,9 +185,14 @@ impl<'a, 's> Session<'a, 's> {
 
     /// Moves the machine's messages into the output buffer, and writes it.
     #[cfg_attr(target_pointer_width = "32", inline(never))]
-    pub(super) fn transmit<P: Platform>(&mut self, platform: &mut P, machine: &mut Federate<'_, impl Needs>) {
+    pub(super) fn transmit<P: Platform>(
+        &mut self,
+        platform: &mut P,
+        recording: &mut Recording<'_>,
+        machine: &mut Federate<'_, impl Needs>,
+    ) {
         while self.is_open() {
-            self.collect(platform, machine);
+            self.collect(platform, recording, machine);
             if !self.flush(platform) {
                 return;
             }
@@ -200,11 +204,16 @@ impl<'a, 's> Session<'a, 's> {
     }
 
     /// Moves the machine's messages into the output buffer, behind the messages of the tags that they cover.
-    pub(super) fn collect<P: Platform>(&mut self, platform: &mut P, machine: &mut Federate<'_, impl Needs>) {
+    pub(super) fn collect<P: Platform>(
+        &mut self,
+        platform: &mut P,
+        recording: &mut Recording<'_>,
+        machine: &mut Federate<'_, impl Needs>,
+    ) {
         while let Some(message) = machine.poll_transmit(self.receiver.connection.output.room()) {
             // There is room: the machine knows how much, and returned a message that fits.
             let _ = self.receiver.connection.output.push(&message);
-            note_sent(platform, &message, RTI);
+            recording.note_sent(platform, &message, RTI);
         }
     }
 
@@ -229,9 +238,14 @@ impl<'a, 's> Session<'a, 's> {
     /// A socket that is closed with unread bytes resets the connection, and the last messages may be lost. So the RTI's
     /// last messages are read.
     #[cfg_attr(target_pointer_width = "32", inline(never))]
-    pub(super) fn leave<P: Platform>(&mut self, platform: &mut P, machine: &mut Federate<'_, impl Needs>) -> bool {
+    pub(super) fn leave<P: Platform>(
+        &mut self,
+        platform: &mut P,
+        recording: &mut Recording<'_>,
+        machine: &mut Federate<'_, impl Needs>,
+    ) -> bool {
         let Some(socket) = self.receiver.connection.socket() else { return false };
-        self.transmit(platform, machine);
+        self.transmit(platform, recording, machine);
         if self.receiver.connection.output.is_empty() && !machine.has_transmit() {
             platform.shut_down_writing(socket);
         }

@@ -11,7 +11,6 @@ use lf_wire::{InBuffer, Message, OutBuffer, Storage};
 
 use crate::connection::{Reading, read, write};
 use crate::platform::{Interest, Platform, SocketId};
-#[cfg(feature = "traces")]
 use crate::trace::RTI;
 
 /// The time that a closed connection may take to send what is pending, and its peer to close its own direction.
@@ -184,6 +183,24 @@ impl<B: Storage> Outgoing<B> {
         #[cfg(feature = "traces")]
         {
             self.federate = RTI;
+        }
+    }
+
+    /// Returns which federate it is, for records; [`RTI`] as long as that is not known.
+    #[cfg_attr(not(feature = "traces"), expect(clippy::unused_self, reason = "nobody records"))]
+    pub(super) fn federate(&self) -> u16 {
+        #[cfg(feature = "traces")]
+        return self.federate;
+        #[cfg(not(feature = "traces"))]
+        RTI
+    }
+
+    /// Remembers which federate it is, for records.
+    #[cfg_attr(not(feature = "traces"), expect(clippy::unused_self, unused_variables, reason = "nobody records"))]
+    pub(super) fn set_federate(&mut self, federate: u16) {
+        #[cfg(feature = "traces")]
+        {
+            self.federate = federate;
         }
     }
 

@@ -17,8 +17,7 @@ use crate::datagram::{DatagramPort, send};
 use crate::listener::Listener;
 use crate::log_event::{ConnectionEvent, report};
 use crate::platform::{Platform, SocketId};
-use crate::trace::{Event, Role, Waits as WaitsFor};
-use crate::tracing::{begin, note};
+use crate::trace::{Event, RTI, Recording, Role, Waits as WaitsFor};
 use crate::turn::Turn;
 use log::Level;
 
@@ -42,22 +41,6 @@ pub struct RtiSetup<'s, B = &'s mut [u8]> {
     pub datagrams: Option<SocketId>,
 }
 
-/// Runs the RTI of one federation on a listening socket, until all federates have left or the program is interrupted.
-///
-/// Passes log events to `log`.
-///
-/// # Errors
-/// When configuration and storage do not fit together, or a buffer cannot hold the longest message. The listening
-/// socket is closed in any case.
-pub fn run_rti<P: Platform, B: Storage>(
-    platform: &mut P,
-    setup: RtiSetup<'_, B>,
-    listener: SocketId,
-    log: &mut impl FnMut(RtiEvent<'_>),
-) -> Result<Outcome, SetupError> {
-    RtiLoop::new(platform, setup, listener, log).map(|mut rti| rti.run())
-}
-
 /// The event loop of the RTI. Call [`RtiLoop::turn`] and [`RtiLoop::wait`] alternately to drive it.
 pub struct RtiLoop<'a, 's, P, N, B = &'s mut [u8]> {
     platform: &'a mut P,
@@ -74,6 +57,7 @@ pub struct RtiLoop<'a, 's, P, N, B = &'s mut [u8]> {
     /// The time after which waiting messages are logged, and the time of the next check.
     log_waits: Option<(Interval, Instant)>,
     log: &'a mut N,
+    recording: Recording<'a>,
 }
 
 impl<P, N, B> fmt::Debug for RtiLoop<'_, '_, P, N, B> {
@@ -83,7 +67,7 @@ impl<P, N, B> fmt::Debug for RtiLoop<'_, '_, P, N, B> {
 }
 
 impl<'a, 's, P: Platform, N: FnMut(RtiEvent<'_>), B: Storage> RtiLoop<'a, 's, P, N, B> {
-    /// Returns an RTI that accepts federates from now on.
+    /// An RTI whose federates may come now. `log` is told what people may want to know.
     ///
     /// # Errors
     /// When configuration and storage do not fit together, or a buffer cannot hold the longest message. The listening
@@ -98,7 +82,6 @@ impl<'a, 's, P: Platform, N: FnMut(RtiEvent<'_>), B: Storage> RtiLoop<'a, 's, P,
         's: 'a,
     {
         let RtiSetup { config, storage, inlets, outgoings, datagrams } = setup;
-        begin(platform, Role::Rti, None);
         let mut port = DatagramPort::new(platform, datagrams);
         let authentication = config.authentication.is_some();
         let log_waits = config.log_waits.map(|interval| (interval, platform.now()));
@@ -125,7 +108,14 @@ impl<'a, 's, P: Platform, N: FnMut(RtiEvent<'_>), B: Storage> RtiLoop<'a, 's, P,
             authentication,
             log_waits,
             log,
+            recording: Recording::OFF,
         })
+    }
+
+    /// Tells what happens from now on.
+    pub fn record<'r: 'a>(&mut self, recording: Recording<'r>) {
+        self.recording = recording.for_less();
+        self.recording.begin(self.platform, Role::Rti, None);
     }
 
     /// Runs the RTI until all federates have left or the program is interrupted.
@@ -175,13 +165,13 @@ impl<'a, 's, P: Platform, N: FnMut(RtiEvent<'_>), B: Storage> RtiLoop<'a, 's, P,
         }
         match self.rti.status() {
             Status::Finished(outcome) if self.close_all() => {
-                note(self.platform, Event::Ends(outcome != Outcome::Complete));
+                self.recording.note(self.platform, Event::Ends(outcome != Outcome::Complete));
                 Turn::Ended(outcome)
             }
             Status::Finished(_) | Status::Running => {
                 let until = self.prepare_wait();
-                if until != Deadline::Now {
-                    note(self.platform, Event::WaitBegins(WaitsFor::Anything));
+                if self.recording.is_on() && until != Deadline::Now {
+                    self.recording.note(self.platform, Event::WaitBegins(WaitsFor::Anything));
                 }
                 Turn::Wait(until)
             }
@@ -197,13 +187,13 @@ impl<'a, 's, P: Platform, N: FnMut(RtiEvent<'_>), B: Storage> RtiLoop<'a, 's, P,
                 table.handle_ready(socket, interest);
             }
         });
-        if until != Deadline::Now {
-            note(self.platform, Event::WaitEnds);
+        if self.recording.is_on() && until != Deadline::Now {
+            self.recording.note(self.platform, Event::WaitEnds);
         }
     }
 
     fn drive<R>(&mut self, what: impl FnOnce(&mut Rti<'s>, &mut Outgoings<'_, P, N, B>) -> R) -> R {
-        what(&mut self.rti, &mut self.table.outlet(self.platform, self.log).1)
+        what(&mut self.rti, &mut self.table.outlet(self.platform, self.recording.lend(), self.log).1)
     }
 
     /// Closes what is still open after the end of the federation. Returns `true` when nothing is.
@@ -283,7 +273,7 @@ impl<'a, 's, P: Platform, N: FnMut(RtiEvent<'_>), B: Storage> RtiLoop<'a, 's, P,
     fn offer(&mut self, index: usize) {
         let now = self.platform.now();
         for _ in 0..MESSAGES_PER_TURN {
-            let (inlets, mut outlet) = self.table.outlet(self.platform, self.log);
+            let (inlets, mut outlet) = self.table.outlet(self.platform, self.recording.lend(), self.log);
             let inlet = &mut inlets[index];
             let bytes = inlet.buffer.bytes();
             if bytes.is_empty() {
@@ -291,9 +281,9 @@ impl<'a, 's, P: Platform, N: FnMut(RtiEvent<'_>), B: Storage> RtiLoop<'a, 's, P,
                 inlet.buffer.shrink();
                 return;
             }
+            outlet.learn_federate(index, bytes);
             match self.rti.handle_input(now, ConnectionId(index), bytes, &mut outlet) {
                 Verdict::Consumed(count) => {
-                    #[cfg(feature = "traces")]
                     outlet.note_received(index, now, bytes.get(..count).unwrap_or_default());
                     inlet.buffer.consume(count);
                     inlet.awaits_since = None;
@@ -391,12 +381,23 @@ impl<'a, 's, P: Platform, N: FnMut(RtiEvent<'_>), B: Storage> RtiLoop<'a, 's, P,
     /// Answers the datagrams that have come, a bounded number of them, and begins a round if one is due.
     fn synchronize(&mut self) {
         let Some(socket) = self.port.socket().filter(|_| P::DATAGRAMS) else { return };
-        let Self { rti, table, log, .. } = self;
+        let Self { rti, table, log, recording, .. } = self;
         self.port.receive(self.platform, |platform, socket, now, from, datagram| {
-            if let Some(answer) = rti.handle_datagram(now, from, datagram, &mut table.outlet(platform, *log).1) {
+            let outlet = &mut table.outlet(platform, recording.lend(), *log).1;
+            let answer = rti.handle_datagram(now, from, datagram, outlet);
+            let sent = answer.map(|answer| {
                 send(platform, socket, answer.to, &answer.message);
                 let probe = answer.coded_probe(platform.now());
                 send(platform, socket, probe.to, &probe.message);
+                [answer.message, probe.message]
+            });
+            // Only now, because the times of these messages count.
+            if recording.is_on() {
+                let federate = rti.federate_at(from).map_or(RTI, |id| id.0);
+                recording.note_bytes(now, datagram, federate);
+                for message in sent.iter().flatten() {
+                    recording.note_sent(platform, message, federate);
+                }
             }
         });
         let now = self.platform.now();
@@ -404,6 +405,10 @@ impl<'a, 's, P: Platform, N: FnMut(RtiEvent<'_>), B: Storage> RtiLoop<'a, 's, P,
             && let Some(question) = self.rti.poll_round(now)
         {
             send(self.platform, socket, question.to, &question.message);
+            if self.recording.is_on() {
+                let federate = self.rti.federate_at(question.to).map_or(RTI, |id| id.0);
+                self.recording.note_sent(self.platform, &question.message, federate);
+            }
         }
     }
 

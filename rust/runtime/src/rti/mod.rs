@@ -13,5 +13,5 @@ mod events;
 mod table;
 
 pub use connections::{Inlet, Outgoing};
-pub use event_loop::{RtiLoop, RtiSetup, run_rti};
+pub use event_loop::{RtiLoop, RtiSetup};
 pub use events::log_rti_event;

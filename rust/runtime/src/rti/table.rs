@@ -5,16 +5,11 @@
 use lf_coordination::Deadline;
 use lf_coordination::rti::{ConnectionId, Outlet, RtiEvent, SetupError};
 use lf_model::time::Instant;
-#[cfg(feature = "traces")]
-use lf_wire::{Decoded, Limits, decode};
-use lf_wire::{Message, Storage};
+use lf_wire::{Decoded, Limits, Message, Storage, decode};
 
 use super::connections::{Awaited, Inlet, Outgoing, State};
 use crate::platform::{Interest, Platform, SocketId};
-#[cfg(feature = "traces")]
-use crate::trace::{Event, Word};
-#[cfg(feature = "traces")]
-use crate::tracing::note_sent;
+use crate::trace::{RTI, Recording};
 
 /// The connections: incoming and outgoing directions.
 pub(super) struct Table<'a, B> {
@@ -63,9 +58,10 @@ impl<'a, B: Storage> Table<'a, B> {
     pub(super) fn outlet<'x, P, N>(
         &'x mut self,
         platform: &'x mut P,
+        recording: Recording<'x>,
         log: &'x mut N,
     ) -> (&'x mut [Inlet<B>], Outgoings<'x, P, N, B>) {
-        (self.inlets, Outgoings { table: self.outgoings, due: &mut self.due, platform, log })
+        (self.inlets, Outgoings { table: self.outgoings, due: &mut self.due, platform, recording, log })
     }
 
     /// Returns the number of connections in the queue.
@@ -266,23 +262,38 @@ fn connection_of<B>(table: &[Outgoing<B>], socket: SocketId) -> Option<usize> {
 pub(super) struct Outgoings<'a, P, N, B> {
     table: &'a mut [Outgoing<B>],
     due: &'a mut Due,
-    /// Records incoming and outgoing messages.
-    #[cfg_attr(not(feature = "traces"), expect(dead_code, reason = "nothing is recorded"))]
+    /// Its clock is that of what is recorded.
     platform: &'a mut P,
+    recording: Recording<'a>,
     log: &'a mut N,
 }
 
-#[cfg(feature = "traces")]
 impl<P: Platform, N, B: Storage> Outgoings<'_, P, N, B> {
+    /// Remembers which federate is at the other end of a connection, if what has come there says it: what is recorded
+    /// of the answer names it.
+    pub(super) fn learn_federate(&mut self, connection: usize, bytes: &[u8]) {
+        if !self.recording.is_on() {
+            return;
+        }
+        let Some(outgoing) = self.table.get_mut(connection).filter(|outgoing| outgoing.federate() == RTI) else {
+            return;
+        };
+        if let Ok(Decoded::Complete {
+            message:
+                Message::FedIds { federate, .. }
+                | Message::TransientFedIds { federate, .. }
+                | Message::FedNonce { federate, .. },
+            ..
+        }) = decode(bytes, &Limits::NONE)
+        {
+            outgoing.set_federate(federate);
+        }
+    }
+
     /// Records a message that has come at this time on a connection.
     pub(super) fn note_received(&mut self, connection: usize, now: Instant, bytes: &[u8]) {
-        let Some(outgoing) = self.table.get_mut(connection) else { return };
-        let Ok(Decoded::Complete { message, .. }) = decode(bytes, &Limits::NONE) else { return };
-        if let Message::FedIds { federate, .. } | Message::TransientFedIds { federate, .. } = message {
-            outgoing.federate = federate;
-        }
-        if let Some(word) = Word::of(&message, outgoing.federate) {
-            self.platform.trace(now, Event::Received(word));
+        if let Some(outgoing) = self.table.get(connection).filter(|_| self.recording.is_on()) {
+            self.recording.note_bytes(now, bytes, outgoing.federate());
         }
     }
 }
@@ -296,8 +307,7 @@ impl<P: Platform, N: FnMut(RtiEvent<'_>), B: Storage> Outlet for Outgoings<'_, P
         if let Some(outgoing) = self.table.get_mut(connection.0) {
             // There may be room, because the machine asks before.
             outgoing.push(message);
-            #[cfg(feature = "traces")]
-            note_sent(self.platform, message, outgoing.federate);
+            self.recording.note_sent(self.platform, message, outgoing.federate());
             self.due.push(self.table, connection.0);
         }
     }

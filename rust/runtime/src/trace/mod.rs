@@ -1,14 +1,23 @@
 // SPDX-License-Identifier: Apache-2.0
 //! What a participant records of itself: tags, reactions, messages, grants and waits, in records of one size.
 //!
-//! The event loops tell [`Platform::trace`](crate::platform::Platform::trace), which keeps [`Record`]s or nothing.
-//! Records have numbers in place of names; the compiler's table has the names. Without the feature `traces` no event
-//! loop tells anything, and nothing of this is linked.
+//! An event loop that was given a [`Recording`] tells its [`Recorder`] each [`Event`], as it happens. A recorder keeps
+//! [`Record`]s: in a file, in a ring in memory. Records have numbers in place of names; the compiler's table has the
+//! names. An event loop without a recording reads no clock for it, and calls nothing; without the feature `traces`
+//! nothing of this is linked.
 
 mod event;
+mod header;
 mod record;
+mod recording;
 mod ring;
 
-pub use event::{Event, Patience, RTI, Subject, TRACES, Waits, Word};
-pub use record::{Damage, FORMAT, Header, MAGIC, RECORD_BYTES, Record, Role};
+pub use event::{CHUNK_BYTES, Chunk, Event, Patience, RTI, Waits, Word};
+pub use header::{Damage, FORMAT, Header, MAGIC, RECORD_BYTES, Role};
+pub use lf_wire::MessageType;
+pub use record::Record;
+#[cfg(feature = "traces")]
+pub(crate) use recording::step_event;
+pub(crate) use recording::waits;
+pub use recording::{Recorder, Recording};
 pub use ring::Ring;

@@ -7,26 +7,19 @@
 //! | 8–15, 16–19 | the tag: its time and its microstep; or a time, or a number |
 //! | 20–23 | a number of bytes |
 //! | 24 | the kind |
-//! | 25 | more about the kind |
+//! | 25 | more about the kind: of a message, the first byte of its type on the wire |
 //! | 26–27 | a federate |
-//! | 28–29 | an input, a reaction, or the federate for which a value is |
+//! | 28–29 | an input, a trigger, a reaction, or the federate for which a value is |
 //! | 30–31 | a worker, or the input of that federate |
+//!
+//! A part of a value (kinds 16 and 17, the last part) has its bytes in 8–23 and 26–31, and their number in 25.
 
-use core::fmt;
-
-use lf_model::Part;
 use lf_model::time::{Instant, Microstep, Tag};
+use lf_model::{Part, TriggerId};
+use lf_wire::MessageType;
 
-use super::event::{Event, Patience, Subject, Waits, Word};
-
-/// Bytes of a record, and of a header.
-pub const RECORD_BYTES: usize = 32;
-
-/// How a header begins.
-pub const MAGIC: [u8; 8] = *b"lftrace\n";
-
-/// The version of the format.
-pub const FORMAT: u16 = 1;
+use super::event::{CHUNK_BYTES, Chunk, Event, Patience, Waits, Word, has_tag};
+use super::header::{Bytes, Damage, RECORD_BYTES};
 
 /// Something that has happened, and when.
 #[derive(Clone, Copy, PartialEq, Debug)]
@@ -35,89 +28,6 @@ pub struct Record {
     pub at: Instant,
     /// What.
     pub event: Event,
-}
-
-/// Whose records follow.
-#[derive(Clone, Copy, PartialEq, Eq, Debug)]
-pub struct Header {
-    /// Who it is.
-    pub role: Role,
-    /// How many reactions, inputs and outputs its tables have, by which a table of names can be told from another's.
-    pub sizes: [u16; 3],
-}
-
-/// A participant.
-#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Debug)]
-pub enum Role {
-    /// The federate with this id.
-    Federate(u16),
-    /// The RTI.
-    Rti,
-    /// A program that is not federated.
-    Program,
-}
-
-/// Why bytes are no record or header.
-#[derive(Clone, Copy, PartialEq, Eq, Debug)]
-pub enum Damage {
-    /// They do not begin as a header does.
-    Foreign,
-    /// They are of another version of the format.
-    Version(u16),
-    /// There is no such thing.
-    Kind(u8),
-}
-
-impl fmt::Display for Damage {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::Foreign => f.write_str("it does not begin as a trace does"),
-            Self::Version(version) => write!(f, "it is of version {version} of the format, and not of {FORMAT}"),
-            Self::Kind(kind) => write!(f, "it has a record of a kind {kind} that is not known"),
-        }
-    }
-}
-
-impl Header {
-    /// The header as bytes.
-    pub fn to_bytes(self) -> [u8; RECORD_BYTES] {
-        let (role, id) = match self.role {
-            Role::Federate(id) => (0, id),
-            Role::Rti => (1, 0),
-            Role::Program => (2, 0),
-        };
-        let mut bytes = Bytes([0; RECORD_BYTES]);
-        bytes.put(0, MAGIC);
-        bytes.put(8, FORMAT.to_le_bytes());
-        bytes.put(10, [role]);
-        bytes.put(12, id.to_le_bytes());
-        for (index, size) in self.sizes.into_iter().enumerate() {
-            bytes.put(14 + 2 * index, size.to_le_bytes());
-        }
-        bytes.0
-    }
-
-    /// Reads a header.
-    ///
-    /// # Errors
-    /// What is wrong with it.
-    pub fn from_bytes(bytes: &[u8; RECORD_BYTES]) -> Result<Self, Damage> {
-        let bytes = Bytes(*bytes);
-        if bytes.get::<8>(0) != MAGIC {
-            return Err(Damage::Foreign);
-        }
-        let number = |at| u16::from_le_bytes(bytes.get(at));
-        if number(8) != FORMAT {
-            return Err(Damage::Version(number(8)));
-        }
-        let role = match bytes.0[10] {
-            0 => Role::Federate(number(12)),
-            1 => Role::Rti,
-            2 => Role::Program,
-            other => return Err(Damage::Kind(other)),
-        };
-        Ok(Self { role, sizes: [number(14), number(16), number(18)] })
-    }
 }
 
 /// The fields of a record that an event fills.
@@ -133,8 +43,9 @@ struct Fields {
     lane: u16,
 }
 
-/// The bit of a message's detail that says that it has a tag.
-const TAGGED: u8 = 0x80;
+/// The kinds of a part of a value, and of its last one.
+const DATA: u8 = 16;
+const LAST_DATA: u8 = 17;
 
 impl Fields {
     fn new(kind: u8) -> Self {
@@ -149,9 +60,7 @@ impl Fields {
     }
 
     fn word(kind: u8, word: Word) -> Self {
-        let (port, lane) = word.to;
-        let tagged = if word.tag.is_some() { TAGGED } else { 0 };
-        let detail = word.subject as u8 | tagged;
+        let ((port, lane), detail) = (word.to, word.kind.byte());
         Self { detail, bytes: word.bytes, peer: word.peer, port, lane, ..Self::new(kind) }.tag(word.tag)
     }
 
@@ -187,9 +96,9 @@ impl Fields {
     }
 
     fn to_word(&self) -> Option<Word> {
-        let subject = *Subject::ALL.get(usize::from(self.detail & !TAGGED))?;
-        let tag = (self.detail & TAGGED != 0).then(|| self.to_tag());
-        Some(Word { subject, peer: self.peer, to: (self.port, self.lane), tag, bytes: self.bytes })
+        let kind = MessageType::from_byte(self.detail)?;
+        let tag = has_tag(kind).then(|| self.to_tag());
+        Some(Word { kind, peer: self.peer, to: (self.port, self.lane), tag, bytes: self.bytes })
     }
 
     fn of(event: Event) -> Self {
@@ -214,6 +123,11 @@ impl Fields {
             Event::Ends(failed) => Self { detail: failed.into(), ..Self::new(11) },
             Event::Lost(count) => Self { time: count.cast_signed(), ..Self::new(12) },
             Event::Seam => Self::new(13),
+            Event::Due(time) => Self { time: time.as_nanos(), ..Self::new(14) },
+            Event::Held(word) => Self::word(15, word),
+            Event::Physical(trigger) => Self { port: trigger.0, ..Self::new(18) },
+            // They have forms of their own.
+            Event::Begins(_) | Event::Data(_) => Self::default(),
         }
     }
 
@@ -240,16 +154,24 @@ impl Fields {
             11 => Event::Ends(self.detail != 0),
             12 => Event::Lost(self.time.cast_unsigned()),
             13 => Event::Seam,
+            14 => Event::Due(Instant::from_nanos(self.time)),
+            15 => Event::Held(self.to_word()?),
+            18 => Event::Physical(TriggerId(self.port)),
             _ => return None,
         })
     }
 }
 
 impl Record {
-    /// The record as bytes.
+    /// Returns the record as bytes; of [`Event::Begins`], the header.
     pub fn to_bytes(self) -> [u8; RECORD_BYTES] {
-        let fields = Fields::of(self.event);
+        match self.event {
+            Event::Begins(header) => return header.to_bytes(),
+            Event::Data(chunk) => return chunk_to_bytes(self.at, &chunk),
+            _ => {}
+        }
         let mut bytes = Bytes([0; RECORD_BYTES]);
+        let fields = Fields::of(self.event);
         bytes.put(0, self.at.as_nanos().to_le_bytes());
         bytes.put(8, fields.time.to_le_bytes());
         bytes.put(16, fields.microstep.to_le_bytes());
@@ -267,6 +189,10 @@ impl Record {
     /// [`Damage::Kind`] when it is none.
     pub fn from_bytes(bytes: &[u8; RECORD_BYTES]) -> Result<Self, Damage> {
         let bytes = Bytes(*bytes);
+        let at = Instant::from_nanos(i64::from_le_bytes(bytes.get(0)));
+        if let DATA | LAST_DATA = bytes.0[24] {
+            return Ok(Self { at, event: Event::Data(chunk_from(&bytes).ok_or(Damage::Kind(bytes.0[24]))?) });
+        }
         let number = |at| u16::from_le_bytes(bytes.get(at));
         let fields = Fields {
             time: i64::from_le_bytes(bytes.get(8)),
@@ -279,29 +205,36 @@ impl Record {
             lane: number(30),
         };
         let event = fields.to_event().ok_or(Damage::Kind(fields.kind))?;
-        Ok(Self { at: Instant::from_nanos(i64::from_le_bytes(bytes.get(0))), event })
+        Ok(Self { at, event })
     }
 }
 
-/// Bytes with places, all of which are constants within them.
-struct Bytes([u8; RECORD_BYTES]);
+/// Returns a part of a value as bytes.
+fn chunk_to_bytes(at: Instant, chunk: &Chunk) -> [u8; RECORD_BYTES] {
+    let (mut bytes, mut part) = (Bytes([0; RECORD_BYTES]), [0; CHUNK_BYTES]);
+    let len = chunk.bytes().len();
+    part[..len].copy_from_slice(chunk.bytes());
+    bytes.put(0, at.as_nanos().to_le_bytes());
+    bytes.0[8..24].copy_from_slice(&part[..16]);
+    // A part has no more bytes than that.
+    bytes.put(24, [if chunk.is_last { LAST_DATA } else { DATA }, u8::try_from(len).unwrap_or(u8::MAX)]);
+    bytes.0[26..].copy_from_slice(&part[16..]);
+    bytes.0
+}
 
-impl Bytes {
-    fn put<const N: usize>(&mut self, at: usize, value: [u8; N]) {
-        self.0[at..at + N].copy_from_slice(&value);
-    }
-
-    fn get<const N: usize>(&self, at: usize) -> [u8; N] {
-        let mut value = [0; N];
-        value.copy_from_slice(&self.0[at..at + N]);
-        value
-    }
+/// Reads a part of a value; `None` if it says that it is longer than a record.
+fn chunk_from(bytes: &Bytes) -> Option<Chunk> {
+    let mut part = [0; CHUNK_BYTES];
+    part[..16].copy_from_slice(&bytes.0[8..24]);
+    part[16..].copy_from_slice(&bytes.0[26..]);
+    Some(Chunk::new(part.get(..usize::from(bytes.0[25]))?, bytes.0[24] == LAST_DATA))
 }
 
 #[cfg(test)]
 mod tests {
     use proptest::prelude::*;
 
+    use super::super::header::{Header, Role};
     use super::*;
 
     proptest! {
@@ -309,13 +242,29 @@ mod tests {
         #[test]
         fn records_are_the_same_when_they_are_read_again(
             mut bytes: [u8; RECORD_BYTES],
-            kind in 0u8..15,
-            detail in 0u8..16,
+            kind in 0u8..20,
+            detail in 0u8..32,
         ) {
             (bytes[24], bytes[25]) = (kind, detail);
             if let Ok(record) = Record::from_bytes(&bytes) {
                 prop_assert_eq!(Record::from_bytes(&record.to_bytes()), Ok(record));
             }
+        }
+
+        /// A value is put together again from its parts, however long it is.
+        #[test]
+        fn a_value_is_the_same_when_its_parts_are_read_again(value in proptest::collection::vec(0u8.., 0..100)) {
+            let mut found = std::vec::Vec::new();
+            let mut ends = 0;
+            for chunk in Chunk::of(&value) {
+                let record = Record { at: Instant::from_nanos(5), event: Event::Data(chunk) };
+                let read = Record::from_bytes(&record.to_bytes());
+                prop_assert_eq!(read, Ok(record));
+                prop_assert_eq!(ends, 0, "nothing follows the last part");
+                found.extend(chunk.bytes());
+                ends += usize::from(chunk.is_last);
+            }
+            prop_assert_eq!((found, ends), (value, 1));
         }
 
         #[test]
@@ -327,9 +276,12 @@ mod tests {
     }
 
     #[test]
-    fn every_subject_is_found_by_its_number() {
-        for subject in Subject::ALL {
-            assert_eq!(Subject::ALL[subject as usize], subject);
+    fn a_message_of_every_type_is_read_again_with_its_tag() {
+        let some = Tag::at(Instant::from_nanos(7));
+        for kind in MessageType::ALL.iter().copied() {
+            let word = Word { kind, peer: 1, to: (2, 3), tag: has_tag(kind).then_some(some), bytes: 4 };
+            let record = Record { at: Instant::from_nanos(9), event: Event::Received(word) };
+            assert_eq!(Record::from_bytes(&record.to_bytes()), Ok(record));
         }
     }
 }

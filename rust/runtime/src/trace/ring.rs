@@ -4,7 +4,8 @@
 use lf_model::time::Instant;
 
 use super::event::Event;
-use super::record::{RECORD_BYTES, Record};
+use super::header::RECORD_BYTES;
+use super::record::Record;
 
 /// A ring of the newest `N` records, and what all others have to be read with.
 #[derive(Debug)]

@@ -6,14 +6,14 @@ use std::sync::Mutex;
 
 use lf_coordination::Deadline;
 use lf_coordination::heap::{Growing, Memory, Sizes};
-use lf_coordination::rti::{AfterLoss, ClockSync as RtiClockSync, Config, Outcome, START_REPORT, SetupError};
+use lf_coordination::rti::{AfterLoss, ClockSync as RtiClockSync, Config, Outcome, RtiEvent, START_REPORT, SetupError};
 use lf_model::time::{Interval, Tag};
 use lf_model::{Engine, Settings};
 use lf_runtime::platform::{Endpoint, Interest, IpAddress, Platform as _, SocketId, Transfer};
-use lf_runtime::trace::Record;
+use lf_runtime::trace::{Record, Recording};
 use lf_runtime::{
     AwaitedInput, Buffers, ClockSync, Coordination, DELAY_NONE, FederateLoop, Federation, Inbound, Inlet, Join,
-    Outbound, Outgoing, RtiSetup, RunError, Turn, buffer_bytes, peer_buffer_bytes, run_rti,
+    Outbound, Outgoing, RtiLoop, RtiSetup, RunError, buffer_bytes, peer_buffer_bytes,
 };
 use lf_testkit::network::address_of;
 use lf_wire::Storage;
@@ -58,6 +58,8 @@ pub struct Plan {
     pub own_ports: &'static [u16],
     /// Capacity of each input's queue: 1, 2 or 16.
     pub capacity: usize,
+    /// Whether what happens is recorded, and then whether with values.
+    pub records: Option<bool>,
     pub timeout: Option<Interval>,
     /// The time-outs of federates that have another one.
     pub timeouts: BTreeMap<u16, Option<Interval>>,
@@ -152,6 +154,7 @@ impl Plan {
             edges,
             own_ports: &[],
             capacity: 2,
+            records: Some(true),
             timeout: None,
             timeouts: BTreeMap::new(),
             coordination: Coordination::Centralized,
@@ -410,7 +413,12 @@ fn run_the_rti(plan: &Plan, platform: &mut Virtual, notices: &mut Vec<String>) -
         outgoings: &mut outgoings,
         datagrams: None,
     };
-    run_rti(platform, setup, listener, &mut |notice| notices.push(notice.to_string()))
+    let (mut recorder, mut notice) = (platform.recorder(), |notice: RtiEvent<'_>| notices.push(notice.to_string()));
+    let mut rti = RtiLoop::new(platform, setup, listener, &mut notice)?;
+    if let Some(values) = plan.records {
+        rti.record(Recording::new(&mut recorder, values));
+    }
+    Ok(rti.run())
 }
 
 /// The part of a federate in the federation.
@@ -507,14 +515,15 @@ pub fn run_node<const N: usize>(plan: &Plan, id: u16, platform: &mut Virtual) ->
     let mut outbound: Vec<_> = peer_outputs.iter_mut().map(|bytes| Outbound::new(bytes)).collect();
     let buffers = Buffers::new(&mut input, &mut output).with_peers(&mut outbound, &mut inbound);
     let mut known = vec![Tag::NEVER; federation.awaited.len()];
+    let mut recorder = platform.recorder();
     let (result, late_messages, lost_messages) =
         match FederateLoop::<_>::new(platform, &mut node, engine, &federation, &join, buffers, &mut known) {
-            Ok(mut federate) => loop {
-                match federate.turn() {
-                    Turn::Wait(until) => federate.wait(until),
-                    Turn::Ended(result) => break (result, federate.late_messages(), federate.lost_messages()),
+            Ok(mut federate) => {
+                if let Some(values) = plan.records {
+                    federate.record(Recording::new(&mut recorder, values));
                 }
-            },
+                (federate.run(), federate.late_messages(), federate.lost_messages())
+            }
             Err(error) => (Err(error), 0, 0),
         };
     Ran {

@@ -158,7 +158,8 @@ impl<const N: usize> Node<N> {
             side,
             order: reactions.iter().map(|(does, _)| *does).collect(),
             timer: Timer::new(),
-            physical: PhysicalActionQueue::new(PHYSICAL, Box::leak(Box::new(PhysicalInbox::<u32, 4>::new()))),
+            physical: PhysicalActionQueue::new(PHYSICAL, Box::leak(Box::new(PhysicalInbox::<u32, 4>::new())))
+                .encoded_by(lf_model::encoder!(u32)),
             output: Port::new(PortId(0)),
             inputs: (0..input_count).map(|input| TardyInput::new(PortId(FIRST_INPUT_PORT + input))).collect(),
             fired: 0,

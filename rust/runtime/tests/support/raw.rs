@@ -5,10 +5,10 @@ use std::sync::Mutex;
 
 use lf_coordination::Deadline;
 use lf_coordination::heap::{Memory, Sizes};
-use lf_coordination::rti::{ClockSync, Config, Outcome, SetupError};
+use lf_coordination::rti::{ClockSync, Config, Outcome, RtiEvent, SetupError};
 use lf_model::time::{Instant, Interval};
 use lf_runtime::platform::{Endpoint, Interest, Platform as _, SocketId, Transfer};
-use lf_runtime::{Inlet, Outgoing, RtiSetup, run_rti};
+use lf_runtime::{Inlet, Outgoing, RtiLoop, RtiSetup};
 use lf_testkit::messages::{encoded, introduction};
 use lf_testkit::network::address_of;
 use lf_wire::{Decoded, Limits, Message, MessageType, Tag, UDP_PORT_CLOCK_SYNC_OFF, decode};
@@ -85,7 +85,8 @@ fn run(
     let mut memory = Memory::new(Sizes { federates, connections, upstream: federates, in_transit: 64 });
     let setup =
         RtiSetup { config, storage: memory.storage(), inlets: &mut inlets, outgoings: &mut outgoings, datagrams: None };
-    run_rti(platform, setup, listener, &mut |notice| notices.lock().unwrap().push(notice.to_string()))
+    let mut notice = |notice: RtiEvent<'_>| notices.lock().unwrap().push(notice.to_string());
+    RtiLoop::new(platform, setup, listener, &mut notice).map(|mut rti| rti.run())
 }
 
 impl Tester {

@@ -8,9 +8,8 @@ use std::collections::VecDeque;
 
 use lf_model::time::Tag;
 use lf_model::{
-    ActionTiming, Bounds, Full, Inbox, LogicalAction, LogicalActionQueue, ModeCell, PhysicalAction,
-    PhysicalActionQueue, PhysicalInbox, Placed, Port, PortId, QueuedPort, Readable, TardyInput, Timer, TriggerCell,
-    TriggerId, Undelivered, Watchdog,
+    Full, Inbox, LogicalAction, LogicalActionQueue, ModeCell, PhysicalAction, PhysicalActionQueue, PhysicalInbox,
+    Placed, Port, PortId, QueuedPort, Readable, TardyInput, Timer, TriggerCell, TriggerId, Undelivered, Watchdog,
 };
 
 use super::value::Value;
@@ -28,7 +27,7 @@ pub(crate) enum Cell {
     Timer(Timer),
     Watchdog(Watchdog),
     Logical(Box<dyn AnyLogical>),
-    Physical(Recorded),
+    Physical(Box<dyn AnyPhysical>),
     /// A physical action whose events are known beforehand.
     Replayed(Replayed),
     Queued(Queued),
@@ -144,9 +143,10 @@ pub(crate) fn logical(id: TriggerId, capacity: usize) -> Option<Cell> {
 
 pub(crate) fn physical(id: TriggerId, capacity: usize) -> Option<Cell> {
     let inbox: &'static dyn Inbox<Value> = Box::leak(Box::new(PhysicalInbox::<Value, INBOX>::new()));
-    let action: Option<Box<dyn AnyPhysical>> =
-        by_capacity!(capacity, N => Box::new(PhysicalActionQueue::<Value, N>::new(id, inbox)));
-    action.map(|action| Cell::Physical(Recorded { action, happened: Vec::new() }))
+    let action: Option<Box<dyn AnyPhysical>> = by_capacity!(capacity, N => {
+        Box::new(PhysicalActionQueue::<Value, N>::new(id, inbox).encoded_by(lf_model::encoder!(Value)))
+    });
+    action.map(Cell::Physical)
 }
 
 pub(crate) fn queued(port: PortId, capacity: usize) -> Option<Cell> {
@@ -169,10 +169,7 @@ impl Cell {
             Self::Timer(timer) => timer.is_present().then_some(None),
             Self::Watchdog(watchdog) => watchdog.is_present().then_some(None),
             Self::Logical(logical) => logical.action().is_present().then(|| logical.action().value().copied()),
-            Self::Physical(recorded) => {
-                let action = recorded.action.action();
-                action.is_present().then(|| action.value().copied())
-            }
+            Self::Physical(physical) => physical.action().is_present().then(|| physical.action().value().copied()),
             Self::Replayed(replayed) => replayed.present,
             Self::None | Self::Queued(_) => None,
         }
@@ -184,7 +181,7 @@ impl Cell {
             Self::Timer(timer) => Some(timer),
             Self::Watchdog(watchdog) => Some(watchdog),
             Self::Logical(action) => Some(&mut **action),
-            Self::Physical(recorded) => Some(recorded),
+            Self::Physical(action) => Some(&mut **action),
             Self::Replayed(replayed) => Some(replayed),
             Self::Queued(queued) => Some(queued),
         }
@@ -307,32 +304,6 @@ impl TriggerCell for Queued {
     }
     fn intended(&self) -> Option<Tag> {
         self.queue.intended()
-    }
-}
-
-/// A physical action that keeps a record of when its events happened.
-pub(crate) struct Recorded {
-    pub(crate) action: Box<dyn AnyPhysical>,
-    pub(crate) happened: Vec<(Tag, Option<Value>)>,
-}
-
-impl TriggerCell for Recorded {
-    fn activate(&mut self, tag: Tag) -> Option<Tag> {
-        let next = self.action.activate(tag);
-        self.happened.push((tag, self.action.action().value().copied()));
-        next
-    }
-    fn clear(&mut self) {
-        self.action.clear();
-    }
-    fn pending(&self) -> Option<Tag> {
-        self.action.pending()
-    }
-    fn has_room(&self) -> bool {
-        self.action.has_room()
-    }
-    fn drain(&mut self, timing: &ActionTiming, bounds: &Bounds) {
-        self.action.drain(timing, bounds);
     }
 }
 

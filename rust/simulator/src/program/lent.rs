@@ -174,9 +174,9 @@ impl Lent {
             let choice = combine(digest, 100 + position);
             let own = own.iter_mut().find(|(own, _)| *own == effect.variable).map(|(_, own)| own);
             if body.is_startup && !effect.outside.is_empty() {
-                if let Some(Own::Trigger(Cell::Physical(recorded))) = own {
+                if let Some(Own::Trigger(Cell::Physical(physical))) = own {
                     // A thread that schedules the action again and again.
-                    let action = PhysicalActionRef::clone(recorded.action.action());
+                    let action = PhysicalActionRef::clone(physical.action());
                     let link = ctx.physical_link();
                     memory.side.start(Thread::new(&effect.outside, move |left| {
                         let value = Value::new(combine(choice, left as u64), THREAD_ENERGY, Shape::Fixed(1));
@@ -218,8 +218,8 @@ fn cause(
         (_, Some(Own::Trigger(Cell::Logical(logical)))) => {
             ctx.schedule_with_v(logical.action_mut(), Some(value), offset);
         }
-        (_, Some(Own::Trigger(Cell::Physical(recorded)))) => {
-            ctx.schedule_with_v(recorded.action.action_mut(), Some(value), offset);
+        (_, Some(Own::Trigger(Cell::Physical(physical)))) => {
+            ctx.schedule_with_v(physical.action_mut(), Some(value), offset);
         }
         _ => {}
     }

@@ -126,14 +126,6 @@ impl Scripted {
             _ => &[],
         })
     }
-
-    /// When the physical actions happened, by trigger.
-    pub(crate) fn physical_events(&self) -> impl Iterator<Item = (&'static str, &[(Tag, Option<Value>)])> {
-        self.tables.triggers.iter().zip(&self.memory.cells).filter_map(|(info, cell)| match cell {
-            Cell::Physical(recorded) => Some((info.name, &recorded.happened[..])),
-            _ => None,
-        })
-    }
 }
 
 impl ModeCells for Scripted {

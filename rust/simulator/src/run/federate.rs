@@ -5,11 +5,14 @@ use lf_compiler::plan::{self, Plan};
 use lf_model::time::{Interval, Tag};
 use lf_model::{Engine, Program as _, Settings, Storage, Tables};
 use lf_runtime::platform::Endpoint;
+use lf_runtime::trace::Recording;
 use lf_runtime::{
     AwaitedInput, Buffers, ClockSync, Coordination, DELAY_NONE, FederateLoop, Federation, Inbound, Join, Outbound,
     RunError,
 };
 use lf_testkit::network::address_of;
+
+use lf_testkit::trace::Records;
 
 use super::rti::{FEDERATION_ID, PORT};
 use crate::program::{BuildError, Runs, Scripted};
@@ -46,6 +49,8 @@ impl EngineMemory {
 /// All that a federate needs.
 pub(super) struct FederateMemory {
     pub(super) program: Scripted,
+    /// What keeps what happens, if it is recorded.
+    records: Option<Records>,
     platform: Virtual,
     engine: EngineMemory,
     settings: Settings,
@@ -65,6 +70,7 @@ impl FederateMemory {
         plan: &Plan,
         federate: &plan::Federate,
         platform: Virtual,
+        records: Option<Records>,
     ) -> Result<Self, BuildError> {
         let program = Scripted::new(scenario, plan, federate, platform.side(), None, Runs::OneByOne)?;
         let tables = program.tables();
@@ -80,6 +86,7 @@ impl FederateMemory {
         let peer_spare = scenario.decentralized.map_or(0, |it| it.peer_spare);
         Ok(Self {
             program,
+            records,
             platform,
             engine: EngineMemory::new(tables),
             settings,
@@ -100,7 +107,7 @@ impl FederateMemory {
         let outbound: Vec<_> = self.outbound.iter_mut().map(|bytes| Outbound::new(bytes)).collect();
         let inbound: Vec<_> = self.inbound.iter_mut().map(|bytes| Inbound::new(bytes)).collect();
         let buffers = Buffers::new(&mut self.input, &mut self.output).with_peers(outbound.leak(), inbound.leak());
-        FederateLoop::new(
+        let mut federate = FederateLoop::new(
             &mut self.platform,
             &mut self.program,
             engine,
@@ -108,7 +115,11 @@ impl FederateMemory {
             &join,
             buffers,
             &mut self.known,
-        )
+        )?;
+        if let Some(records) = &mut self.records {
+            federate.record(Recording::new(records, true));
+        }
+        Ok(federate)
     }
 }
 

@@ -13,15 +13,18 @@ use std::rc::Rc;
 use lf_compiler::plan::{Federate, InputIndex, Plan};
 use lf_coordination::rti::{Outcome, RtiEvent};
 use lf_model::time::{Instant, Interval, Tag};
+use lf_model::{Payload as _, Program as _, Tables, TriggerInfo, TriggerKind};
+use lf_runtime::trace::{Event, Record};
 use lf_runtime::{RunError, Turn};
 use lf_testkit::random::combine;
+use lf_testkit::trace::{Records, with_values};
 use lf_testkit::world::{Shared, Side};
 
 pub(crate) use alone::{Decided, run_alone, work_alone};
 pub(crate) use reports::Reports;
 
 use crate::check::{Counts, Seen, Sent, Violation};
-use crate::program::{BuildError, Handled, Played, Record};
+use crate::program::{BuildError, Handled, Played, Record as Ran, Value};
 use crate::scenario::{Fault, FaultKind, Scenario};
 use crate::world::{Cables, World, strike, world};
 use federate::{FederateMemory, Member};
@@ -59,11 +62,13 @@ pub(crate) struct Report {
     /// The RTI's outcome, if it came to its end.
     pub(crate) rti: Option<Outcome>,
     pub(crate) ends: Vec<FederateEnd>,
-    pub(crate) traces: Vec<Vec<Record>>,
+    pub(crate) traces: Vec<Vec<Ran>>,
     /// The stops that reactions asked for.
     pub(crate) stops: Vec<Tag>,
     /// When physical actions happened.
     pub(crate) played: Played,
+    /// What the RTI has recorded, and then each federate, as far as they did.
+    pub(crate) records: Vec<Option<Records>>,
     pub(crate) noted: Noted,
     /// What went wrong, with whom, as it had been planned.
     pub(crate) struck: Vec<(usize, FaultKind)>,
@@ -192,18 +197,35 @@ impl Participant<'_> {
     }
 }
 
-/// Runs a scenario whose federation has this plan. `prints`: all messages are printed.
-pub(crate) fn run(scenario: &Scenario, plan: &Plan, prints: bool) -> Result<Report, BuildError> {
+/// What is told of a run while it goes on.
+#[derive(Clone, Copy, Default)]
+pub(crate) struct Telling {
+    /// All messages are printed.
+    pub(crate) prints: bool,
+    /// All participants record what happens.
+    pub(crate) records: bool,
+}
+
+/// Runs a scenario whose federation has this plan.
+pub(crate) fn run(scenario: &Scenario, plan: &Plan, telling: Telling) -> Result<Report, BuildError> {
+    let Telling { prints, records } = telling;
     reports::listen();
     reports::take();
     let world = world(&scenario.conditions, combine(scenario.seed, 11));
     world.lock().network.medium_mut().watch.prints = prints;
     let noted = Rc::new(RefCell::new(Noted::default()));
     let mut buffers = RtiBuffers::new(scenario, plan.federates.len());
-    let mut rti = RtiMemory::new(scenario, plan, world.platform(0), note_into(Rc::clone(&noted), prints), &mut buffers);
+    // When physical actions happened is known by what was recorded.
+    let of_federates = records || scenario.has_physical_actions();
+    let recorded = |is_kept: bool| is_kept.then(Records::default);
+    let records: Vec<_> =
+        (0..=plan.federates.len()).map(|index| recorded(if index == 0 { records } else { of_federates })).collect();
+    let notices = note_into(Rc::clone(&noted), prints);
+    let mut rti = RtiMemory::new(scenario, plan, world.platform(0), notices, &mut buffers, records[0].clone());
     let mut federates = Vec::new();
-    for (index, federate) in plan.federates.iter().enumerate() {
-        federates.push(FederateMemory::new(scenario, plan, federate, world.platform(index + 1))?);
+    for (index, federate) in (1..).zip(&plan.federates) {
+        let records = records[index].clone();
+        federates.push(FederateMemory::new(scenario, plan, federate, world.platform(index), records)?);
     }
     let mut stage = Stage {
         participants: std::iter::once(Participant::NotYet(Seat::Rti(&mut rti)))
@@ -232,6 +254,7 @@ pub(crate) fn run(scenario: &Scenario, plan: &Plan, prints: bool) -> Result<Repo
         traces: Vec::new(),
         stops: Vec::new(),
         played: Played::new(),
+        records: records.clone(),
         noted: noted.borrow().clone(),
         struck,
         granted: watch.seen.iter().map(|seen| seen.stop).collect(),
@@ -272,14 +295,32 @@ impl Report {
                 self.violation.get_or_insert(Violation::Capacity { federate, most, capacity });
             }
         }
-        for (path, events) in program.physical_events() {
-            self.played.insert(path.to_owned(), events.to_vec());
+        if let Some(records) = &self.records[federate + 1] {
+            add_physical_events(&mut self.played, program.tables(), &records.to_vec());
         }
         for record in &program.trace {
             self.digest = combine(self.digest, record.digest);
         }
         self.stops.extend(&program.stops);
         self.traces.push(program.trace);
+    }
+}
+
+/// Adds when the physical actions of a federate happened, and with which values, by what it has recorded.
+fn add_physical_events(played: &mut Played, tables: &Tables, records: &[Record]) {
+    let mut tag = Tag::NEVER;
+    for (record, value) in with_values(records.iter().copied()) {
+        match record.event {
+            Event::TagBegins(begun) => tag = begun,
+            Event::Physical(trigger) => {
+                let TriggerInfo { name, kind, .. } = tables.triggers[usize::from(trigger.0)];
+                if let TriggerKind::Physical(_) = kind {
+                    let value = value.map(|bytes| Value::decode(&bytes).expect("it is one that was encoded"));
+                    played.entry(name.to_owned()).or_default().push((tag, value));
+                }
+            }
+            _ => {}
+        }
     }
 }
 

@@ -8,7 +8,10 @@ use lf_coordination::rti::{AfterLoss, ClockSync, Config, RtiEvent};
 use lf_model::Payload as _;
 use lf_model::time::Interval;
 use lf_runtime::platform::{Endpoint, Platform as _};
+use lf_runtime::trace::Recording;
 use lf_runtime::{Inlet, Outgoing, RtiLoop, RtiSetup, RunError, buffer_bytes};
+
+use lf_testkit::trace::Records;
 
 use crate::program::Value;
 use crate::scenario::Scenario;
@@ -36,6 +39,8 @@ impl RtiBuffers {
 
 /// All that an RTI needs.
 pub(super) struct RtiMemory<'a> {
+    /// What keeps what happens, if it is recorded.
+    records: Option<Records>,
     platform: Virtual,
     log: Log,
     config: Config<'static>,
@@ -51,6 +56,7 @@ impl<'a> RtiMemory<'a> {
         platform: Virtual,
         log: Log,
         buffers: &'a mut RtiBuffers,
+        records: Option<Records>,
     ) -> Self {
         let conditions = &scenario.conditions.rti;
         let count = plan.federates.len();
@@ -75,7 +81,7 @@ impl<'a> RtiMemory<'a> {
         let buffers =
             buffers.0.iter_mut().map(|(input, output)| (Inlet::new(&mut input[..]), Outgoing::new(&mut output[..])));
         let (inlets, outgoings) = buffers.unzip();
-        Self { platform, log, config, memory: Memory::new(sizes), inlets, outgoings }
+        Self { records, platform, log, config, memory: Memory::new(sizes), inlets, outgoings }
     }
 
     /// The RTI begins.
@@ -96,6 +102,10 @@ impl<'a> RtiMemory<'a> {
             datagrams,
         };
         let centre = RtiLoop::new(&mut self.platform, setup, listener, &mut self.log);
-        Ok(centre.expect("the memory is made for the configuration"))
+        let mut centre = centre.expect("the memory is made for the configuration");
+        if let Some(records) = &mut self.records {
+            centre.record(Recording::new(records, true));
+        }
+        Ok(centre)
     }
 }

@@ -69,8 +69,6 @@ pub struct World<M> {
     now: u64,
     /// Whether a wait may leave some sockets that are ready for the next one.
     leaves_some: bool,
-    /// Whether what participants record is kept.
-    keeps_records: bool,
 }
 
 impl<M: Medium> World<M> {
@@ -83,7 +81,6 @@ impl<M: Medium> World<M> {
             queue: BinaryHeap::new(),
             now: 0,
             leaves_some: false,
-            keeps_records: false,
         }
     }
 

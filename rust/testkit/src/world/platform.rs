@@ -8,7 +8,7 @@ use lf_coordination::clock_sync::ClockCorrection;
 use lf_model::Outside;
 use lf_model::time::Instant;
 use lf_runtime::platform::{Endpoint, Interest, IpAddress, NetError, Platform, RandomError, SocketId, Transfer};
-use lf_runtime::trace::{Event, Record};
+use lf_runtime::trace::{Event, Record, Recorder};
 
 use super::turns::Turns;
 use super::{Shared, Side, Wires};
@@ -49,6 +49,24 @@ impl<M: Medium> Virtual<M> {
     pub fn side(&self) -> &'static Side {
         self.side
     }
+
+    /// Returns a recorder that keeps this participant's events in the world.
+    pub fn recorder(&self) -> MemberRecorder<M> {
+        MemberRecorder { world: self.world.clone(), me: self.me }
+    }
+}
+
+/// Keeps the events of one participant in the world.
+#[derive(Debug)]
+pub struct MemberRecorder<M: Medium = Wires> {
+    world: Shared<M>,
+    me: usize,
+}
+
+impl<M: Medium> Recorder for MemberRecorder<M> {
+    fn record(&mut self, at: Instant, event: Event) {
+        self.world.lock().members[self.me].records.push(Record { at, event });
+    }
 }
 
 /// A participant with a thread of its own ends where its platform is dropped.
@@ -67,13 +85,6 @@ impl<M: Medium> Platform for Virtual<M> {
 
     fn outside(&self) -> &'static dyn Outside {
         self.side
-    }
-
-    fn trace(&mut self, at: Instant, event: Event) {
-        let mut world = self.world.lock();
-        if world.keeps_records {
-            world.members[self.me].records.push(Record { at, event });
-        }
     }
 
     fn set_correction(&mut self, correction: ClockCorrection) {

@@ -19,7 +19,7 @@ impl Threads {
     /// A world without participants.
     pub fn new(conditions: Conditions) -> Self {
         let mut world = World::new(Wires::new(conditions), Random::new(conditions.seed));
-        (world.leaves_some, world.keeps_records) = (true, true);
+        world.leaves_some = true;
         Self(Arc::new(Turns::new(world)))
     }
 

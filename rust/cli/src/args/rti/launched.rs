@@ -6,9 +6,11 @@ use std::os::unix::ffi::OsStringExt;
 use std::process::Command;
 
 use lf_linux::model::time::Interval;
-use lf_linux::rti::{ClockSync, Options, Trace, TraceFormat};
+use lf_linux::rti::{ClockSync, Options};
 
 use super::super::{Cli, Command as LfzCommand};
+use super::RtiArgs;
+use crate::trace::{Table, TableFormat};
 
 /// Runs a part of a launch script with a function instead of the RTI; returns its arguments, its name first.
 fn words(script: &str) -> Vec<OsString> {
@@ -25,9 +27,14 @@ ssh() { shift; eval \"$*\"; }
     words.split(|byte| *byte == 0).map(|word| OsString::from_vec(word.to_vec())).collect()
 }
 
-fn options(script: &str) -> Result<Options, String> {
+fn arguments(script: &str) -> Result<RtiArgs, String> {
     let cli = Cli::read(words(script)).map_err(|error| error.to_string())?;
     let LfzCommand::Rti(arguments) = cli.command else { panic!("the RTI was asked for") };
+    Ok(arguments)
+}
+
+fn options(script: &str) -> Result<Options, String> {
+    let arguments = arguments(script)?;
     let mut warnings = Vec::new();
     let options = arguments.options(&mut warnings);
     assert!(warnings.is_empty(), "{warnings:?}");
@@ -105,7 +112,8 @@ exchanges-per-interval 10 \\ &"
         let options = options(&script).expect("it is understood");
         assert_eq!(options.start_time_multiple, multiple);
         assert_eq!(options.federates, 2);
-        assert_eq!(options.traces, [Trace { file: "rti.lft".into(), format: TraceFormat::Lft }]);
+        let tables = arguments(&script).expect("it is understood").tables();
+        assert_eq!(tables, [Table { file: "rti.lft".into(), format: TableFormat::Lft }]);
     }
 }
 

@@ -13,9 +13,10 @@ use std::path::PathBuf;
 use clap::Args;
 use clap::builder::RangedI64ValueParser;
 use lf_linux::model::time::Interval;
-use lf_linux::rti::{Options, TRACE_MIB, Trace, TraceFormat};
+use lf_linux::rti::{Options, TRACE_MIB, TRACE_UNLIMITED, Trace};
 
 use crate::time;
+use crate::trace::{Table, TableFormat};
 
 pub(super) use stock::{is_rti, readable};
 
@@ -78,9 +79,13 @@ pub struct RtiArgs {
     /// Record what happens in this file, which `lfz trace` reads beside those of the federates.
     #[arg(long, value_name = "FILE")]
     trace: Option<PathBuf>,
-    /// How large the file of --trace may be, in MiB; when it is full, the oldest records are dropped.
-    #[arg(long, value_name = "MIB", default_value_t = TRACE_MIB, value_parser = clap::value_parser!(u32).range(1..))]
-    trace_limit: u32,
+    /// Record the values of messages in the file of --trace, too.
+    #[arg(long)]
+    trace_values: bool,
+    /// How large the file of --trace may be, in MiB; when it is full, the oldest records are dropped. It is 256 unless
+    /// given, or as large as it has to be if --tracing or --trace-csv is given.
+    #[arg(long, value_name = "MIB", value_parser = clap::value_parser!(u32).range(1..))]
+    trace_limit: Option<u32>,
     /// A certificate and its key.
     #[arg(long, num_args = 0.., hide = true)]
     tls: Option<Vec<String>>,
@@ -145,9 +150,7 @@ impl RtiArgs {
             go_on_after_loss: self.go_on_after_loss,
             start_barrier_time_out: self.start_time_out.0,
             log_waits: self.log_waits,
-            traces: self.traces(),
-            record: self.trace.clone(),
-            record_limit: self.trace_limit,
+            trace: self.trace(),
             payload_bytes_max: match self.max_message {
                 None => Options::payload_bytes_max_default(),
                 Some(bytes) => usize::try_from(bytes).unwrap_or(usize::MAX),
@@ -163,10 +166,32 @@ impl RtiArgs {
         refused.iter().find(|(is_asked, _)| *is_asked).map_or(Ok(()), |(_, why)| Err((*why).to_owned()))
     }
 
-    fn traces(&self) -> Vec<Trace> {
-        let lft = self.tracing.then(|| Trace { file: PathBuf::from(TRACE_FILE), format: TraceFormat::Lft });
-        let csv = self.trace_csv.clone().map(|file| Trace { file, format: TraceFormat::Csv });
+    /// The file in which the RTI records what happens; one for a while, if only tables are made of it.
+    fn trace(&self) -> Option<Trace> {
+        let tables = self.tables();
+        let of_table = || {
+            let mut file = tables.first()?.file.clone().into_os_string();
+            file.push(".lftrace");
+            Some(file.into())
+        };
+        let usual = if tables.is_empty() { TRACE_MIB } else { TRACE_UNLIMITED };
+        Some(Trace {
+            file: self.trace.clone().or_else(of_table)?,
+            limit_mib: self.trace_limit.unwrap_or(usual),
+            values: self.trace_values,
+        })
+    }
+
+    /// The files that are made of what the RTI has recorded when it has ended.
+    pub(crate) fn tables(&self) -> Vec<Table> {
+        let lft = self.tracing.then(|| Table { file: PathBuf::from(TRACE_FILE), format: TableFormat::Lft });
+        let csv = self.trace_csv.clone().map(|file| Table { file, format: TableFormat::Csv });
         lft.into_iter().chain(csv).collect()
+    }
+
+    /// Whether what the RTI has recorded is kept.
+    pub(crate) fn keeps_trace(&self) -> bool {
+        self.trace.is_some()
     }
 }
 

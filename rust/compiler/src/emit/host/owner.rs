@@ -106,6 +106,11 @@ impl FederateModule<'_> {
         let is_action = matches!(row.cell, Cell::Logical | Cell::Physical);
         let capacity = ty.is_some().then(|| if is_action { self.bodies.room(capacity) } else { capacity });
         let name = tokens(&self.bodies.cell(cell));
-        Ok(Some((self.cell_type(cell, &ty.unwrap_or_default(), capacity), quote!(#name::new(#arguments)))))
+        let encoder = (row.cell == Cell::Physical && !knows).then(|| {
+            let ty = tokens(ty.as_deref().unwrap_or_default());
+            quote!(.encoded_by(::lf::model::encoder!(#ty)))
+        });
+        let new = quote!(#name::new(#arguments) #encoder);
+        Ok(Some((self.cell_type(cell, &ty.unwrap_or_default(), capacity), new)))
     }
 }

@@ -19,9 +19,10 @@
 
 use std::io::{self, Write};
 
-use lf_wire::{MessageType, Tag};
+use lf_linux::model::time::Tag;
+use lf_linux::runtime::trace::MessageType;
 
-use super::table::{Direction, Format, TraceLine};
+use super::line::{Direction, Format, MessageLine};
 
 /// LF's tools refuse longer blocks.
 const BLOCK_RECORDS: usize = 2048;
@@ -56,7 +57,7 @@ impl Format for Lft {
         file.write_all(&0_i32.to_le_bytes())
     }
 
-    fn line(&mut self, file: &mut dyn Write, line: &TraceLine, _: i64) -> io::Result<()> {
+    fn line(&mut self, file: &mut dyn Write, line: &MessageLine, _: i64) -> io::Result<()> {
         let Some(event) = event(line.direction, line.kind) else { return Ok(()) };
         let tag = line.tag.unwrap_or(Tag::NEVER);
         let federate = line.federate.map_or(-1, i32::from);
@@ -64,8 +65,8 @@ impl Format for Lft {
         self.block.extend([0; 4 + 8]);
         self.block.extend(RTI.to_le_bytes());
         self.block.extend(federate.to_le_bytes());
-        self.block.extend(tag.time.to_le_bytes());
-        self.block.extend(tag.microstep.to_le_bytes());
+        self.block.extend(tag.time.as_nanos().to_le_bytes());
+        self.block.extend(tag.microstep.0.to_le_bytes());
         self.block.extend([0; 4]);
         self.block.extend(line.now.as_nanos().to_le_bytes());
         self.block.extend([0; 8 + 8]);
@@ -109,17 +110,17 @@ fn event(direction: Direction, kind: MessageType) -> Option<i32> {
 
 #[cfg(test)]
 mod tests {
-    use lf_model::time::Instant;
+    use lf_linux::model::time::{Instant, Microstep};
 
     use super::*;
 
     const START: i64 = 1_700_000_000_000_000_000;
 
-    fn line(direction: Direction, kind: MessageType, federate: Option<u16>, tag: Option<Tag>) -> TraceLine {
-        TraceLine { now: Instant::from_nanos(START + 5), direction, federate, kind, tag, to: None, bytes: 0 }
+    fn line(direction: Direction, kind: MessageType, federate: Option<u16>, tag: Option<Tag>) -> MessageLine {
+        MessageLine { now: Instant::from_nanos(START + 5), direction, federate, kind, tag, to: None, bytes: 0 }
     }
 
-    fn written(lines: &[TraceLine]) -> Vec<u8> {
+    fn written(lines: &[MessageLine]) -> Vec<u8> {
         let (mut file, mut format) = (Vec::new(), Lft::default());
         format.begin(&mut file, START).expect("a vector takes all");
         for line in lines {
@@ -140,7 +141,7 @@ mod tests {
 
     #[test]
     fn each_field_lies_where_the_c_runtime_has_it() {
-        let tag = Tag::new(START + 3, u32::MAX);
+        let tag = Tag { time: Instant::from_nanos(START + 3), microstep: Microstep(u32::MAX) };
         let bytes = written(&[
             line(Direction::Sent, MessageType::TagGrant, Some(7), Some(tag)),
             line(Direction::Received, MessageType::Resign, None, None),
@@ -162,7 +163,7 @@ mod tests {
 
     #[test]
     fn blocks_are_no_longer_than_the_tools_take() {
-        let lines: Vec<TraceLine> =
+        let lines: Vec<MessageLine> =
             (0..2049).map(|_| line(Direction::Sent, MessageType::TagGrant, Some(0), None)).collect();
         let bytes = written(&lines);
         let second = 12 + 4 + 2048 * 64;

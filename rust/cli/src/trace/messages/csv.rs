@@ -15,9 +15,9 @@
 
 use std::io::{self, Write};
 
-use lf_wire::Tag;
+use lf_linux::model::time::Tag;
 
-use super::table::{Direction, Format, TraceLine};
+use super::line::{Direction, Format, MessageLine};
 
 const COLUMNS: &str = "physical_ns,direction,federate,message,tag_ns,microstep,to,bytes";
 
@@ -29,7 +29,7 @@ impl Format for Csv {
         writeln!(file, "{COLUMNS}")
     }
 
-    fn line(&mut self, file: &mut dyn Write, line: &TraceLine, start: i64) -> io::Result<()> {
+    fn line(&mut self, file: &mut dyn Write, line: &MessageLine, start: i64) -> io::Result<()> {
         let direction = match line.direction {
             Direction::Received => "received",
             Direction::Sent => "sent",
@@ -39,10 +39,12 @@ impl Format for Csv {
             None => (String::new(), String::new()),
             Some(Tag::NEVER) => ("NEVER".to_owned(), String::new()),
             Some(Tag::FOREVER) => ("FOREVER".to_owned(), String::new()),
-            Some(Tag { time, microstep }) => (time.saturating_sub(start).to_string(), microstep.to_string()),
+            Some(Tag { time, microstep }) => {
+                (time.as_nanos().saturating_sub(start).to_string(), microstep.0.to_string())
+            }
         };
         let physical = line.now.as_nanos().saturating_sub(start);
-        let (federate, to, TraceLine { kind, bytes, .. }) = (number(line.federate), number(line.to), line);
+        let (federate, to, MessageLine { kind, bytes, .. }) = (number(line.federate), number(line.to), line);
         writeln!(file, "{physical},{direction},{federate},{kind},{tag},{microstep},{to},{bytes}")
     }
 

@@ -1,0 +1,59 @@
+// SPDX-License-Identifier: Apache-2.0
+//! One message of a table, and what a table looks like.
+
+use std::io::{self, Write};
+
+use lf_linux::model::time::{Instant, Tag};
+use lf_linux::runtime::trace::{Event, MessageType, RTI, Word};
+
+/// Which way a message goes.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub(super) enum Direction {
+    Received,
+    Sent,
+}
+
+/// One message.
+pub(super) struct MessageLine {
+    /// The RTI's clock.
+    pub(super) now: Instant,
+    pub(super) direction: Direction,
+    /// The federate at the other end, when it has said who it is.
+    pub(super) federate: Option<u16>,
+    pub(super) kind: MessageType,
+    /// The message's tag; for a TIMESTAMP, its time.
+    pub(super) tag: Option<Tag>,
+    /// For whom it is.
+    pub(super) to: Option<u16>,
+    /// On the wire.
+    pub(super) bytes: u32,
+}
+
+impl MessageLine {
+    /// Returns the line of a message; `None` for what is none.
+    pub(super) fn of(at: i64, event: Event) -> Option<Self> {
+        let (direction, word) = match event {
+            Event::Received(word) => (Direction::Received, word),
+            Event::Sent(word) => (Direction::Sent, word),
+            _ => return None,
+        };
+        let Word { kind, peer, to: (to, _), tag, bytes } = word;
+        let has_receiver = word.is_value() || kind == MessageType::PortAbsent;
+        Some(Self {
+            now: Instant::from_nanos(at),
+            direction,
+            federate: Some(peer).filter(|peer| *peer != RTI),
+            kind,
+            tag,
+            to: Some(to).filter(|_| has_receiver),
+            bytes,
+        })
+    }
+}
+
+/// How messages are written down. Times in lines are absolute; `start` is that of the federation.
+pub(super) trait Format {
+    fn begin(&mut self, file: &mut dyn Write, start: i64) -> io::Result<()>;
+    fn line(&mut self, file: &mut dyn Write, line: &MessageLine, start: i64) -> io::Result<()>;
+    fn end(&mut self, file: &mut dyn Write) -> io::Result<()>;
+}

@@ -1,0 +1,24 @@
+// SPDX-License-Identifier: Apache-2.0
+//! What the participants of an image tell of themselves: nothing, without `CONFIG_LF_TRACE`.
+
+use lf_runtime::trace::Recording;
+
+/// The participant of an image whose records these are.
+#[derive(Clone, Copy, Debug)]
+pub enum Whose {
+    /// The federate, or a program that is not federated.
+    Federate,
+    /// The RTI.
+    Rti,
+}
+
+impl Whose {
+    /// Returns what is told, if the image records what happens.
+    #[cfg_attr(not(feature = "traces"), expect(clippy::unused_self, reason = "nothing is recorded"))]
+    pub fn recording(&mut self) -> Recording<'_> {
+        #[cfg(feature = "traces")]
+        return Recording::new(self, cfg!(CONFIG_LF_TRACE_VALUES));
+        #[cfg(not(feature = "traces"))]
+        Recording::OFF
+    }
+}
