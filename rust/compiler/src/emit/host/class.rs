@@ -69,6 +69,8 @@ impl ReactorClass {
         let (types, values): (Vec<_>, Vec<_>) = parameters.chain(state).unzip();
         let types = types.into_iter().chain(self.types.iter().map(|(_, ty)| ty));
         let types = types.chain(self.ports.iter().map(|port| &port.ty)).chain(self.actions.iter().map(|it| &it.ty));
+        let given = self.methods.iter().flat_map(|method| method.arguments.iter().map(|(_, ty)| ty));
+        let types = types.chain(given).chain(self.methods.iter().filter_map(|method| method.ty.as_ref()));
         let values = values.into_iter().flatten().chain(arguments).filter_map(|value| match value {
             Value::Code(code) => Some(code),
             Value::Time { .. } => None,

@@ -75,6 +75,8 @@ fn devices_are_a_feature_of_programs_that_speak_of_them() {
     assert!(!manifest("println!();", &host).contains("devices"));
     assert!(!manifest("println!(\"devices\"); /* device!(led0) */", &host).contains("devices"));
     assert!(!manifest("let my_device = 1;", &host).contains("devices"));
+    let method = "=} method of(pin: {= lf::devices::Pin =}) {=";
+    assert!(manifest(method, &host).contains("features = [\"devices\"]"));
     let image = |plan: &Plan| all_on(plan, "some_board");
     assert!(!manifest("device!(led0).output().unwrap();", &image).contains("devices"));
 }
