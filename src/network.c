@@ -32,7 +32,7 @@ LOG_MODULE_DECLARE(lf, CONFIG_LF_LOG_LEVEL);
 /* How often the interface is looked at: a link takes seconds to come up, and nothing else happens until then. */
 #define LOOK_INTERVAL K_MSEC(10)
 /* How long the others have to acknowledge the ends of their connections: time enough for several retransmissions. */
-#define FINISH_LIMIT K_SECONDS(5)
+#define FINISH_LIMIT  K_SECONDS(5)
 
 #ifdef CONFIG_NET_IPV6
 
@@ -94,8 +94,7 @@ int network_wait(void)
 	while (!net_if_is_up(interface) || !has_address(interface)) {
 		if (sys_timepoint_expired(end)) {
 			LOG_ERR("No network after %d s: %s", CONFIG_LF_NETWORK_TIMEOUT,
-				net_if_is_up(interface) ? "set " MY_ADDRESS
-							: "the interface is down, check the cable");
+				net_if_is_up(interface) ? "set " MY_ADDRESS : "the interface is down, check the cable");
 			return -ETIMEDOUT;
 		}
 		k_sleep(LOOK_INTERVAL);

@@ -27,7 +27,7 @@ fn main() {
     lf_c_build::program().folder(out.join(IN_C.0).join(IN_C.1).join("c")).flag("-Wall").build();
 }
 
-/// What the compiler makes of a program.
+/// Compiles a program.
 fn generate(path: &str, sources: &BTreeMap<String, String>) -> Emitted {
     let compilation = compile(path, sources);
     let plan = compilation.plan.unwrap_or_else(|| panic!("{}", compilation.diagnostics.render(Style::Plain)));

@@ -79,7 +79,8 @@ enum lf_network_error lf_network_error(int error)
 		return LF_NETWORK_ADDRESS_IN_USE;
 	case ENFILE:
 	case EMFILE:
-	/* Zephyr also has no memory when it has no place for a connection. A socket that is open has no buffers then. */
+	/* Zephyr also has no memory when it has no place for a connection. A socket that is open has no buffers then.
+	 */
 	case ENOMEM:
 	case ENOBUFS:
 	/* So Zephyr says that all CONFIG_NET_MAX_CONN are in use. */
@@ -101,7 +102,7 @@ enum lf_network_error lf_network_error(int error)
 #include <zephyr/net/net_pkt.h>
 
 /* TCP keeps what it was given until the peer has it, and sends copies, for which it needs headers too. */
-#define BUFFERS_FOR_COPIES (CONFIG_NET_BUF_TX_COUNT / 2 + 2)
+#define BUFFERS_FOR_COPIES     (CONFIG_NET_BUF_TX_COUNT / 2 + 2)
 /* A connection is given so much at once, at least. */
 #define BUFFERS_PER_CONNECTION DIV_ROUND_UP(NET_IPV6_MTU, CONFIG_NET_BUF_DATA_SIZE)
 #ifdef CONFIG_LF_RTI

@@ -63,7 +63,8 @@ static struct loop *begin(void)
 		int error = task_wdt_init(BOARD_WATCHDOG);
 
 		if (error != 0) {
-			LOG_ERR("The board's watchdog cannot be used (error %d): there is only that of the kernel", error);
+			LOG_ERR("The board's watchdog cannot be used (error %d): there is only that of the kernel",
+				error);
 			(void)task_wdt_init(NULL);
 		}
 		is_ready = true;

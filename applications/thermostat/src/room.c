@@ -10,7 +10,7 @@
 
 #define PERIOD_MS 50
 /* The knob is in the middle: 20 degrees. */
-#define KNOB_MV 1650
+#define KNOB_MV   1650
 
 static const struct device *const thermometer = DEVICE_DT_GET(DT_NODELABEL(thermometer));
 static const struct device *const fan = DEVICE_DT_GET(DT_NODELABEL(pwm0));

@@ -52,7 +52,7 @@ pub fn beside() -> Program {
 }
 
 impl Program {
-    /// Sets the folder with the program's own files, in place of `c`.
+    /// Sets the folder with the program's own files, instead of `c`.
     pub fn folder(mut self, folder: impl Into<PathBuf>) -> Self {
         self.folder = folder.into();
         self

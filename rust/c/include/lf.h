@@ -92,7 +92,7 @@ typedef union {
 		lf_any_value_t align;                                                                                  \
 		unsigned char bytes[LF_TOKEN_SIZE_ + (value_size)];                                                    \
 	} name##_blocks[count_];                                                                                       \
-	lf_pool_t name = {                                                                                      \
+	lf_pool_t name = {                                                                                             \
 		.blocks = name##_blocks[0].bytes,                                                                      \
 		.block_size = sizeof(name##_blocks[0]),                                                                \
 		.count = (count_),                                                                                     \
@@ -106,9 +106,9 @@ typedef union {
  * Other sources that allocate what ports get have to include this file, too.
  */
 #ifdef __ZEPHYR__
-#define malloc(size)           lf_c_malloc(size)
-#define calloc(count, size)    lf_c_calloc((count), (size))
-#define realloc(memory, size)  lf_c_realloc((memory), (size))
+#define malloc(size)          lf_c_malloc(size)
+#define calloc(count, size)   lf_c_calloc((count), (size))
+#define realloc(memory, size) lf_c_realloc((memory), (size))
 void *lf_c_malloc(size_t size);
 void *lf_c_calloc(size_t count, size_t size);
 void *lf_c_realloc(void *memory, size_t size);
@@ -118,13 +118,13 @@ void *lf_c_realloc(void *memory, size_t size);
 
 /* What generated code says of a port or an action; all else is 0. */
 typedef struct {
-	uint16_t id;        /* of a port among lf_ports, else among lf_triggers */
-	bool is_token;      /* the type ends with * or []: the value is a pointer to elements that a token has */
-	bool is_string;     /* the type is `string`: on the network the text and its NUL, not the pointer */
-	uint16_t readers;   /* reactions, sends and delays that see it */
+	uint16_t id;      /* of a port among lf_ports, else among lf_triggers */
+	bool is_token;    /* the type ends with * or []: the value is a pointer to elements that a token has */
+	bool is_string;   /* the type is `string`: on the network the text and its NUL, not the pointer */
+	uint16_t readers; /* reactions, sends and delays that see it */
 	size_t value_offset;
 	size_t value_size;
-	lf_pool_t *pool;    /* for values that are set or scheduled; NULL: the general store */
+	lf_pool_t *pool; /* for values that are set or scheduled; NULL: the general store */
 } lf_cell_info_t;
 
 #define LF_PORT_BASE                                                                                                   \
@@ -181,15 +181,14 @@ typedef lf_self_base_t self_base_t;
 /* Sets a port to elements that are freed, or passed to the type's destructor, with the last share. */
 #define lf_set_array(port, elements, count)                                                                            \
 	do {                                                                                                           \
-		(port)->value = LF_AS_TYPE_OF_((port)->value)                                                          \
-			lf_c_set_array((lf_port_base_t *)(port), (elements), (count));                                 \
+		(port)->value =                                                                                        \
+			LF_AS_TYPE_OF_((port)->value) lf_c_set_array((lf_port_base_t *)(port), (elements), (count));   \
 	} while (0)
 
 /* Sets a port to the value of a token: that of an input or an action, or one of lf_new_token(). */
 #define lf_set_token(port, new_token)                                                                                  \
 	do {                                                                                                           \
-		(port)->value = LF_AS_TYPE_OF_((port)->value)                                                          \
-			lf_c_set_token((lf_port_base_t *)(port), (new_token));                                         \
+		(port)->value = LF_AS_TYPE_OF_((port)->value) lf_c_set_token((lf_port_base_t *)(port), (new_token));   \
 	} while (0)
 
 #define lf_set_destructor(port, function)       (((token_type_t *)(port))->destructor = (function))
@@ -225,10 +224,7 @@ typedef struct lf_multiport_iterator_t {
 } lf_multiport_iterator_t;
 
 #define lf_multiport_iterator(port) ((lf_multiport_iterator_t)LF_ITERATOR_((lf_port_base_t **)(port), port##_width))
-#define LF_ITERATOR_(ports, width)                                                                                     \
-	{                                                                                                              \
-		(ports), (width), 0                                                                                    \
-	}
+#define LF_ITERATOR_(ports, width)  {(ports), (width), 0}
 /* The next channel that is present, or -1. */
 int lf_multiport_next(lf_multiport_iterator_t *iterator);
 
@@ -323,19 +319,19 @@ template <typename T, size_t length> inline void lf_assign_(T (&to)[length], con
 		lf_assign_(to[i], static_cast<const T *>(from) + i);
 	}
 }
-#define LF_ASSIGN_(to, from)          lf_assign_((to), (from))
-#define LF_CLEAR_(to)                 ((to) = __typeof__(to)())
+#define LF_ASSIGN_(to, from)           lf_assign_((to), (from))
+#define LF_CLEAR_(to)                  ((to) = __typeof__(to)())
 #define LF_ASSERT_(condition, message) static_assert(condition, message)
 #else
-#define LF_ASSIGN_(to, from)          ((void)memcpy(&(to), (from), sizeof(to)))
-#define LF_CLEAR_(to)                 ((void)memset(&(to), 0, sizeof(to)))
+#define LF_ASSIGN_(to, from)           ((void)memcpy(&(to), (from), sizeof(to)))
+#define LF_CLEAR_(to)                  ((void)memset(&(to), 0, sizeof(to)))
 #define LF_ASSERT_(condition, message) _Static_assert(condition, message)
 #endif
 
 #define LF_TEXT_(...) #__VA_ARGS__
 /* A macro without arguments would replace this name, which the program has declared. */
-#define LF_NAME_(text, name)                                                                       \
-	LF_ASSERT_(__builtin_strcmp(LF_TEXT_(name), text) == 0,                                    \
+#define LF_NAME_(text, name)                                                                                           \
+	LF_ASSERT_(__builtin_strcmp(LF_TEXT_(name), text) == 0,                                                        \
 		   "`" text "` is a macro of a header here: choose another name")
 
 #endif /* LF_H_ */

@@ -28,7 +28,7 @@ extern "C" {
 #endif
 #endif
 
-#define LF_PRINTF_(format, arguments) __attribute__((__format__(__printf__, format, arguments)))
+#define LF_PRINTF_(format, arguments)              __attribute__((__format__(__printf__, format, arguments)))
 #define ATTRIBUTE_FORMAT_PRINTF(format, arguments) LF_PRINTF_(format, arguments)
 
 /* One line each, with "LOG: ", "DEBUG: ", "WARNING: ", "ERROR: " or "FATAL ERROR: " before it, or nothing. */
@@ -66,7 +66,7 @@ void lf_register_print_function(print_message_function_t *function, int log_leve
 #define LF_TEST(condition, format, ...)                                                                                \
 	do {                                                                                                           \
 		if (!(condition)) {                                                                                    \
-			lf_print_error_and_exit(format " (%s:%d: " #condition ")", ##__VA_ARGS__, __FILE__, __LINE__);  \
+			lf_print_error_and_exit(format " (%s:%d: " #condition ")", ##__VA_ARGS__, __FILE__, __LINE__); \
 		}                                                                                                      \
 	} while (0)
 

@@ -53,13 +53,13 @@ int lf_cond_wait(lf_cond_t *condition);
 int lf_cond_timedwait(lf_cond_t *condition, instant_t until);
 #define _lf_cond_timedwait lf_cond_timedwait
 
-#define LF_MUTEX_INIT(mutex)        LF_ASSERTN(lf_mutex_init(mutex), "a mutex cannot be made")
-#define LF_MUTEX_LOCK(mutex)        LF_ASSERTN(lf_mutex_lock(mutex), "a mutex cannot be locked")
-#define LF_MUTEX_UNLOCK(mutex)      LF_ASSERTN(lf_mutex_unlock(mutex), "a mutex cannot be unlocked")
-#define LF_COND_INIT(cond, mutex)   LF_ASSERTN(lf_cond_init(cond, mutex), "a condition cannot be made")
-#define LF_COND_SIGNAL(cond)        LF_ASSERTN(lf_cond_signal(cond), "a condition cannot be signalled")
-#define LF_COND_BROADCAST(cond)     LF_ASSERTN(lf_cond_broadcast(cond), "a condition cannot be signalled")
-#define LF_COND_WAIT(cond)          LF_ASSERTN(lf_cond_wait(cond), "a condition cannot be waited for")
+#define LF_MUTEX_INIT(mutex)      LF_ASSERTN(lf_mutex_init(mutex), "a mutex cannot be made")
+#define LF_MUTEX_LOCK(mutex)      LF_ASSERTN(lf_mutex_lock(mutex), "a mutex cannot be locked")
+#define LF_MUTEX_UNLOCK(mutex)    LF_ASSERTN(lf_mutex_unlock(mutex), "a mutex cannot be unlocked")
+#define LF_COND_INIT(cond, mutex) LF_ASSERTN(lf_cond_init(cond, mutex), "a condition cannot be made")
+#define LF_COND_SIGNAL(cond)      LF_ASSERTN(lf_cond_signal(cond), "a condition cannot be signalled")
+#define LF_COND_BROADCAST(cond)   LF_ASSERTN(lf_cond_broadcast(cond), "a condition cannot be signalled")
+#define LF_COND_WAIT(cond)        LF_ASSERTN(lf_cond_wait(cond), "a condition cannot be waited for")
 
 /*
  * What other threads (on Zephyr interrupts, too) must not come between. It can be entered again within itself, and is

@@ -29,23 +29,23 @@ typedef struct {
 
 #define BILLION ((instant_t)1000000000)
 
-#define NSEC(t)    ((interval_t)((t)*1LL))
+#define NSEC(t)    ((interval_t)((t) * 1LL))
 #define NSECS(t)   NSEC(t)
-#define USEC(t)    ((interval_t)((t)*1000LL))
+#define USEC(t)    ((interval_t)((t) * 1000LL))
 #define USECS(t)   USEC(t)
-#define MSEC(t)    ((interval_t)((t)*1000000LL))
+#define MSEC(t)    ((interval_t)((t) * 1000000LL))
 #define MSECS(t)   MSEC(t)
-#define SEC(t)     ((interval_t)((t)*1000000000LL))
+#define SEC(t)     ((interval_t)((t) * 1000000000LL))
 #define SECS(t)    SEC(t)
 #define SECOND(t)  SEC(t)
 #define SECONDS(t) SEC(t)
-#define MINUTE(t)  SEC((t)*60LL)
+#define MINUTE(t)  SEC((t) * 60LL)
 #define MINUTES(t) MINUTE(t)
-#define HOUR(t)    SEC((t)*3600LL)
+#define HOUR(t)    SEC((t) * 3600LL)
 #define HOURS(t)   HOUR(t)
-#define DAY(t)     SEC((t)*86400LL)
+#define DAY(t)     SEC((t) * 86400LL)
 #define DAYS(t)    DAY(t)
-#define WEEK(t)    SEC((t)*604800LL)
+#define WEEK(t)    SEC((t) * 604800LL)
 #define WEEKS(t)   WEEK(t)
 
 #define NEVER             ((interval_t)INT64_MIN)
@@ -58,17 +58,11 @@ typedef struct {
 #else
 #define LF_TAG_(time, microstep) ((tag_t){(time), (microstep)})
 #endif
-#define NEVER_TAG   LF_TAG_(NEVER, NEVER_MICROSTEP)
-#define FOREVER_TAG LF_TAG_(FOREVER, FOREVER_MICROSTEP)
-#define ZERO_TAG    LF_TAG_(0, 0u)
-#define NEVER_TAG_INITIALIZER                                                                                          \
-	{                                                                                                              \
-		NEVER, NEVER_MICROSTEP                                                                                 \
-	}
-#define FOREVER_TAG_INITIALIZER                                                                                        \
-	{                                                                                                              \
-		FOREVER, FOREVER_MICROSTEP                                                                             \
-	}
+#define NEVER_TAG               LF_TAG_(NEVER, NEVER_MICROSTEP)
+#define FOREVER_TAG             LF_TAG_(FOREVER, FOREVER_MICROSTEP)
+#define ZERO_TAG                LF_TAG_(0, 0u)
+#define NEVER_TAG_INITIALIZER   {NEVER, NEVER_MICROSTEP}
+#define FOREVER_TAG_INITIALIZER {FOREVER, FOREVER_MICROSTEP}
 
 /* Whether more than `duration` has passed since `start`. */
 #define CHECK_TIMEOUT(start, duration) (lf_time_physical() > ((start) + (duration)))

@@ -243,7 +243,8 @@ void lf_c_trigger_show(uint16_t id, lf_token_t *token)
 	if (action->info->is_token) {
 		memcpy(place, &token->value, sizeof(token->value));
 	} else {
-		memcpy(place, token->value, LF_MIN(action->info->value_size, action->type.element_size * token->length));
+		memcpy(place, token->value,
+		       LF_MIN(action->info->value_size, action->type.element_size * token->length));
 	}
 }
 
@@ -270,7 +271,8 @@ trigger_handle_t lf_schedule_int(void *action, interval_t offset, int value)
 
 	if (base->type.element_size != sizeof(int)) {
 		lf_print_error("lf_schedule_int: the action's type takes %zu bytes, and an int %zu: use "
-			       "lf_schedule_copy", base->type.element_size, sizeof(int));
+			       "lf_schedule_copy",
+			       base->type.element_size, sizeof(int));
 		return -1;
 	}
 	return lf_schedule_copy(action, offset, &value, 1);
@@ -292,8 +294,7 @@ trigger_handle_t lf_schedule_value(void *action, interval_t offset, void *elemen
 		lf_print_error("lf_schedule_value: an array cannot have %d elements", count);
 		return -1;
 	}
-	lf_token_t *token =
-		lf_c_token_for(&base->type, base->info->pool, elements, (size_t)count, LF_VALUE_GIVEN_);
+	lf_token_t *token = lf_c_token_for(&base->type, base->info->pool, elements, (size_t)count, LF_VALUE_GIVEN_);
 	return lf_c_schedule(base->info->id, offset, token);
 }
 
@@ -304,8 +305,7 @@ trigger_handle_t lf_schedule_copy(void *action, interval_t offset, const void *e
 	if (elements == NULL) {
 		return lf_c_schedule(base->info->id, offset, NULL);
 	}
-	return lf_c_schedule(base->info->id, offset,
-			     lf_c_token_copy(&base->type, base->info->pool, elements, count));
+	return lf_c_schedule(base->info->id, offset, lf_c_token_copy(&base->type, base->info->pool, elements, count));
 }
 
 /* ---- Which port or action has a type ---- */

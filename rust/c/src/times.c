@@ -182,9 +182,9 @@ static const struct {
 	bool is_prefix;
 	interval_t unit;
 } UNITS[] = {
-	{"nsec", true, NSEC(1)}, {"ns", false, NSEC(1)},   {"usec", true, USEC(1)},  {"us", false, USEC(1)},
-	{"msec", true, MSEC(1)}, {"ms", false, MSEC(1)},   {"sec", true, SEC(1)},    {"s", false, SEC(1)},
-	{"min", true, MINUTE(1)}, {"hour", true, HOUR(1)}, {"day", true, DAY(1)},    {"week", true, WEEK(1)},
+	{"nsec", true, NSEC(1)},  {"ns", false, NSEC(1)},  {"usec", true, USEC(1)}, {"us", false, USEC(1)},
+	{"msec", true, MSEC(1)},  {"ms", false, MSEC(1)},  {"sec", true, SEC(1)},   {"s", false, SEC(1)},
+	{"min", true, MINUTE(1)}, {"hour", true, HOUR(1)}, {"day", true, DAY(1)},   {"week", true, WEEK(1)},
 };
 
 int lf_time_parse(const char *number, const char *unit, interval_t *result)

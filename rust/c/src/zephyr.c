@@ -38,7 +38,8 @@ void lf_c_store_give(lf_token_t *token)
 const char *lf_c_store_advice(void)
 {
 	return "raise CONFIG_LF_TOKEN_COUNT (" STRINGIFY(CONFIG_LF_TOKEN_COUNT) "), or, for larger values, "
-	       "CONFIG_LF_TOKEN_SIZE (" STRINGIFY(CONFIG_LF_TOKEN_SIZE) " bytes)";
+										"CONFIG_LF_TOKEN_SIZE (" STRINGIFY(
+											CONFIG_LF_TOKEN_SIZE) " bytes)";
 }
 
 /*
@@ -174,9 +175,10 @@ int lf_thread_create(lf_thread_t *thread, void *(*run)(void *), void *argument)
 		*thread = place;
 		return 0;
 	}
-	lf_print_error("lf_thread_create: all of the image's threads (" STRINGIFY(CONFIG_LF_USER_THREADS)
-		       ") are running: raise n in the target property `platform: {user-threads: n}`, or set "
-		       "CONFIG_LF_USER_THREADS");
+	lf_print_error("lf_thread_create: all of the image's threads (" STRINGIFY(
+		CONFIG_LF_USER_THREADS) ") are running: raise n in the target property `platform: {user-threads: n}`, "
+					"or set "
+					"CONFIG_LF_USER_THREADS");
 	return EAGAIN;
 }
 

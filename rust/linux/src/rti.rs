@@ -38,7 +38,7 @@ const IN_TRANSIT_ALL: usize = 1 << 17;
 pub struct Trace {
     /// Where it is; a file that is there already is replaced.
     pub file: PathBuf,
-    /// How large it may be, in MiB; then the newest records take the place of the oldest.
+    /// Its limit, in MiB; then the newest records take the place of the oldest.
     pub limit_mib: u32,
     /// Whether it has the values of messages.
     pub values: bool,

@@ -164,7 +164,7 @@ impl<T, const N: usize> PhysicalActionQueue<T, N> {
 /// Writes a value as bytes, if its type has a form as bytes.
 pub type Encode<T> = Option<fn(&T, &mut [u8]) -> Result<usize, PayloadError>>;
 
-/// How values of a type are written as bytes: [`encoder!`](crate::encoder) asks.
+/// The encoding of a type's values, which [`encoder!`](crate::encoder) chooses.
 #[doc(hidden)]
 #[derive(Debug)]
 pub struct Encoder<T>(PhantomData<T>);
@@ -175,7 +175,7 @@ impl<T: Payload> Encoder<T> {
     pub const ENCODE: Encode<T> = Some(T::encode);
 }
 
-/// Types whose values have no form as bytes, as far as somebody knows.
+/// Types whose values have no known form as bytes.
 #[doc(hidden)]
 pub trait Opaque<T> {
     /// Nothing writes them.

@@ -17,8 +17,8 @@ const ID: &[u8] = b"virtual";
 /// Where the receiver listens.
 const PEER_PORT: u16 = 4711;
 
-/// Takes introductions as a receiver does whose header has so many bytes, the last of which is the length of the
-/// federation id. Returns how many it took until one was right.
+/// Takes introductions as a receiver does whose header has this many bytes, the last of which is the length of the
+/// federation id. Returns the number of introductions until one was right.
 fn receive(tester: &mut Blocking, rti: SocketId, header_bytes: usize) -> usize {
     let listener = tester.platform.listen(PEER_PORT).unwrap();
     for attempt in 1.. {

@@ -130,7 +130,7 @@ proptest! {
     }
 }
 
-/// What a node has noted of a message, and what was recorded of it: its tag since the start, its input, its value.
+/// A message as a node has noted it, and as it was recorded: its tag since the start, its input, its value.
 type Given = (i64, u32, usize, u32);
 
 /// The events of a federate with their values.
@@ -188,7 +188,7 @@ fn physical(records: &[Record]) -> Vec<(i64, u32, u32)> {
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(32))]
 
-    /// What a federate was given is what its stream holds: each value with its tag and input, whatever way it came.
+    /// The stream holds all that a federate was given: each value with its tag and input, whatever way it came.
     #[test]
     fn a_stream_holds_the_values_that_a_federate_was_given(
         seed: u64,

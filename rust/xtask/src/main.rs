@@ -6,6 +6,7 @@
 #![forbid(unsafe_code)]
 
 mod bless;
+mod c;
 mod counts;
 mod dependencies;
 mod evaluate;
@@ -109,6 +110,7 @@ const STEPS: &[(&str, Step)] = &[
     ("fmt", host::fmt),
     ("clippy", host::clippy),
     ("dependencies", dependencies::check),
+    ("c", c::step),
     ("host", host::test),
     ("python", python::step),
     ("twister", twister::run),

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! What the participants of an image tell of themselves: nothing, without `CONFIG_LF_TRACE`.
+//! The recordings of an image's participants; there are none without `CONFIG_LF_TRACE`.
 
 use lf_runtime::trace::Recording;
 

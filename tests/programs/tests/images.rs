@@ -22,7 +22,7 @@ use log::LevelFilter;
 
 /// The bytes of a value on the connection.
 const VALUE_BYTES: usize = 800;
-/// What the RTI knows of the federation.
+/// The federation as the RTI knows it.
 static RTI: rti::Description = rti::Description {
     federation_id: "Images",
     authentication: None,

@@ -9,7 +9,7 @@ use lf_programs::in_c::node::federate::{NodeFederate, Storage, TABLES};
 use lf_testkit::host::{Clock, Host};
 
 unsafe extern "C" {
-    /// What the bodies have noted: a text that ends with a NUL.
+    /// The notes of the bodies: a text that ends with a NUL.
     #[link_name = "notes"]
     static NOTES: [c_char; 4096];
 }

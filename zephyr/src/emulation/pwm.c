@@ -33,7 +33,8 @@ static int set_cycles(const struct device *pwm, uint32_t channel, uint32_t perio
 	if (channel >= channels->count) {
 		return -EINVAL;
 	}
-	K_SPINLOCK(&lock) {
+	K_SPINLOCK(&lock)
+	{
 		channels->first[channel] = (struct channel){.period = period, .pulse = pulse};
 	}
 	return 0;
@@ -54,7 +55,8 @@ int lf_emulated_pwm_get(const struct device *pwm, uint32_t channel, uint32_t *pe
 	if (channel >= channels->count) {
 		return -EINVAL;
 	}
-	K_SPINLOCK(&lock) {
+	K_SPINLOCK(&lock)
+	{
 		*period = channels->first[channel].period;
 		*pulse = channels->first[channel].pulse;
 	}

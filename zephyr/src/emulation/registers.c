@@ -153,7 +153,8 @@ int lf_emulated_registers_set(const struct device *device, uint8_t first, const 
 	if (start == NULL) {
 		return -EINVAL;
 	}
-	K_SPINLOCK(&lock) {
+	K_SPINLOCK(&lock)
+	{
 		memcpy(start, bytes, length);
 	}
 	return 0;
@@ -166,7 +167,8 @@ int lf_emulated_registers_get(const struct device *device, uint8_t first, uint8_
 	if (start == NULL) {
 		return -EINVAL;
 	}
-	K_SPINLOCK(&lock) {
+	K_SPINLOCK(&lock)
+	{
 		memcpy(bytes, start, length);
 	}
 	return 0;

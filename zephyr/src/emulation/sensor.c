@@ -30,7 +30,8 @@ static int fetch(const struct device *device, enum sensor_channel channel)
 	struct sensor *sensor = device->data;
 
 	ARG_UNUSED(channel);
-	K_SPINLOCK(&lock) {
+	K_SPINLOCK(&lock)
+	{
 		for (size_t i = 0; i < ARRAY_SIZE(sensor->channels); i++) {
 			sensor->channels[i].sample = sensor->channels[i].now;
 		}
@@ -43,7 +44,8 @@ static int get(const struct device *device, enum sensor_channel channel, struct 
 	const struct sensor *sensor = device->data;
 	int error = -ENOTSUP;
 
-	K_SPINLOCK(&lock) {
+	K_SPINLOCK(&lock)
+	{
 		if ((size_t)channel < ARRAY_SIZE(sensor->channels) && sensor->channels[channel].is_measured) {
 			error = sensor_value_from_micro(value, sensor->channels[channel].sample);
 		}
@@ -58,7 +60,8 @@ static int watch(const struct device *device, const struct sensor_trigger *trigg
 	if (trigger->type != SENSOR_TRIG_DATA_READY) {
 		return -ENOTSUP;
 	}
-	K_SPINLOCK(&lock) {
+	K_SPINLOCK(&lock)
+	{
 		sensor->trigger = trigger;
 		sensor->handler = handler;
 	}
@@ -74,7 +77,8 @@ int lf_emulated_sensor_set(const struct device *device, int channel, int64_t mic
 	if (channel < 0 || (size_t)channel >= ARRAY_SIZE(sensor->channels)) {
 		return -EINVAL;
 	}
-	K_SPINLOCK(&lock) {
+	K_SPINLOCK(&lock)
+	{
 		sensor->channels[channel].is_measured = true;
 		sensor->channels[channel].now = micro;
 		trigger = sensor->trigger;

@@ -59,7 +59,8 @@ static struct port ports[] = {DT_FOREACH_STATUS_OKAY(zephyr_gpio_emul, PORT)};
 
 static struct port *port_of(const struct device *device)
 {
-	ARRAY_FOR_EACH_PTR(ports, port) {
+	ARRAY_FOR_EACH_PTR(ports, port)
+	{
 		if (port->device == device) {
 			return port;
 		}
@@ -181,7 +182,8 @@ static int begin(void)
 			lf_oscilloscope_refuse(item);
 		}
 	}
-	ARRAY_FOR_EACH_PTR(ports, port) {
+	ARRAY_FOR_EACH_PTR(ports, port)
+	{
 		const struct gpio_driver_config *config = port->device->config;
 
 		gpio_init_callback(&port->wiring, changed, config->port_pin_mask);

@@ -58,7 +58,7 @@ struct Recording {
 }
 
 impl Recording {
-    /// What the user asks for, or what measuring needs.
+    /// Returns the recording that the user asks for, or that measuring needs.
     fn of(built: &Built, arguments: &RunArgs) -> Option<Self> {
         if let Some(folder) = arguments.trace.clone() {
             return Some(Self { folder, limit_mib: arguments.trace_limit, values: arguments.trace_values });

@@ -11,7 +11,7 @@ use lf_testkit::rti::dialogue::START;
 /// Time and microsteps.
 type Delay = (i64, u32);
 
-/// What the RTI says to a federate.
+/// A message of the RTI to a federate.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Said {
     Tag(Tag),

@@ -9,7 +9,7 @@ use lf_testkit::messages::{encoded, introduction};
 use lf_testkit::rti::dialogue::START;
 use lf_wire::{Decoded, Limits, Message, Tag, decode};
 
-/// What a federate does.
+/// The steps of a federate.
 #[derive(Clone, Debug)]
 pub(crate) struct Plan {
     pub(crate) upstream: Vec<(u16, i64)>,

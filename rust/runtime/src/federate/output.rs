@@ -46,7 +46,7 @@ impl<'x, 's, P: Platform> Output<'x, '_, 's, P> {
     }
 }
 
-/// Returns what is recorded of a value of so many bytes that goes to the other end of a connection.
+/// Returns the event of a value with this many bytes that goes to the other end of a connection.
 fn sent(kind: MessageType, message: &Outgoing<'_>, tag: Option<Tag>, peer: u16, bytes: usize) -> Event {
     let to = (message.output.federate, message.output.port);
     let bytes = u32::try_from(bytes).unwrap_or(u32::MAX);

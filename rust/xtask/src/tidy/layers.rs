@@ -11,7 +11,7 @@ use super::crates::{cells, quoted};
 use super::finding::Finding;
 use super::tree::Tree;
 
-/// What the first cell of a table begins with.
+/// The beginning of a table's first cell.
 const TABLE: &str = "layer of";
 /// The column of layers that a layer may use.
 const COLUMN: &str = "may use";

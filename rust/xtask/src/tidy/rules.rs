@@ -69,7 +69,7 @@ pub(super) fn waiting_in_tests(tree: &Tree) -> Vec<Finding> {
     lines(tree, is_test, |line| is_wait(line).then(|| "a test waits for an event, not for a time".to_owned()))
 }
 
-/// What several crates share is a crate: no module is a file of another one.
+/// Checks that code which several crates share is a crate: no module is a file of another one.
 pub(super) fn modules_of_others(tree: &Tree) -> Vec<Finding> {
     let is_rust = |file: &File| file.kind() == "rs";
     let names_file = |line: &str| ["#[path =", "include!(\""].iter().any(|start| line.trim_start().starts_with(start));

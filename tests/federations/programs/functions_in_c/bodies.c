@@ -22,7 +22,7 @@ void collect(inside_self_t *self, numbers_one_t **ones, numbers_several_t ***all
 	}
 	lf_print("%s has %d, %d, %d and %d", lf_reactor_name(self), sum, one->value, several[0]->value,
 		 several[1]->value);
-	lf_set(x, ((pair){ sum, several[1]->value / 2.0 }));
+	lf_set(x, ((pair){sum, several[1]->value / 2.0}));
 }
 
 void keep(keeper_pair_self_t *self, keeper_pair_x_t *x, keeper_pair_y_t *y)

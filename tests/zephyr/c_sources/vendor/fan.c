@@ -18,7 +18,7 @@ static K_TIMER_DEFINE(timer, expired, NULL);
 
 struct fan fan_open(uint8_t number)
 {
-	return (struct fan){ .number = number, .poles = DT_PROP(DT_NODELABEL(fan0), poles) };
+	return (struct fan){.number = number, .poles = DT_PROP(DT_NODELABEL(fan0), poles)};
 }
 
 enum fan_state fan_set_speed(struct fan *fan, uint16_t speed)

@@ -9,8 +9,8 @@
 
 #include <zephyr/kernel.h>
 
-#define FANS 1
-#define FAN_STEP 10
+#define FANS          1
+#define FAN_STEP      10
 #define FAN_SPEED_MAX CONFIG_FAN_SPEED_MAX
 
 enum fan_state {

@@ -32,9 +32,9 @@ static bool is_pending(void)
  * takes that for the level of a pin that has become an input.
  */
 #define REGISTER(offset) (DT_REG_ADDR(DT_GPIO_CTLR(DT_ALIAS(sw0), gpios)) + (offset))
-#define DATA REGISTER(BIT(DT_GPIO_PIN(DT_ALIAS(sw0), gpios)) << 2)
-#define DIRECTION REGISTER(0x400)
-#define INTERRUPT_MASK REGISTER(0x410)
+#define DATA             REGISTER(BIT(DT_GPIO_PIN(DT_ALIAS(sw0), gpios)) << 2)
+#define DIRECTION        REGISTER(0x400)
+#define INTERRUPT_MASK   REGISTER(0x410)
 #define INTERRUPT_STATUS REGISTER(0x414)
 
 static void put(bool high)

@@ -279,7 +279,7 @@ impl<'t> Parser<'t> {
         result
     }
 
-    /// Whether a declaration of a file begins here, and not an instance or a connection that uses such a word as a name.
+    /// Whether a declaration of a file begins here, and not an instance or a connection with such a word as a name.
     fn at_file_start(&self) -> bool {
         self.word_ahead(0).is_some_and(|word| FILE_STARTS.contains(&word)) && !self.at_instance_name()
     }

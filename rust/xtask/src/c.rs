@@ -1,0 +1,43 @@
+// SPDX-License-Identifier: Apache-2.0
+//! The checks of the sources in C.
+
+use std::path::Path;
+use std::process::Command;
+
+use crate::process;
+use crate::report::Report;
+use crate::tidy::tree::Tree;
+
+/// Checks the formatting, and looks for mistakes that the compilers do not report.
+pub(crate) fn step(repository: &Path, report: &mut Report) {
+    let tree = match Tree::read(repository) {
+        Ok(tree) => tree,
+        Err(error) => {
+            report.fail("c", &format!("cannot read the tree: {error}"));
+            return;
+        }
+    };
+    let files: Vec<_> =
+        tree.files.iter().filter(|file| ["c", "h", "cpp"].contains(&file.kind())).map(|file| &file.path).collect();
+    let sources = files.iter().filter(|path| path.ends_with(".c"));
+    let check = |report: &mut Report, program: &str, package: &str, arguments: &mut dyn FnMut(&mut Command)| {
+        if process::find_program(program).is_none() {
+            report.skip(program, &format!("not installed: {package}"));
+            return;
+        }
+        let mut command = Command::new(program);
+        arguments(command.current_dir(repository));
+        let passed = process::succeeds(&mut command);
+        report.check(program, passed);
+    };
+    check(report, "clang-format", "pip install clang-format==18.1.8", &mut |command| {
+        command.args(["--dry-run", "--Werror"]).args(&files);
+    });
+    check(report, "cppcheck", "the package of your distribution", &mut |command| {
+        // Zephyr's headers and macros are not looked into.
+        let options = ["--quiet", "--std=c11", "--enable=warning,portability", "--error-exitcode=1"];
+        let suppressions = ["--suppress=missingInclude", "--suppress=unknownMacro"];
+        command.args(options).args(suppressions).args(["-I", "rust/c/include", "-I", "zephyr/include"]);
+        command.args(sources.clone());
+    });
+}
