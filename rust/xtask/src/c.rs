@@ -17,9 +17,8 @@ pub(crate) fn step(repository: &Path, report: &mut Report) {
             return;
         }
     };
-    let files: Vec<_> =
-        tree.files.iter().filter(|file| ["c", "h", "cpp"].contains(&file.kind())).map(|file| &file.path).collect();
-    let sources = files.iter().filter(|path| path.ends_with(".c"));
+    let of =
+        |kinds: &'static [&str]| tree.files.iter().filter(|file| kinds.contains(&file.kind())).map(|file| &file.path);
     let check = |report: &mut Report, program: &str, package: &str, arguments: &mut dyn FnMut(&mut Command)| {
         if process::find_program(program).is_none() {
             report.skip(program, &format!("not installed: {package}"));
@@ -31,13 +30,13 @@ pub(crate) fn step(repository: &Path, report: &mut Report) {
         report.check(program, passed);
     };
     check(report, "clang-format", "pip install clang-format==18.1.8", &mut |command| {
-        command.args(["--dry-run", "--Werror"]).args(&files);
+        command.args(["--dry-run", "--Werror"]).args(of(&["c", "h", "cpp"]));
     });
     check(report, "cppcheck", "the package of your distribution", &mut |command| {
         // Zephyr's headers and macros are not looked into.
         let options = ["--quiet", "--std=c11", "--enable=warning,portability", "--error-exitcode=1"];
         let suppressions = ["--suppress=missingInclude", "--suppress=unknownMacro"];
         command.args(options).args(suppressions).args(["-I", "rust/c/include", "-I", "zephyr/include"]);
-        command.args(sources.clone());
+        command.args(of(&["c"]));
     });
 }

@@ -52,6 +52,7 @@ impl<'a> Recording<'a> {
 
 impl<'a> Recording<'a> {
     /// Returns the same for a part of its lifetime.
+    #[cfg_attr(not(feature = "traces"), expect(clippy::unused_self, reason = "nothing is recorded"))]
     pub(crate) fn for_less<'b>(self) -> Recording<'b>
     where
         'a: 'b,
@@ -67,6 +68,7 @@ impl<'a> Recording<'a> {
 impl Recording<'_> {
     /// Returns the same for a while. Without the feature it takes no room in what it is put into, as a reference would.
     #[inline]
+    #[cfg_attr(not(feature = "traces"), expect(clippy::unused_self, reason = "nothing is recorded"))]
     pub(crate) fn lend(&mut self) -> Recording<'_> {
         Recording {
             #[cfg(feature = "traces")]
