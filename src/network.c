@@ -25,6 +25,7 @@ void network_finish(void)
 #include <zephyr/net/mld.h>
 #include <zephyr/net/net_if.h>
 
+#include <ipv6.h>
 #include <tcp_internal.h>
 
 LOG_MODULE_DECLARE(lf, CONFIG_LF_LOG_LEVEL);
@@ -36,12 +37,44 @@ LOG_MODULE_DECLARE(lf, CONFIG_LF_LOG_LEVEL);
 
 #ifdef CONFIG_NET_IPV6
 
-#define MY_ADDRESS "CONFIG_NET_CONFIG_MY_IPV6_ADDR"
+#define MY_ADDRESS     "CONFIG_NET_CONFIG_MY_IPV6_ADDR"
 
 static bool has_address(struct net_if *interface)
 {
 	return net_if_ipv6_get_global_addr(NET_ADDR_PREFERRED, &interface) != NULL;
 }
+
+/* How often neighbors are looked at that Zephyr has stopped to look for. */
+#define STALL_INTERVAL K_SECONDS(1)
+
+/* Forgets a neighbor that packets wait for and nothing looks for, so that the next packet asks for it anew. Zephyr 4.3
+ * and 4.4 leave it so when three packets wait and the answer is lost (zephyr#119443). */
+static void forget_if_stalled(struct net_nbr *neighbor, void *unused)
+{
+	struct net_ipv6_nbr_data *data = net_ipv6_nbr_data(neighbor);
+	struct net_pkt *packet;
+
+	ARG_UNUSED(unused);
+	if (neighbor->idx != NET_NBR_LLADDR_UNKNOWN || data->send_ns != 0 || !data->pending_queue_initialized ||
+	    k_fifo_is_empty(&data->pending_queue)) {
+		return;
+	}
+	while ((packet = k_fifo_get(&data->pending_queue, K_NO_WAIT)) != NULL) {
+		/* Nobody else has what waits here, however often it was put here. */
+		for (atomic_val_t references = atomic_get(&packet->atomic_ref); references > 0; references--) {
+			net_pkt_unref(packet);
+		}
+	}
+	net_ipv6_nbr_rm(neighbor->iface, &data->addr);
+}
+
+static void forget_stalled(struct k_work *work)
+{
+	net_ipv6_nbr_foreach(forget_if_stalled, NULL);
+	k_work_reschedule(k_work_delayable_from_work(work), STALL_INTERVAL);
+}
+
+static K_WORK_DELAYABLE_DEFINE(forget_stalled_work, forget_stalled);
 
 /* Zephyr's own settings have the address only: without a prefix no other host is known to be on the same link, and
  * without detection of duplicate addresses Zephyr does not join the group in which others ask for the board. */
@@ -56,6 +89,7 @@ static void set_up_routes(struct net_if *interface)
 		/* An interface that is down joins when it comes up. */
 		(void)net_ipv6_mld_join(interface, &solicited);
 	}
+	k_work_reschedule(&forget_stalled_work, STALL_INTERVAL);
 	if (sizeof(CONFIG_LF_IPV6_GATEWAY) > 1) {
 		if (net_addr_pton(AF_INET6, CONFIG_LF_IPV6_GATEWAY, &address) == 0) {
 			net_if_ipv6_router_add(interface, &address, 0);

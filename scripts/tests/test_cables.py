@@ -33,17 +33,21 @@ __all__ = ["_allowed", "_arm", "_qemu"]
 pytestmark = [pytest.mark.zephyr, pytest.mark.usefixtures("_allowed", "_arm", "_qemu")]
 
 PROGRAM = "message_test/src/MessageTest.lf"
+DECENTRALIZED = "message_test/src/MessageTestDecentralized.lf"
 ALL_CAME = "received 3000 of 3000 messages in order, "
 RTI_LOST = re.compile("the connection to the RTI ended [a-z ]+: check the network cables and that the RTI is running")
 # Packets that a cable which is out has swallowed, when it has been out for long enough to matter.
 SWALLOWED = 3
+# The same of a board that looks for others over IPv6: three groups that it joins, three times the question for a
+# router, a second between two of them, and the question for the RTI.
+SWALLOWED_AT_FIRST = 7
 # Makes the network in a namespace, and keeps it until it is told to end.
 KEEPER = """
 import signal, sys
 from lf_west.private_network import PrivateNetwork
-from ipaddress import IPv4Interface
+from ipaddress import ip_interface
 interfaces = {name: name for name in sys.argv[2:]}
-PrivateNetwork(interfaces, (IPv4Interface(sys.argv[1]),), False).enter()
+PrivateNetwork(interfaces, (ip_interface(sys.argv[1]),), False).enter()
 print("ready", flush=True)
 signal.pause()
 """
@@ -77,7 +81,7 @@ class Cables:
         """Start a federate; with `build` its image of that folder."""
         federation = self.federation
         if build is not None:
-            federation = replace(federation, application=application_in(build))
+            federation = replace(federation, application=application_in(build, PROGRAM))
         participant = next(item for item in federation.participants if item.name == name)
         return self._start(federation.command(participant))
 
@@ -93,10 +97,10 @@ class Cables:
     def put_in(self, name: str) -> None:
         self._ip("link", "set", "dev", self._interfaces[name], "master", "lfbridge")
 
-    def wait_until_missed(self, name: str) -> None:
+    def wait_until_missed(self, name: str, swallowed: int = SWALLOWED) -> None:
         """Wait until something is lost for the cable: the board sends it again and again, or this computer does."""
         before = self._sent_in_vain(name)
-        while self._sent_in_vain(name) < before + SWALLOWED:
+        while self._sent_in_vain(name) < before + swallowed:
             pass
 
     def _sent_in_vain(self, name: str) -> int:
@@ -151,13 +155,13 @@ def assert_all_came(rti: Process, sender: Process, receiver: Process) -> None:
         assert status == 0, said
 
 
-def application_in(build: Path) -> Application:
-    return open_application(str(REPOSITORY / "applications" / PROGRAM), str(build))
+def application_in(build: Path, program: str) -> Application:
+    return open_application(str(REPOSITORY / "applications" / program), str(build))
 
 
-def planned(build: Path) -> Federation:
-    """The message test as it was built in a folder."""
-    application = application_in(build)
+def planned(build: Path, program: str) -> Federation:
+    """A program as it was built in a folder."""
+    application = application_in(build, program)
     lfz = compiler.find(None, os.environ).path
     described = description.load(application.description)
     return plan_federation(application, described, lfz=lfz, federates=(), port=None)
@@ -168,7 +172,7 @@ def built() -> Federation:
     """The message test, as other tests build it."""
     deployment = ("--deployment", "deployment/topology2.yaml")
     lf("lf-fed-build", PROGRAM, *deployment, build=BOARDS)
-    return planned(BOARDS)
+    return planned(BOARDS, PROGRAM)
 
 
 @pytest.fixture
@@ -184,6 +188,25 @@ def test_a_cable_that_is_out_for_a_moment_costs_no_message(cables: Cables, name:
     cables.wait_until_missed(name)
     cables.put_in(name)
     assert_all_came(rti, sender, receiver)
+
+
+def test_a_cable_that_is_out_at_first_keeps_no_image_from_the_others_over_ipv6() -> None:
+    """Decentralized, so that images reach each other by their addresses too, and not only the RTI."""
+    deployment = ("--deployment", "deployment/native_sim_bridge_ipv6.yaml")
+    lf("lf-fed-build", DECENTRALIZED, *deployment, build=BOARDS)
+    with ExitStack() as stack:
+        cables = Cables(stack, planned(BOARDS, DECENTRALIZED))
+        rti, receiver = cables.rti(), cables.federate("receiver")
+        cables.take_out("sender")
+        sender = cables.federate("sender")
+        cables.wait_until_missed("sender", SWALLOWED_AT_FIRST)
+        cables.put_in("sender")
+        assert_all_came(rti, sender, receiver)
+    # One address was given, the other follows from that of IPv6.
+    for name, mac in (("sender", "02:00:00:00:00:0a"), ("receiver", "02:ac:97:7c:b8:9e")):
+        config = (BOARDS / "zephyr/MessageTestDecentralized" / name / "zephyr/.config").read_text()
+        assert "CONFIG_NET_NATIVE_OFFLOADED_SOCKETS=y" not in config
+        assert f'CONFIG_ETH_NATIVE_TAP_MAC_ADDR="{mac}"\n' in config
 
 
 def test_a_cable_that_stays_out_ends_all_with_an_error(built: Federation) -> None:

@@ -14,8 +14,8 @@ use crate::platform::NetError;
 /// An error that ends the program of an image early.
 #[derive(Debug)]
 pub enum ImageError {
-    /// Zephyr has no descriptor left for the wake-up.
-    Platform(NetError),
+    /// Zephyr has no event descriptor left, which wakes the event loop up.
+    Descriptor,
     /// A setting is invalid.
     Settings(SettingsError),
     /// The event loop ended early.
@@ -27,8 +27,8 @@ pub enum ImageError {
 impl fmt::Display for ImageError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            Self::Platform(error) => {
-                say!(f, "no descriptor for the wake-up ({error}): raise CONFIG_ZVFS_EVENTFD_MAX")
+            Self::Descriptor => {
+                say!(f, "no event descriptor is left, as other code of the image has them: raise CONFIG_ZVFS_EVENTFD_MAX")
             }
             Self::Settings(error) => error.fmt(f),
             Self::Run(error) => error.fmt(f),

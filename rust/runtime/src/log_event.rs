@@ -315,7 +315,7 @@ coded!(Reason {
     Id,
 });
 coded!(SettingsError { RtiAddress, RtiPort(port) });
-coded!(ImageError { Platform(error), Settings(error), Run(error), Running });
+coded!(ImageError { Descriptor, Settings(error), Run(error), Running });
 coded!(RtiError { Settings(error), Listen { port, error }, Bind(error), Setup(error), Ended(outcome), Order });
 
 impl Encode for RandomError {

@@ -53,7 +53,7 @@ impl Federate<'_> {
         crate::logger::install(logging);
         *self.status = match ZephyrPlatform::new() {
             Ok(mut platform) => status(run(&mut platform), report_error),
-            Err(error) => status(Err(ImageError::Platform(error)), report),
+            Err(_) => status(Err(ImageError::Descriptor), report),
         };
     }
 }
