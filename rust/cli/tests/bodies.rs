@@ -2,7 +2,7 @@
 //! The diagnostics of mistakes in bodies, at once, when rustc checks them, and when they run: each program is beside
 //! its diagnostics.
 //!
-//! `INSTA_UPDATE=always cargo test -p lfz --test bodies` rewrites the expected output.
+//! `cargo xtask bless -p lfz bodies::` rewrites the expected output.
 
 use std::fs;
 use std::path::{Path, PathBuf};

@@ -1,9 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Programs in Rust with C beside them: what is wrong there is said of its place, and what has changed is compiled.
 
-mod support;
-
-use support::{folder, lfz, said, text, write};
+use crate::support::{folder, lfz, said, text, write};
 
 const PROGRAM: &str = r#"
 target Rust {

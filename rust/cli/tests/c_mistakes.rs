@@ -2,9 +2,7 @@
 //! The C compiler's diagnostics of bodies are shown once, at the line of the program; code that newer compilers refuse
 //! is refused by all.
 
-mod support;
-
-use support::{folder, lfz, said, text, write};
+use crate::support::{folder, lfz, said, text, write};
 
 const HEAD: &str = "target C { files: \"helpers.h\" }\npreamble {=\n#include \"helpers.h\"\n=}\nreactor R {\n  \
                     output y: int\n  \

@@ -1,11 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Programs with crates and modules of their own.
 
-mod support;
-
 use std::fs;
 
-use support::{folder, lfz, said, text, write};
+use crate::support::{folder, lfz, said, text, write};
 
 const PROGRAM: &str = r#"
 target Rust {

@@ -1,14 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Programs are built and run however the user names their files and folders.
 
-mod support;
-
 use std::fs;
 use std::os::unix::fs::symlink;
 use std::path::Path;
 use std::process::Command;
 
-use support::{folder, said, text};
+use crate::support::{folder, said, text};
 
 const PROGRAM: &str = "target Rust { rust-include: \"../lib/units.rs\" }\nmain reactor {\n  reaction(startup) {=\n    \
                        let unused = 1;\n    println!(\"{}\", crate::units::KILO);\n  =}\n}\n";

@@ -1,14 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Programs are built side by side, and have in common what is compiled of the runtime.
 
-mod support;
-
 use std::fs::{self, File};
 use std::os::unix::fs::MetadataExt;
 use std::path::{Path, PathBuf};
 
+use crate::support::{folder, lfz, said, text};
 use rustix::fs::{FlockOperation, flock};
-use support::{folder, lfz, said, text};
 
 const PROGRAM: &str = "target Rust\nmain reactor {\n  reaction(startup) {= println!(\"it runs\"); =}\n}\n";
 

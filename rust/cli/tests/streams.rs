@@ -1,14 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 //! The input of programs under `lfz run`, and output that cannot be written.
 
-mod support;
-
 use std::fs::File;
 use std::io::Write;
 use std::path::Path;
 use std::process::{Command, Stdio};
 
-use support::{folder, lfz, said, text};
+use crate::support::{folder, lfz, said, text};
 
 const ECHO: &str = "target Rust\nmain reactor {\n  reaction(startup) {=\n    let mut line = String::new();\n    \
                     std::io::stdin().read_line(&mut line).unwrap();\n    println!(\"read {line:?}\");\n  =}\n}\n";

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //! The tables in the documents say what the compiler does, and which boards the tests run on.
 //!
-//! `INSTA_UPDATE=always cargo test -p lf-compiler --test documents` rewrites them, as `cargo xtask bless` does.
+//! `cargo xtask bless -p lf-compiler documents::` rewrites them.
 
 use std::collections::BTreeMap;
 use std::fmt::Write as _;

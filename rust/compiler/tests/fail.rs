@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Programs that must not compile: what is said about each of them is kept beside it.
 //!
-//! `INSTA_UPDATE=always cargo test -p lf-compiler --test fail` rewrites the expected output.
+//! `cargo xtask bless -p lf-compiler fail::` rewrites the expected output.
 
 use std::fs;
 use std::path::{Path, PathBuf};

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Programs that compile: what is planned for each of them, and the warnings, are kept beside it.
 //!
-//! `INSTA_UPDATE=always cargo test -p lf-compiler --test plans` rewrites the expected output.
+//! `cargo xtask bless -p lf-compiler plans::` rewrites the expected output.
 
 use std::fs;
 use std::path::{Path, PathBuf};

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Authentication between our RTI and our federate, and the peers that it keeps out.
-#![allow(clippy::unwrap_used, reason = "a failed unwrap in a helper is that test's failure")]
 
 use lf_coordination::FederateId;
 use lf_coordination::auth::{AUTHENTICATOR, Answer, answer_rti};

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
 //! The guarantees of the rounds over UDP, for any network and any clocks.
-#![allow(clippy::unwrap_used, reason = "a failed unwrap in a helper is that test's failure")]
 
 use std::net::Ipv4Addr;
 

@@ -8,14 +8,11 @@
 //! two, is the same; and our federate never sends such a one. And after many tags with messages our federate sends
 //! itself a `PORT_ABSENT` by way of the RTI, to see how far the RTI has come. Everything else has to be there, in the
 //! same order, and nothing more.
-#![allow(clippy::unwrap_used, reason = "a failed unwrap in a helper is that test's failure")]
-
-mod federate_support;
 
 use std::collections::VecDeque;
 use std::net::Ipv4Addr;
 
-use federate_support::{Driver, NONCE, Program};
+use crate::federate_support::{Driver, NONCE, Program};
 use lf_coordination::auth::answer_rti;
 use lf_coordination::clock_sync::RTI_UDP_PORT;
 use lf_coordination::federate::{ClockSync, Config, Disconnected, FederateError, Phase};

@@ -1,10 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Dialogues with the federate's state machine before the start, each named after what it proves.
-#![allow(clippy::unwrap_used, reason = "a failed unwrap in a helper is that test's failure")]
 
-mod federate_support;
-
-use federate_support::dialogue::{DOWNSTREAM, NOW, UPSTREAM, accepted, config, connected, drain};
+use crate::federate_support::dialogue::{DOWNSTREAM, NOW, UPSTREAM, accepted, config, connected, drain};
 use lf_coordination::federate::{
     CONNECT_RETRY, CONNECT_TIME_OUT, ClockSync, Config, ConfigError, ConnectRetry, ConnectStep, Disconnected, Event,
     Federate, FederateError, Phase,

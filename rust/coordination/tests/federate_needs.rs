@@ -1,11 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 //! A capability that a program does not need of its federate makes no difference if it is not used, and is refused if
 //! it is.
-#![allow(clippy::unwrap_used, reason = "a failed unwrap in a helper is that test's failure")]
 
-mod federate_support;
-
-use federate_support::dialogue::{DOWNSTREAM, NOW, START, ms, net};
+use crate::federate_support::dialogue::{DOWNSTREAM, NOW, START, ms, net};
 use lf_coordination::federate::{All, ClockSync, Config, Event, Federate, FederateError, Needs, Phase};
 use lf_coordination::{FederateId, to_wire};
 use lf_model::time::Interval;

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
 //! A federate finds the others to which it sends directly, before the start.
-#![allow(clippy::unwrap_used, reason = "a failed unwrap in a helper is that test's failure")]
 
 use std::net::{Ipv4Addr, Ipv6Addr};
 

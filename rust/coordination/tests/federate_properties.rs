@@ -1,12 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Invariants of the federate's state machine, for any input.
-#![allow(clippy::unwrap_used, reason = "a failed unwrap in a helper is that test's failure")]
-
-mod federate_support;
 
 use std::collections::BTreeSet;
 
-use federate_support::dialogue::{DOWNSTREAM, NOW, START, UPSTREAM, config, connected, started};
+use crate::federate_support::dialogue::{DOWNSTREAM, NOW, START, UPSTREAM, config, connected, started};
 use lf_coordination::federate::{Event, Federate, Phase};
 use lf_coordination::{from_wire, to_wire};
 use lf_model::time::{Interval, Tag};

@@ -2,14 +2,11 @@
 //! Federates and the RTI of this crate, together, in random graphs with and without cycles without delay: whatever the
 //! speeds of the participants and the splits of the byte streams, every federate sees what the whole federation does as
 //! one program, and all come to their end.
-#![allow(clippy::unwrap_used, reason = "a failed unwrap in a helper is that test's failure")]
-
-mod federation_support;
 
 use std::collections::BTreeSet;
 
-use federation_support::graph::{END_NS, Graph, Trace, any_graph};
-use federation_support::participant::Participant;
+use crate::federation_support::graph::{END_NS, Graph, Trace, any_graph};
+use crate::federation_support::participant::Participant;
 use lf_coordination::federate::{Disconnected, Phase};
 use lf_coordination::rti::{ClockSync as RtiClockSync, Config as RtiConfig, Outcome, Status, WINDOW};
 use lf_model::time::Interval;

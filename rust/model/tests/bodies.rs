@@ -3,11 +3,8 @@
 //!
 //! Proves that they compile against this crate's prelude and mean the same. The functions have the signatures that
 //! the compiler generates, and bodies as users write them.
-#![allow(missing_docs, unreachable_pub, clippy::unwrap_used, reason = "a test program has no users")]
 #![allow(clippy::pedantic, reason = "bodies are written as users write them")]
-mod bench;
-
-use bench::{By, at, bench};
+use crate::bench::{By, at, bench};
 use lf_model::prelude::*;
 
 /// A value of some target code.

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
 //! `#[derive(Payload)]`: structs and enums come back as they went, lie as in C, and no bytes make a decoder panic.
-#![allow(missing_docs, unreachable_pub, clippy::unwrap_used, reason = "a test program has no users")]
 use std::fmt::Debug;
 use std::fmt::Write as _;
 use std::fs;

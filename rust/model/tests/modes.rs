@@ -1,9 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Modes: what is active, what stands still meanwhile, and what is dropped.
-#![allow(missing_docs, unreachable_pub, clippy::unwrap_used, reason = "a test program has no users")]
-mod bench;
-
-use bench::{Builder, By, at, bench, entries, timing};
+use crate::bench::{Builder, By, at, bench, entries, timing};
 use lf_model::prelude::*;
 use lf_model::{Interval, ModeId, Policy, Settings, Transition};
 

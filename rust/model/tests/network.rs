@@ -1,9 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Messages to and from other federates: order, back-pressure in both directions, and what is refused.
-#![allow(missing_docs, unreachable_pub, clippy::unwrap_used, reason = "a test program has no users")]
-mod bench;
-
-use bench::{Builder, By, at, bench, entries};
+use crate::bench::{Builder, By, at, bench, entries};
 use lf_model::{DeliverError, InputId, ModelError, OutputId, PayloadError, Progress, Settings, Tag};
 
 fn receiver() -> Builder {

@@ -1,10 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Tags that run in pieces, as in cycles without delay: reactions wait for inputs, messages come while the tag is open,
 //! and absences are sent.
-#![allow(missing_docs, unreachable_pub, clippy::unwrap_used, reason = "a test program has no users")]
-mod bench;
-
-use bench::{Bench, Builder, By, at, bench, entries};
+use crate::bench::{Bench, Builder, By, at, bench, entries};
 use lf_model::{DeliverError, InputId, OutputId, Progress, Settings, Tag};
 
 /// Level 0 sets the output's port, level 1 sends it, level 2 sees the input, level 3 runs by a timer.

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Values as bytes: they come back as they went, they are the memory of the C type, and wrong bytes are refused.
-#![allow(missing_docs, unreachable_pub, clippy::unwrap_used, reason = "a test program has no users")]
 use std::fmt::Debug;
 
 use lf_model::prelude::*;

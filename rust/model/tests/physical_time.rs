@@ -1,9 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Physical actions from other threads, and deadlines.
-#![allow(missing_docs, unreachable_pub, clippy::unwrap_used, reason = "a test program has no users")]
-mod bench;
-
-use bench::{Bench, Builder, By, START, at, bench, entries, timing};
+use crate::bench::{Bench, Builder, By, START, at, bench, entries, timing};
 use lf_model::prelude::*;
 use lf_model::{Interval, Policy, Progress, ScheduleError, Settings};
 

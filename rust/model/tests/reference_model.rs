@@ -7,24 +7,21 @@
 //! fill up.
 //!
 //! The same programs run in pieces too: messages come while their tag is open, and reactions wait for them by level.
-#![allow(missing_docs, unreachable_pub, clippy::unwrap_used, reason = "a test program has no users")]
 #![allow(
     clippy::cast_possible_truncation,
     clippy::cast_possible_wrap,
     clippy::cast_sign_loss,
     reason = "small numbers"
 )]
-mod reference;
-
 use std::collections::BTreeMap;
 
+use crate::reference::program::RandomProgram;
+use crate::reference::{
+    ACTIONS, AT_INPUTS, ActionPlan, INPUTS, Outcome, PORTS, Plan, QUEUE_CAPACITY, START, TIMERS, TagPair, Told,
+};
 use lf_model::{Engine, InputId, Instant, Interval, Microstep, Progress, Settings, Storage, Tag};
 use lf_testkit::host::{Clock, Host};
 use proptest::prelude::*;
-use reference::program::RandomProgram;
-use reference::{
-    ACTIONS, AT_INPUTS, ActionPlan, INPUTS, Outcome, PORTS, Plan, QUEUE_CAPACITY, START, TIMERS, TagPair, Told,
-};
 
 /// As many tags as are compared; random programs can go on without end.
 const TAGS_MAX: usize = 200;
@@ -231,7 +228,7 @@ proptest! {
 
     #[test]
     fn the_engine_runs_random_programs_as_the_reference_does(plan in plan()) {
-        prop_assert_eq!(run_whole(&plan), reference::run(&plan, TAGS_MAX));
+        prop_assert_eq!(run_whole(&plan), crate::reference::run(&plan, TAGS_MAX));
     }
 
     /// The events before the stop do not depend on when the stop becomes known.
@@ -248,6 +245,6 @@ proptest! {
     /// A tag that runs in pieces leaves the same trace as one for which all messages were there from the beginning.
     #[test]
     fn tags_in_pieces_are_as_whole_ones(plan in quiet_plan(), pieces in pieces()) {
-        prop_assert_eq!(run_in_pieces(&plan, &pieces), reference::run(&plan, TAGS_MAX));
+        prop_assert_eq!(run_in_pieces(&plan, &pieces), crate::reference::run(&plan, TAGS_MAX));
     }
 }

@@ -1,9 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Timers, actions, ports and delayed connections: what happens at which tag, and in which order.
-#![allow(missing_docs, unreachable_pub, clippy::unwrap_used, reason = "a test program has no users")]
-mod bench;
-
-use bench::{Builder, By, at, bench, entries, timing};
+use crate::bench::{Builder, By, at, bench, entries, timing};
 use lf_model::Policy::{Defer, Drop, Replace, Update};
 use lf_model::prelude::*;
 use lf_model::{ActionTiming, ModelError, after};

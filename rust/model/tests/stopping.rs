@@ -1,9 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 //! The end of a program: requests, timeouts, grants, and having nothing left to do; and tags that must not begin.
-#![allow(missing_docs, unreachable_pub, clippy::unwrap_used, reason = "a test program has no users")]
-mod bench;
-
-use bench::{By, at, bench, entries};
+use crate::bench::{By, at, bench, entries};
 use lf_model::prelude::*;
 use lf_model::{Interval, ModelError, Settings, Tag};
 
@@ -153,7 +150,7 @@ thread_local! {
 #[test]
 fn tags_begin_in_order_one_at_a_time_and_none_is_skipped() {
     let mut bench = bench().timer(0, 0, 2).reaction(0, &[By::Timer(0)], |_, _| {}).build();
-    let begin = |bench: &mut bench::Bench, tag: Tag| bench.engine.begin(&mut bench.program, tag);
+    let begin = |bench: &mut crate::bench::Bench, tag: Tag| bench.engine.begin(&mut bench.program, tag);
     assert_eq!(begin(&mut bench, at(2, 0)), Err(ModelError::TagOrder { tag: at(2, 0), against: at(0, 0) }));
     assert_eq!(begin(&mut bench, at(0, 0)), Ok(()));
     assert_eq!(begin(&mut bench, at(2, 0)), Err(ModelError::NotReady { tag: at(2, 0) }));

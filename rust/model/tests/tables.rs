@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Tables that contradict themselves are refused, which is at compile time in generated code.
-#![allow(missing_docs, unreachable_pub, clippy::unwrap_used, reason = "a test program has no users")]
 use lf_model::{
     InputId, Interval, NetworkInput, NetworkOutput, OutputId, PortId, PortInfo, ReactionId, ReactionInfo, ReactionKind,
     Tables, TriggerId, TriggerInfo, TriggerKind, storage_for, words,

@@ -1,9 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Messages that come after their tag: when they take effect, which reactions see them, and their intended tags.
-#![allow(missing_docs, unreachable_pub, clippy::unwrap_used, reason = "a test program has no users")]
-mod bench;
-
-use bench::{Bench, Builder, By, Cells, MS, at, bench, entries};
+use crate::bench::{Bench, Builder, By, Cells, MS, at, bench, entries};
 use lf_model::{Delivery, InputId, Interval, ReactionContext, Settings};
 
 fn program() -> Builder {

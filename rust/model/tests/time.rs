@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Superdense time: its order, its ends, and LF's notation for it.
-#![allow(missing_docs, unreachable_pub, clippy::unwrap_used, reason = "a test program has no users")]
 use lf_model::prelude::*;
 use lf_model::{Interval, Microstep, Tag};
 use proptest::prelude::*;

@@ -1,9 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Watchdogs: when they expire, and what keeps them from it.
-#![allow(missing_docs, unreachable_pub, clippy::unwrap_used, reason = "a test program has no users")]
-mod bench;
-
-use bench::{Builder, By, at, bench, entries};
+use crate::bench::{Builder, By, at, bench, entries};
 use lf_model::prelude::*;
 
 /// A watchdog of 10 ms, and what it says when it expires.
@@ -17,7 +14,7 @@ fn watched() -> Builder {
 #[test]
 fn a_watchdog_expires_after_its_timeout_and_what_is_added_to_it() {
     for (additional, expires) in [(delay!(0), 10), (delay!(5 ms), 15)] {
-        let start = move |cells: &mut bench::Cells, ctx: &mut ReactionContext<'_>| {
+        let start = move |cells: &mut crate::bench::Cells, ctx: &mut ReactionContext<'_>| {
             ctx.start_watchdog(&mut cells.watchdog, additional);
         };
         let mut bench = watched().reaction(0, &[By::Startup], start).build();

@@ -28,7 +28,10 @@ impl fmt::Display for ImageError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::Descriptor => {
-                say!(f, "no event descriptor is left, as other code of the image has them: raise CONFIG_ZVFS_EVENTFD_MAX")
+                say!(
+                    f,
+                    "no event descriptor is left, as other code of the image has them: raise CONFIG_ZVFS_EVENTFD_MAX"
+                )
             }
             Self::Settings(error) => error.fmt(f),
             Self::Run(error) => error.fmt(f),

@@ -1,17 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Programs that are not federated, in virtual time; and memory that is too small for a federate.
-#![allow(clippy::unwrap_used, reason = "a failed unwrap in a helper is that test's failure")]
 
-mod support;
-
+use crate::support::federation::{PORT, Plan, RTI, edge, federation_of};
+use crate::support::node::{Behavior, Node, NodeStorage};
 use lf_model::time::Interval;
 use lf_model::{Engine, Program as _, Settings};
 use lf_runtime::platform::Endpoint;
 use lf_runtime::{Buffers, FederateLoop, Join, RunError, UnfederatedLoop};
 use lf_testkit::network::address_of;
 use lf_testkit::world::{Conditions, Fate, Threads, Trouble};
-use support::federation::{PORT, Plan, RTI, edge, federation_of};
-use support::node::{Behavior, Node, NodeStorage};
 
 const MS: fn(i64) -> Interval = Interval::from_millis;
 

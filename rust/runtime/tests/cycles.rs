@@ -1,17 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Cycles without delay in virtual time: federates ask and answer within a tag, for any pieces of the bytes between
 //! them, and none waits forever when another one leaves.
-#![allow(clippy::unwrap_used, reason = "a failed unwrap in a helper is that test's failure")]
 
-mod support;
-
+use crate::support::federation::{Edge, Plan, Report, edge, run};
+use crate::support::node::{Behavior, Log};
 use lf_coordination::rti::Outcome;
 use lf_model::time::Interval;
 use lf_runtime::Coordination;
 use lf_testkit::world::{Conditions, Fate};
 use proptest::prelude::*;
-use support::federation::{Edge, Plan, Report, edge, run};
-use support::node::{Behavior, Log};
 
 const MS: fn(i64) -> Interval = Interval::from_millis;
 

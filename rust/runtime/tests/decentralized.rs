@@ -1,20 +1,17 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Federations with decentralized coordination: as long as all waits are long enough, they do what the program does
 //! without any federation; and when they are not, each message that comes late is known.
-#![allow(clippy::unwrap_used, reason = "a failed unwrap in a helper is that test's failure")]
-
-mod support;
 
 use std::collections::BTreeMap;
 
+use crate::support::federation::{self, Edge, Plan, Report, run};
+use crate::support::node::{Behavior, Log};
 use lf_coordination::rti::{AfterLoss, Outcome};
 use lf_model::time::{Interval, Tag};
 use lf_model::{Instant, Microstep};
 use lf_runtime::{Coordination, RunError};
 use lf_testkit::world::{Conditions, Fate};
 use proptest::prelude::*;
-use support::federation::{self, Edge, Plan, Report, run};
-use support::node::{Behavior, Log};
 
 const MS: fn(i64) -> Interval = Interval::from_millis;
 

@@ -1,9 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 //! A receiver distinguishes a sender that has left in order from one that is lost, for any connection, RTI and sender.
-#![allow(clippy::unwrap_used, reason = "a failed unwrap in a helper is that test's failure")]
 
-mod support;
-
+use crate::support::federation::{self, Edge, Plan, run, run_with};
+use crate::support::node::Behavior;
 use lf_coordination::federate::FederateError;
 use lf_coordination::rti::{AfterLoss, Outcome};
 use lf_model::time::Interval;
@@ -14,8 +13,6 @@ use lf_testkit::network::address_of;
 use lf_testkit::world::{Blocking, Conditions, Fate};
 use lf_wire::{ADDRESS_PORT_UNKNOWN, Message, QueryEnd, Tag};
 use proptest::prelude::*;
-use support::federation::{self, Edge, Plan, run, run_with};
-use support::node::Behavior;
 
 const MS: fn(i64) -> Interval = Interval::from_millis;
 /// The RTI's start delay and the time for the handshakes, roughly.

@@ -1,15 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Physical connections: values go from federate to federate past the RTI, and happen when they come.
-#![allow(clippy::unwrap_used, reason = "a failed unwrap in a helper is that test's failure")]
 
-mod support;
-
+use crate::support::federation::{Edge, Plan, Report, edge, run};
+use crate::support::node::Behavior;
 use lf_coordination::rti::{AfterLoss, Outcome};
 use lf_model::time::Interval;
 use lf_testkit::world::{Conditions, Fate};
 use proptest::prelude::*;
-use support::federation::{Edge, Plan, Report, edge, run};
-use support::node::Behavior;
 
 const MS: fn(i64) -> Interval = Interval::from_millis;
 /// The RTI's start delay and the time for the handshakes, roughly.

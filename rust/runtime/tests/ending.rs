@@ -1,13 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Federates and RTI begin and end, in order and otherwise: always within bounded time, with a reason, and with the
 //! knowledge of the others.
-#![allow(clippy::unwrap_used, reason = "a failed unwrap in a helper is that test's failure")]
-
-mod support;
 
 use std::collections::BTreeSet;
 use std::time::Duration;
 
+use crate::support::federation::{Edge, Plan, RTI, Report, edge, run};
+use crate::support::node::Behavior;
 use lf_coordination::FederateId;
 use lf_coordination::federate::{FederateError, Phase};
 use lf_coordination::rti::{AfterLoss, Cause, Outcome};
@@ -18,8 +17,6 @@ use lf_testkit::network::address_of;
 use lf_testkit::world::{Conditions, Fate};
 use lf_wire::RejectCode;
 use proptest::prelude::*;
-use support::federation::{Edge, Plan, RTI, Report, edge, run};
-use support::node::Behavior;
 
 const MS: fn(i64) -> Interval = Interval::from_millis;
 /// The RTI's start delay and the time for the handshakes, roughly.

@@ -1,15 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 //! The exchanges of clock synchronization before the start, as the RTI's event loop makes them: what it does in between
 //! would be taken for a part of their way.
-#![allow(clippy::unwrap_used, reason = "a failed unwrap in a helper is that test's failure")]
 
-mod support;
-
+use crate::support::raw::{Tester, config, with_rti};
 use lf_coordination::rti::{ClockSync, Config};
 use lf_model::time::Interval;
 use lf_testkit::world::{Conditions, Move};
 use lf_wire::{Message, MessageType, UDP_PORT_CLOCK_SYNC_INITIAL, UDP_PORT_CLOCK_SYNC_OFF};
-use support::raw::{Tester, config, with_rti};
 
 const TRIALS: u32 = 3;
 

@@ -1,17 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Whole federations in virtual time: messages arrive in order for any pieces of their bytes, and full queues lose
 //! nothing and hold no federate up forever.
-#![allow(clippy::unwrap_used, reason = "a failed unwrap in a helper is that test's failure")]
 
-mod support;
-
+use crate::support::federation::{Edge, Plan, Report, edge, run};
+use crate::support::node::{Behavior, Log};
 use lf_coordination::rti::{AfterLoss, Outcome};
 use lf_model::time::Interval;
 use lf_runtime::RunError;
 use lf_testkit::world::Conditions;
 use proptest::prelude::*;
-use support::federation::{Edge, Plan, Report, edge, run};
-use support::node::{Behavior, Log};
 
 const MS: fn(i64) -> Interval = Interval::from_millis;
 

@@ -1,15 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 //! The RTI's event loop with federates that a tester plays, because no federate of ours does what they do.
-#![allow(clippy::unwrap_used, reason = "a failed unwrap in a helper is that test's failure")]
 
-mod support;
-
+use crate::support::raw::{Tester, config, with_rti};
 use lf_coordination::FederateId;
 use lf_coordination::rti::{AfterLoss, Cause, Outcome};
 use lf_runtime::DELAY_NONE;
 use lf_testkit::world::Conditions;
 use lf_wire::{Message, Tag};
-use support::raw::{Tester, config, with_rti};
 
 /// Sends messages to federate 1, each with the announcement of the next.
 fn send(tester: &mut Tester, from: usize, count: i64) {

@@ -1,12 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 //! The whole event loop against recordings of C federates with decentralized coordination: the tester's part, as the
 //! RTI and as the other federate, is played from the file, and what the federate sends is compared byte for byte.
-#![allow(clippy::unwrap_used, reason = "a failed unwrap in a helper is that test's failure")]
-
-mod support;
 
 use std::collections::{BTreeMap, BTreeSet};
 
+use crate::support::federation::{Edge, PORT, Plan, RTI, Ran, edge, run_node};
+use crate::support::node::Behavior;
 use lf_model::time::{Instant, Interval};
 use lf_runtime::Coordination;
 use lf_runtime::platform::{Endpoint, IpAddress, Platform as _, SocketId, Transfer};
@@ -15,8 +14,6 @@ use lf_testkit::messages::encoded;
 use lf_testkit::network::address_of;
 use lf_testkit::world::{Blocking, Conditions, Threads, Virtual};
 use lf_wire::{Message, Tag};
-use support::federation::{Edge, PORT, Plan, RTI, Ran, edge, run_node};
-use support::node::Behavior;
 
 const MS: fn(i64) -> Interval = Interval::from_millis;
 /// The federate's number among the participants.

@@ -1,17 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 //! A federate finds the form in which a receiver of either release of LF takes its introduction.
-#![allow(clippy::unwrap_used, reason = "a failed unwrap in a helper is that test's failure")]
 
-mod support;
-
+use crate::support::federation::{Plan, edge, run_with};
+use crate::support::node::Behavior;
 use lf_model::time::Interval;
 use lf_runtime::Coordination;
 use lf_runtime::platform::{IpAddress, Platform as _, SocketId};
 use lf_testkit::network::address_of;
 use lf_testkit::world::Blocking;
 use lf_wire::{Message, MessageType, RejectCode};
-use support::federation::{Plan, edge, run_with};
-use support::node::Behavior;
 
 const ID: &[u8] = b"virtual";
 /// Where the receiver listens.

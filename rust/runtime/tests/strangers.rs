@@ -1,10 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 //! A peer that connects to a federate without being one keeps no other federate from connecting, and none waits
 //! forever.
-#![allow(clippy::unwrap_used, reason = "a failed unwrap in a helper is that test's failure")]
 
-mod support;
-
+use crate::support::federation::{Edge, INTRUSION, Intruder, Plan, edge, run};
+use crate::support::node::Behavior;
 use lf_coordination::rti::Outcome;
 use lf_model::time::Interval;
 use lf_runtime::{Coordination, PeerFault, RunError};
@@ -12,8 +11,6 @@ use lf_testkit::messages::encoded;
 use lf_testkit::world::Conditions;
 use lf_wire::{Message, RejectCode};
 use proptest::prelude::*;
-use support::federation::{Edge, INTRUSION, Intruder, Plan, edge, run};
-use support::node::Behavior;
 
 const MS: fn(i64) -> Interval = Interval::from_millis;
 

@@ -1,12 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 //! The recordings of participants: every span that begins ends, and every message that is sent at one end is received
 //! at the other.
-#![allow(clippy::unwrap_used, reason = "a failed unwrap in a helper is that test's failure")]
-
-mod support;
 
 use std::collections::BTreeMap;
 
+use crate::support::federation::{Edge, Plan, Report, edge, run};
+use crate::support::node::Behavior;
 use lf_coordination::rti::Outcome;
 use lf_model::time::{Instant, Interval, Tag};
 use lf_runtime::Coordination;
@@ -14,8 +13,6 @@ use lf_runtime::trace::{Event, MessageType, RTI, Record, Waits, Word};
 use lf_testkit::trace::with_values;
 use lf_testkit::world::Conditions;
 use proptest::prelude::*;
-use support::federation::{Edge, Plan, Report, edge, run};
-use support::node::Behavior;
 
 const MS: fn(i64) -> Interval = Interval::from_millis;
 

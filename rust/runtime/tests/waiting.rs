@@ -1,10 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 //! A participant that waits logs what it waits for: before the start in any case, and while the federation runs if the
 //! program asks for it.
-#![allow(clippy::unwrap_used, reason = "a failed unwrap in a helper is that test's failure")]
 
-mod support;
-
+use crate::support::federation::{Edge, Intruder, Plan, RTI, Report, edge, run};
+use crate::support::node::Behavior;
 use lf_coordination::federate::FederateError;
 use lf_coordination::rti::AfterLoss;
 use lf_model::time::Interval;
@@ -12,8 +11,6 @@ use lf_runtime::{Coordination, RunError};
 use lf_testkit::network::address_of;
 use lf_testkit::world::{Conditions, Fate};
 use lf_wire::{Message, RejectCode};
-use support::federation::{Edge, Intruder, Plan, RTI, Report, edge, run};
-use support::node::Behavior;
 
 const MS: fn(i64) -> Interval = Interval::from_millis;
 

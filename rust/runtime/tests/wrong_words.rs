@@ -1,15 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 //! A federate's errors about messages and bytes that it cannot take: true sentences, with advice.
-#![allow(clippy::unwrap_used, reason = "a failed unwrap in a helper is that test's failure")]
 
-mod support;
-
+use crate::support::federation::{Plan, edge, run_with};
+use crate::support::node::Behavior;
 use lf_model::time::Interval;
 use lf_runtime::platform::SocketId;
 use lf_testkit::world::Blocking;
 use lf_wire::{Message, MessageType, Tag};
-use support::federation::{Plan, edge, run_with};
-use support::node::Behavior;
 
 const TRIALS: u16 = 3;
 

@@ -2,7 +2,7 @@
 //! Centralized coordination as a whole: each program in `programs/centralized` runs as processes of their own, and what
 //! its federates print is the expected trace beside the program. `README.md` says which of LF's own tests each covers.
 //!
-//! `INSTA_UPDATE=always cargo test -p lf-federations --test centralized` rewrites the traces. With `LF_TEST_RTI` in the
+//! `cargo xtask bless -p lf-federations centralized::` rewrites the traces. With `LF_TEST_RTI` in the
 //! environment the programs run with that RTI, which takes the stock RTI's options; the traces have to be the same.
 
 use lf_federations::{Lfz, Run, programs};

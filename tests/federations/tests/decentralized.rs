@@ -3,7 +3,7 @@
 //! what its federates print is the expected trace beside the program. `README.md` says which of LF's own tests each
 //! covers.
 //!
-//! `INSTA_UPDATE=always cargo test -p lf-federations --test decentralized` rewrites the traces. With `LF_TEST_RTI` in
+//! `cargo xtask bless -p lf-federations decentralized::` rewrites the traces. With `LF_TEST_RTI` in
 //! the environment the programs run with that RTI, which takes the stock RTI's options; the traces have to be the same.
 
 use lf_federations::{Finished, Lfz};

@@ -2,7 +2,7 @@
 //! What modes mean. The scenarios in `programs/modes` are those of LF's own tests and some more; `README.md` says which
 //! of LF's own each covers.
 //!
-//! `INSTA_UPDATE=always cargo test -p lf-federations --test modes` rewrites the traces.
+//! `cargo xtask bless -p lf-federations modes::` rewrites the traces.
 
 use lf_federations::{Lfz, is_of_build, programs};
 

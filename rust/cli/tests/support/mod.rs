@@ -21,7 +21,6 @@ pub(crate) fn write(folder: &Path, name: &str, text: &str) {
 }
 
 /// A command for the program in a folder.
-#[allow(dead_code, reason = "not every test is about one program")]
 pub(crate) fn lfz(folder: &Path, arguments: &[&str]) -> Command {
     let mut command = Command::new(env!("CARGO_BIN_EXE_lfz"));
     command.current_dir(folder).args(arguments).args(["P.lf", "--out"]).arg(folder.join("out"));

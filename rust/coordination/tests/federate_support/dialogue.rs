@@ -6,36 +6,36 @@ use lf_coordination::{FederateId, to_wire};
 use lf_model::time::{Instant, Interval, Tag};
 use lf_wire::{DELAY_NONE, Message};
 
-pub const NOW: Instant = Instant::from_nanos(1_000_000);
-pub const START: Instant = Instant::from_nanos(10_000_000_000);
-pub const UPSTREAM: &[(u16, i64)] = &[(0, DELAY_NONE)];
-pub const DOWNSTREAM: &[u16] = &[2];
+pub(crate) const NOW: Instant = Instant::from_nanos(1_000_000);
+pub(crate) const START: Instant = Instant::from_nanos(10_000_000_000);
+pub(crate) const UPSTREAM: &[(u16, i64)] = &[(0, DELAY_NONE)];
+pub(crate) const DOWNSTREAM: &[u16] = &[2];
 
 /// Federate 1 with these neighbors, without clock synchronization.
-pub fn config(upstream: &'static [(u16, i64)], downstream: &'static [u16]) -> Config<'static> {
+pub(crate) fn config(upstream: &'static [(u16, i64)], downstream: &'static [u16]) -> Config<'static> {
     Config { upstream, downstream, clock_sync: ClockSync::Off, ..Config::new(FederateId(1), b"federation") }
 }
 
 /// Returns the tag this many ms after the start.
-pub fn ms(ms: i64) -> Tag {
+pub(crate) fn ms(ms: i64) -> Tag {
     Tag::at(START + Interval::from_millis(ms))
 }
 
-pub fn net(tag: Tag) -> Message<'static> {
+pub(crate) fn net(tag: Tag) -> Message<'static> {
     Message::NextEventTag(to_wire(tag))
 }
 
-pub fn ltc(tag: Tag) -> Message<'static> {
+pub(crate) fn ltc(tag: Tag) -> Message<'static> {
     Message::LatestTagComplete(to_wire(tag))
 }
 
 /// Returns all messages of the federate.
-pub fn drain<'a>(federate: &mut Federate<'a>) -> Vec<Message<'a>> {
+pub(crate) fn drain<'a>(federate: &mut Federate<'a>) -> Vec<Message<'a>> {
     std::iter::from_fn(|| federate.poll_transmit(usize::MAX)).collect()
 }
 
 /// Returns a connected federate with nothing left to transmit.
-pub fn connected(config: Config<'static>) -> Federate<'static> {
+pub(crate) fn connected(config: Config<'static>) -> Federate<'static> {
     let mut federate = Federate::new(config).unwrap();
     federate.handle_connected(NOW, [0; 8]);
     drain(&mut federate);
@@ -43,7 +43,7 @@ pub fn connected(config: Config<'static>) -> Federate<'static> {
 }
 
 /// Returns a federate that the RTI has accepted, with nothing left to transmit.
-pub fn accepted(config: Config<'static>) -> Federate<'static> {
+pub(crate) fn accepted(config: Config<'static>) -> Federate<'static> {
     let mut federate = connected(config);
     assert_eq!(federate.handle_message(NOW, Message::Ack), Ok(Event::Accepted));
     drain(&mut federate);
@@ -51,7 +51,7 @@ pub fn accepted(config: Config<'static>) -> Federate<'static> {
 }
 
 /// Returns a federate that has been started, with nothing left to transmit.
-pub fn started(config: Config<'static>) -> Federate<'static> {
+pub(crate) fn started(config: Config<'static>) -> Federate<'static> {
     let mut federate = accepted(config);
     let event = federate.handle_message(NOW, Message::Timestamp(START.as_nanos()));
     assert_eq!(event, Ok(Event::Started(START)));

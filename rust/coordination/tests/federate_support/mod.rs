@@ -1,8 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //! A federate with a small program and a virtual clock, driven as an event loop would drive it.
-#![allow(dead_code, unreachable_pub, clippy::unwrap_used, reason = "every test file uses another part of it")]
 
-pub mod dialogue;
+pub(crate) mod dialogue;
 
 use std::collections::{BTreeMap, VecDeque};
 

@@ -3,7 +3,7 @@
 //!
 //! Times are milliseconds. Every bench has the same cells: two timers, two logical actions, a physical action, a
 //! watchdog, three ports, a connection with `after` from port 0, an input, and an output from port 1.
-#![allow(dead_code, reason = "each test program uses its part")]
+
 use lf_model::{
     ActionTiming, DeliverError, Delivery, Engine, Full, InputId, Instant, Interval, LogicalActionQueue, ModeCell,
     ModeCells, ModeEvents, ModeId, ModeInfo, ModeTrigger, ModelError, Modes, NetworkInput, NetworkOutput, OutputId,
@@ -14,17 +14,17 @@ use lf_model::{
 
 use lf_testkit::host::{Clock, Host};
 
-pub const MS: i64 = 1_000_000;
-pub const START: Instant = Instant::from_nanos(5_000 * MS);
+pub(crate) const MS: i64 = 1_000_000;
+pub(crate) const START: Instant = Instant::from_nanos(5_000 * MS);
 
 /// Returns the tag this many milliseconds and microsteps after the start.
-pub fn at(ms: i64, microstep: u32) -> Tag {
+pub(crate) fn at(ms: i64, microstep: u32) -> Tag {
     Tag::new(START + Interval::from_millis(ms), lf_model::Microstep(microstep))
 }
 
 /// The trigger of a reaction.
 #[derive(Clone, Copy, PartialEq, Eq)]
-pub enum By {
+pub(crate) enum By {
     Startup,
     Shutdown,
     Reset,
@@ -38,7 +38,7 @@ pub enum By {
 }
 
 /// The ports and actions of a bench for its reactions.
-pub struct Cells {
+pub(crate) struct Cells {
     pub timers: [Timer; 2],
     pub actions: [LogicalActionQueue<u32, 4>; 2],
     pub physical: PhysicalActionQueue<u32, 3>,
@@ -54,7 +54,7 @@ pub struct Cells {
 
 impl Cells {
     #[allow(clippy::needless_pass_by_value, reason = "a word is often a number or made on the spot")]
-    pub fn log(&mut self, ctx: &ReactionContext<'_>, word: impl std::fmt::Display) {
+    pub(crate) fn log(&mut self, ctx: &ReactionContext<'_>, word: impl std::fmt::Display) {
         let tag = Tag::new(ctx.get_logical_time(), lf_model::Microstep(ctx.get_tag().microstep));
         self.log.push((format!("{word}"), tag));
     }
@@ -74,14 +74,14 @@ struct Reaction {
     mode: Option<ModeId>,
 }
 
-pub struct BenchProgram {
+pub(crate) struct BenchProgram {
     tables: &'static Tables,
     reactions: Vec<Reaction>,
     pub cells: Cells,
 }
 
 /// Puts a bench together.
-pub struct Builder {
+pub(crate) struct Builder {
     settings: Settings,
     timers: [(i64, i64); 2],
     actions: [ActionTiming; 2],
@@ -98,7 +98,7 @@ pub struct Builder {
     reactions: Vec<Reaction>,
 }
 
-pub fn bench() -> Builder {
+pub(crate) fn bench() -> Builder {
     Builder {
         settings: Settings::DEFAULT,
         timers: [(i64::MAX, 0); 2],
@@ -117,59 +117,59 @@ pub fn bench() -> Builder {
 }
 
 /// An action's timing in milliseconds.
-pub fn timing(min_delay: i64, min_spacing: Option<i64>, policy: Policy) -> ActionTiming {
+pub(crate) fn timing(min_delay: i64, min_spacing: Option<i64>, policy: Policy) -> ActionTiming {
     let min_spacing = min_spacing.map(Interval::from_millis);
     ActionTiming { min_delay: Interval::from_millis(min_delay), min_spacing, policy }
 }
 
 impl Builder {
-    pub fn settings(mut self, settings: Settings) -> Self {
+    pub(crate) fn settings(mut self, settings: Settings) -> Self {
         self.settings = settings;
         self
     }
-    pub fn timer(mut self, index: usize, offset: i64, period: i64) -> Self {
+    pub(crate) fn timer(mut self, index: usize, offset: i64, period: i64) -> Self {
         self.timers[index] = (offset * MS, period * MS);
         self
     }
-    pub fn action(mut self, index: usize, timing: ActionTiming) -> Self {
+    pub(crate) fn action(mut self, index: usize, timing: ActionTiming) -> Self {
         self.actions[index] = timing;
         self
     }
-    pub fn physical(mut self, timing: ActionTiming) -> Self {
+    pub(crate) fn physical(mut self, timing: ActionTiming) -> Self {
         self.physical = timing;
         self
     }
-    pub fn watchdog(mut self, timeout_ms: i64) -> Self {
+    pub(crate) fn watchdog(mut self, timeout_ms: i64) -> Self {
         self.watchdog = timing(timeout_ms, None, Policy::Defer);
         self
     }
-    pub fn delay(mut self, ms: i64) -> Self {
+    pub(crate) fn delay(mut self, ms: i64) -> Self {
         self.delay = Interval::from_millis(ms);
         self
     }
-    pub fn output_delay(mut self, ms: i64) -> Self {
+    pub(crate) fn output_delay(mut self, ms: i64) -> Self {
         self.output_delay = Some(Interval::from_millis(ms));
         self
     }
     /// Makes the output send absences.
-    pub fn tells_absence(mut self) -> Self {
+    pub(crate) fn tells_absence(mut self) -> Self {
         self.tells_absence = true;
         self
     }
     /// The connections into the delayed port and into the input are physical.
-    pub fn physical_connections(mut self) -> Self {
+    pub(crate) fn physical_connections(mut self) -> Self {
         self.physical_connections = true;
         self
     }
 
     /// Messages can come after their tag.
-    pub fn tardy(mut self) -> Self {
+    pub(crate) fn tardy(mut self) -> Self {
         self.tardy = true;
         self
     }
 
     /// The program has modes: with the number of their instance, what contains it, and whether they are initial.
-    pub fn modes(mut self, modes: &[(u16, Option<u16>, bool)]) -> Self {
+    pub(crate) fn modes(mut self, modes: &[(u16, Option<u16>, bool)]) -> Self {
         self.modes = leak(modes.iter().map(|&(instance, parent, initial)| ModeInfo {
             name: "mode",
             instance,
@@ -181,31 +181,31 @@ impl Builder {
 
     /// A timer (2, 3), an action (4, 5), the physical action (6), the delayed connection (7) or the
     /// watchdog (9) is in a mode.
-    pub fn trigger_in(mut self, trigger: usize, mode: u16) -> Self {
+    pub(crate) fn trigger_in(mut self, trigger: usize, mode: u16) -> Self {
         self.trigger_modes[trigger] = Some(ModeId(mode));
         self
     }
 
     /// The reaction that was added last is in a mode.
-    pub fn in_mode(mut self, mode: u16) -> Self {
+    pub(crate) fn in_mode(mut self, mode: u16) -> Self {
         self.reactions.last_mut().unwrap().mode = Some(ModeId(mode));
         self
     }
 
     /// A handler for a tardy input of the reaction that was added last.
-    pub fn handles_tardy(mut self, handler: impl FnMut(&mut Cells, &mut ReactionContext<'_>) + 'static) -> Self {
+    pub(crate) fn handles_tardy(mut self, handler: impl FnMut(&mut Cells, &mut ReactionContext<'_>) + 'static) -> Self {
         self.reactions.last_mut().unwrap().tardy = Some(Box::new(handler));
         self
     }
 
     /// The reaction that was added last reads the input, which does not trigger it.
-    pub fn reads_input(mut self) -> Self {
+    pub(crate) fn reads_input(mut self) -> Self {
         self.reactions.last_mut().unwrap().reads_input = true;
         self
     }
 
     /// A reaction; those of one level run in the order in which they are added.
-    pub fn reaction(
+    pub(crate) fn reaction(
         mut self,
         level: u16,
         triggers: &[By],
@@ -226,7 +226,11 @@ impl Builder {
     }
 
     /// A deadline for the reaction that was added last.
-    pub fn deadline(mut self, ms: i64, handler: impl FnMut(&mut Cells, &mut ReactionContext<'_>) + 'static) -> Self {
+    pub(crate) fn deadline(
+        mut self,
+        ms: i64,
+        handler: impl FnMut(&mut Cells, &mut ReactionContext<'_>) + 'static,
+    ) -> Self {
         let reaction = self.reactions.last_mut().unwrap();
         reaction.deadline = Some(Interval::from_millis(ms));
         reaction.handler = Some(Box::new(handler));
@@ -234,13 +238,13 @@ impl Builder {
     }
 
     /// The reaction that sends port 1 to another federate.
-    pub fn sends(mut self, level: u16) -> Self {
+    pub(crate) fn sends(mut self, level: u16) -> Self {
         self = self.reaction(level, &[By::Port(1)], |_, _| unreachable!("it has no body"));
         self.reactions.last_mut().unwrap().kind = ReactionKind::Send(OutputId(0));
         self
     }
 
-    pub fn build(mut self) -> Bench {
+    pub(crate) fn build(mut self) -> Bench {
         let mut reactions = std::mem::take(&mut self.reactions);
         reactions.sort_by_key(|reaction| reaction.level);
         let sees_input = |reaction: &&Reaction| reaction.triggers.contains(&By::Input) || reaction.reads_input;
@@ -473,7 +477,7 @@ impl Program for BenchProgram {
 }
 
 /// A program in the middle of its run.
-pub struct Bench {
+pub(crate) struct Bench {
     pub program: BenchProgram,
     pub engine: Engine<'static>,
     pub host: Host,
@@ -482,7 +486,7 @@ pub struct Bench {
 
 impl Bench {
     /// Opens the next tag, with physical time at its time, and runs it; returns the tag and its outcome.
-    pub fn step(&mut self) -> Option<(Tag, Progress)> {
+    pub(crate) fn step(&mut self) -> Option<(Tag, Progress)> {
         self.engine.drain_physical(&mut self.program, &self.host);
         let tag = self.engine.next_tag()?;
         self.clock.set(tag.time);
@@ -490,23 +494,23 @@ impl Bench {
         Some((tag, self.advance()))
     }
 
-    pub fn advance(&mut self) -> Progress {
+    pub(crate) fn advance(&mut self) -> Progress {
         self.advance_below(None)
     }
 
     /// Runs reactions below a level, if one is given.
-    pub fn advance_below(&mut self, limit: Option<u16>) -> Progress {
+    pub(crate) fn advance_below(&mut self, limit: Option<u16>) -> Progress {
         self.engine.advance(&mut self.program, &mut self.host, limit)
     }
 
     /// Opens a tag, whether or not it has events, with physical time at its time.
-    pub fn begin(&mut self, tag: Tag) {
+    pub(crate) fn begin(&mut self, tag: Tag) {
         self.clock.set(tag.time);
         self.engine.begin(&mut self.program, tag).unwrap();
     }
 
     /// Runs complete tags, at most `count`; returns the tags.
-    pub fn steps(&mut self, count: usize) -> Vec<Tag> {
+    pub(crate) fn steps(&mut self, count: usize) -> Vec<Tag> {
         let mut tags = Vec::new();
         for _ in 0..count {
             match self.step() {
@@ -519,7 +523,7 @@ impl Bench {
     }
 
     /// Runs until the program fails, and returns the error.
-    pub fn failure(&mut self) -> ModelError {
+    pub(crate) fn failure(&mut self) -> ModelError {
         loop {
             match self.step() {
                 Some((_, Progress::Failed(error))) => return error,
@@ -529,22 +533,22 @@ impl Bench {
         }
     }
 
-    pub fn deliver(&mut self, tag: Tag, value: u32) -> Result<(), DeliverError> {
+    pub(crate) fn deliver(&mut self, tag: Tag, value: u32) -> Result<(), DeliverError> {
         self.engine.deliver(&mut self.program, InputId(0), tag, &value.to_le_bytes())
     }
 
-    pub fn deliver_tardy(&mut self, tag: Tag, value: u32) -> Delivery {
+    pub(crate) fn deliver_tardy(&mut self, tag: Tag, value: u32) -> Delivery {
         self.engine.deliver_tardy(&mut self.program, InputId(0), tag, &value.to_le_bytes()).unwrap()
     }
 
     /// Returns the log since the last call: the word, the milliseconds after the start, the microstep.
-    pub fn log(&mut self) -> Vec<(String, i64, u32)> {
+    pub(crate) fn log(&mut self) -> Vec<(String, i64, u32)> {
         let log = std::mem::take(&mut self.program.cells.log);
         log.into_iter().map(|(word, tag)| (word, tag.time.since(START).as_nanos() / MS, tag.microstep.0)).collect()
     }
 }
 
 /// For comparison with [`Bench::log`].
-pub fn entries(expected: &[(&str, i64, u32)]) -> Vec<(String, i64, u32)> {
+pub(crate) fn entries(expected: &[(&str, i64, u32)]) -> Vec<(String, i64, u32)> {
     expected.iter().map(|&(word, ms, microstep)| (word.to_string(), ms, microstep)).collect()
 }

@@ -1,25 +1,33 @@
 // SPDX-License-Identifier: Apache-2.0
 //! The reference model, and what it shares with the program that the engine runs.
-pub mod program;
+
+#![allow(
+    clippy::cast_possible_truncation,
+    clippy::cast_possible_wrap,
+    clippy::cast_sign_loss,
+    reason = "small numbers"
+)]
+
+pub(crate) mod program;
 
 use std::collections::{BTreeMap, BTreeSet};
 
 use lf_testkit::random::{Random, combine};
 
-pub const TIMERS: usize = 3;
-pub const ACTIONS: usize = 4;
+pub(crate) const TIMERS: usize = 3;
+pub(crate) const ACTIONS: usize = 4;
 /// Each port has a delayed connection to a port of its own.
-pub const PORTS: usize = 3;
-pub const INPUTS: usize = 4;
-pub const ACTION_CAPACITY: usize = 6;
-pub const QUEUE_CAPACITY: usize = 3;
-pub const START: i64 = 1_000_000;
+pub(crate) const PORTS: usize = 3;
+pub(crate) const INPUTS: usize = 4;
+pub(crate) const ACTION_CAPACITY: usize = 6;
+pub(crate) const QUEUE_CAPACITY: usize = 3;
+pub(crate) const START: i64 = 1_000_000;
 
 /// Time after the start and microstep.
-pub type TagPair = (i64, u32);
+pub(crate) type TagPair = (i64, u32);
 
 #[derive(Clone, Debug)]
-pub struct ActionPlan {
+pub(crate) struct ActionPlan {
     pub min_delay: i64,
     pub spacing: Option<i64>,
     /// Defer, drop, replace, update.
@@ -27,7 +35,7 @@ pub struct ActionPlan {
 }
 
 #[derive(Clone, Debug)]
-pub struct Plan {
+pub(crate) struct Plan {
     pub seed: u64,
     /// Offset and period.
     pub timers: Vec<(i64, i64)>,
@@ -40,13 +48,13 @@ pub struct Plan {
 }
 
 /// A reaction that ran: at this tag, with this number, seeing this value.
-pub type Step = (TagPair, usize, Option<u32>);
+pub(crate) type Step = (TagPair, usize, Option<u32>);
 
 /// A message to other federates at this tag, of this port: a value, or its absence.
-pub type Told = (TagPair, usize, Option<u32>);
+pub(crate) type Told = (TagPair, usize, Option<u32>);
 
 #[derive(Debug, PartialEq)]
-pub struct Outcome {
+pub(crate) struct Outcome {
     pub trace: Vec<Step>,
     pub told: Vec<Told>,
     /// By message, whether the queue was full.
@@ -55,7 +63,7 @@ pub struct Outcome {
     pub done: bool,
 }
 
-pub enum Effect {
+pub(crate) enum Effect {
     Schedule { action: usize, offset: i64, value: Option<u32> },
     Set { port: usize, value: u32 },
     Stop,
@@ -63,16 +71,16 @@ pub enum Effect {
 
 /// Reactions in order of execution: startup, timers, actions, inputs, ports' delayed ends, ports, shutdown; then each
 /// port is sent to another federate.
-pub const AT_TIMERS: usize = 1;
-pub const AT_ACTIONS: usize = AT_TIMERS + TIMERS;
-pub const AT_INPUTS: usize = AT_ACTIONS + ACTIONS;
-pub const AT_DELAYED: usize = AT_INPUTS + INPUTS;
-pub const AT_PORTS: usize = AT_DELAYED + PORTS;
-pub const SHUTDOWN: usize = AT_PORTS + PORTS;
-pub const AT_SENDS: usize = SHUTDOWN + 1;
+pub(crate) const AT_TIMERS: usize = 1;
+pub(crate) const AT_ACTIONS: usize = AT_TIMERS + TIMERS;
+pub(crate) const AT_INPUTS: usize = AT_ACTIONS + ACTIONS;
+pub(crate) const AT_DELAYED: usize = AT_INPUTS + INPUTS;
+pub(crate) const AT_PORTS: usize = AT_DELAYED + PORTS;
+pub(crate) const SHUTDOWN: usize = AT_PORTS + PORTS;
+pub(crate) const AT_SENDS: usize = SHUTDOWN + 1;
 
 /// Returns the effects of a reaction at a tag, chosen by the seed.
-pub fn effects(seed: u64, tag: TagPair, reaction: usize) -> Vec<Effect> {
+pub(crate) fn effects(seed: u64, tag: TagPair, reaction: usize) -> Vec<Effect> {
     let place = combine(tag.0 as u64, combine(tag.1.into(), reaction as u64));
     let mut random = Random::new(combine(seed, place));
     let mut pick = move |below: u64| random.below(below);
@@ -118,7 +126,7 @@ struct Reference<'a> {
 
 const FOREVER: TagPair = (i64::MAX, u32::MAX);
 
-pub fn run(plan: &Plan, tags_max: usize) -> Outcome {
+pub(crate) fn run(plan: &Plan, tags_max: usize) -> Outcome {
     let mut reference = Reference {
         plan,
         now: (-1, u32::MAX),

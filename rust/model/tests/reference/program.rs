@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 //! The random program for the engine, in the shape of generated code.
+
 use lf_model::{
     ActionTiming, Full, InputId, Instant, Interval, LogicalActionQueue, NetworkInput, NetworkOutput, Offset, OutputId,
     PayloadError, Policy, Port, PortCell, PortId, PortInfo, Program, QueuedPort, ReactionContext, ReactionId,
@@ -12,7 +13,7 @@ use super::{
 };
 
 /// Triggers in order: startup, timers, actions, inputs, delays, shutdown. Ports: ports, delayed ends, inputs.
-pub struct RandomProgram {
+pub(crate) struct RandomProgram {
     plan: Plan,
     pub tables: &'static Tables,
     timers: [Timer; TIMERS],
@@ -105,7 +106,7 @@ fn tables(plan: &Plan) -> Tables {
 }
 
 impl RandomProgram {
-    pub fn new(plan: Plan) -> Self {
+    pub(crate) fn new(plan: Plan) -> Self {
         let tables: &'static Tables = Box::leak(Box::new(tables(&plan)));
         tables.check();
         Self {

@@ -25,16 +25,16 @@ use lf_testkit::world::{Blocking, Conditions, Fate, Threads, Trouble, Virtual};
 /// The port of the first listener of a federate.
 const FIRST_EPHEMERAL_PORT: u16 = 49_152;
 /// How long intruders stay.
-pub const INTRUSION: Interval = Interval::from_secs(200);
+pub(crate) const INTRUSION: Interval = Interval::from_secs(200);
 /// The RTI's port.
-pub const PORT: u16 = 15045;
+pub(crate) const PORT: u16 = 15045;
 /// The RTI's number among the participants; the federates come after it, in order of id.
-pub const RTI: usize = 0;
+pub(crate) const RTI: usize = 0;
 const ID: &[u8] = b"virtual";
 
 /// A connection from a federate to another; `None` for no `after`.
 #[derive(Clone, Copy, Debug)]
-pub struct Edge {
+pub(crate) struct Edge {
     pub from: u16,
     pub to: u16,
     pub delay: Option<Interval>,
@@ -45,13 +45,13 @@ pub struct Edge {
 }
 
 /// A connection without a delay and without waits.
-pub fn edge(from: u16, to: u16) -> Edge {
+pub(crate) fn edge(from: u16, to: u16) -> Edge {
     Edge { from, to, delay: None, physical: false, waits: (Interval::ZERO, Interval::ZERO) }
 }
 
 /// A federation, and what happens to it.
 #[derive(Clone, Debug)]
-pub struct Plan {
+pub(crate) struct Plan {
     pub nodes: Vec<Behavior>,
     pub edges: Vec<Edge>,
     /// Port numbers that all federates leave out, as if they had connections to themselves.
@@ -99,7 +99,7 @@ pub struct Plan {
 
 /// Somebody who is no federate, and connects to one.
 #[derive(Clone, Debug)]
-pub struct Intruder {
+pub(crate) struct Intruder {
     /// The federate; `None` for the RTI.
     pub to: Option<u16>,
     pub connections: usize,
@@ -148,7 +148,7 @@ impl Intruder {
 }
 
 impl Plan {
-    pub fn new(nodes: Vec<Behavior>, edges: Vec<Edge>) -> Self {
+    pub(crate) fn new(nodes: Vec<Behavior>, edges: Vec<Edge>) -> Self {
         Self {
             nodes,
             edges,
@@ -199,7 +199,7 @@ impl Plan {
 
 /// How a federation went.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Report {
+pub(crate) struct Report {
     pub outcome: Option<Result<Outcome, SetupError>>,
     pub results: Vec<Result<(), RunError>>,
     /// What each federate has noted.
@@ -231,7 +231,7 @@ struct Results {
 }
 
 /// How a federate went.
-pub struct Ran {
+pub(crate) struct Ran {
     pub result: Result<(), RunError>,
     pub log: Log,
     pub late: Late,
@@ -242,7 +242,7 @@ pub struct Ran {
 }
 
 /// Runs a federation to its end.
-pub fn run(plan: &Plan, conditions: Conditions) -> Report {
+pub(crate) fn run(plan: &Plan, conditions: Conditions) -> Report {
     lines::keep();
     let world = Threads::new(conditions);
     let results = Mutex::new(Results::default());
@@ -298,7 +298,7 @@ pub fn run(plan: &Plan, conditions: Conditions) -> Report {
 }
 
 /// Runs one federate, while `act` plays its RTI, which has accepted its connection, and all others; how it went.
-pub fn run_with<const N: usize, T: Send>(
+pub(crate) fn run_with<const N: usize, T: Send>(
     plan: &Plan,
     id: u16,
     clock_offset: Interval,
@@ -422,7 +422,7 @@ fn run_the_rti(plan: &Plan, platform: &mut Virtual, notices: &mut Vec<String>) -
 }
 
 /// The part of a federate in the federation.
-pub fn federation_of(plan: &Plan, id: u16) -> Federation {
+pub(crate) fn federation_of(plan: &Plan, id: u16) -> Federation {
     let mut upstream: BTreeMap<u16, i64> = BTreeMap::new();
     for edge in plan.edges.iter().filter(|edge| edge.to == id && !edge.physical) {
         let delay = edge.delay.map_or(DELAY_NONE, Interval::as_nanos);
@@ -467,7 +467,7 @@ pub fn federation_of(plan: &Plan, id: u16) -> Federation {
 }
 
 /// Runs one federate of a federation on this platform.
-pub fn run_node<const N: usize>(plan: &Plan, id: u16, platform: &mut Virtual) -> Ran {
+pub(crate) fn run_node<const N: usize>(plan: &Plan, id: u16, platform: &mut Virtual) -> Ran {
     // A connection's port is its place among the connections to its destination, those to itself included.
     let port_of = |index: usize| {
         let to = plan.edges[index].to;

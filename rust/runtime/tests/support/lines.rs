@@ -25,7 +25,7 @@ impl Log for Lines {
 }
 
 /// From now on lines are kept.
-pub fn keep() {
+pub(crate) fn keep() {
     static ONCE: Once = Once::new();
     ONCE.call_once(|| {
         // Another logger would only be one that shows more.
@@ -35,6 +35,6 @@ pub fn keep() {
 }
 
 /// Takes the lines of this thread.
-pub fn take() -> Vec<String> {
+pub(crate) fn take() -> Vec<String> {
     LINES.take()
 }

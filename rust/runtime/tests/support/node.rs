@@ -15,14 +15,14 @@ use lf_model::{
 use lf_testkit::world::Side;
 
 /// The engine's memory for any node of a test.
-pub type NodeStorage = lf_model::Storage<16, 1, 1, 1>;
+pub(crate) type NodeStorage = lf_model::Storage<16, 1, 1, 1>;
 /// The same for one whose inputs can be tardy.
-pub type TardyStorage = lf_model::Storage<16, 1, 1, 1, 1, 8>;
+pub(crate) type TardyStorage = lf_model::Storage<16, 1, 1, 1, 1, 8>;
 
 /// What a node does.
 #[derive(Clone, Copy, Debug, Default)]
 #[allow(clippy::struct_excessive_bools, reason = "each is a feature of its own")]
-pub struct Behavior {
+pub(crate) struct Behavior {
     /// Offset and period of its timer.
     pub timer: Option<(Interval, Interval)>,
     /// The output is set by inputs too.
@@ -44,13 +44,13 @@ pub struct Behavior {
 }
 
 /// What a node has noted: the tag from the start, the input, the value.
-pub type Log = Vec<(i64, u32, usize, u32)>;
+pub(crate) type Log = Vec<(i64, u32, usize, u32)>;
 
 /// What a node knows of a tardy value: its place in the log, the tag that it was meant for, and whether its handler saw
 /// it.
-pub type Late = Vec<(usize, (i64, u32), bool)>;
+pub(crate) type Late = Vec<(usize, (i64, u32), bool)>;
 
-pub struct Node<const N: usize> {
+pub(crate) struct Node<const N: usize> {
     tables: &'static Tables,
     behavior: Behavior,
     side: &'static Side,
@@ -72,7 +72,7 @@ const FIRST_INPUT_TRIGGER: u16 = 4;
 /// A connection as one of its ends sees it: the other federate, the port at the receiver, the delay, and whether the
 /// receiver waits within a tag for what comes; whether it is physical; with decentralized coordination, how long the
 /// receiver waits for it, before a tag and within it.
-pub type End = (u16, u16, Option<Interval>, bool, bool, Option<(Interval, Interval)>);
+pub(crate) type End = (u16, u16, Option<Interval>, bool, bool, Option<(Interval, Interval)>);
 
 /// What a reaction does.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -111,7 +111,7 @@ impl Behavior {
 
 impl<const N: usize> Node<N> {
     /// A node with these connections from and to others; inputs in order of port.
-    pub fn new(behavior: Behavior, side: &'static Side, inputs: &[End], outputs: &[End]) -> Self {
+    pub(crate) fn new(behavior: Behavior, side: &'static Side, inputs: &[End], outputs: &[End]) -> Self {
         let (input_count, output_count) = (u16::try_from(inputs.len()).unwrap(), u16::try_from(outputs.len()).unwrap());
         let reactions = behavior.reactions(input_count, output_count);
         let ids = |which: &dyn Fn(Does) -> bool| -> &'static [ReactionId] {
@@ -170,7 +170,7 @@ impl<const N: usize> Node<N> {
     }
 
     /// The same, with port numbers that none of its inputs has.
-    pub fn with_own_ports(self, own_ports: &'static [u16]) -> Self {
+    pub(crate) fn with_own_ports(self, own_ports: &'static [u16]) -> Self {
         let tables = Tables { own_ports, ..*self.tables };
         tables.check();
         Self { tables: Box::leak(Box::new(tables)), ..self }

@@ -18,16 +18,16 @@ use lf_testkit::world::{Blocking, Conditions, Move, Threads, Trouble, Virtual};
 
 const ID: &[u8] = b"raw";
 /// Longest payload that the RTI takes.
-pub const PAYLOAD_BYTES_MAX: usize = 100;
+pub(crate) const PAYLOAD_BYTES_MAX: usize = 100;
 
 /// Without clock synchronization.
-pub fn config() -> Config<'static> {
+pub(crate) fn config() -> Config<'static> {
     Config { clock_sync: ClockSync::Off, ..Config::new(ID, PAYLOAD_BYTES_MAX) }
 }
 
 /// How the RTI ended, and what it said meanwhile.
 #[derive(Debug)]
-pub struct Ended {
+pub(crate) struct Ended {
     pub outcome: Result<Outcome, SetupError>,
     pub notices: Vec<String>,
     pub trouble: Option<Trouble>,
@@ -36,7 +36,7 @@ pub struct Ended {
 }
 
 /// All federates of an RTI, and whoever else connects to it.
-pub struct Tester {
+pub(crate) struct Tester {
     me: Blocking,
     /// The connections, and what has come on each and has not been heard.
     connections: Vec<(SocketId, Vec<u8>)>,
@@ -44,7 +44,7 @@ pub struct Tester {
 }
 
 /// Runs an RTI for so many federates, with some connections to spare, to its end; `act` plays all others.
-pub fn with_rti(
+pub(crate) fn with_rti(
     config: Config<'static>,
     federates: usize,
     conditions: Conditions,
@@ -91,14 +91,14 @@ fn run(
 
 impl Tester {
     /// A new connection, by its number.
-    pub fn connect(&mut self) -> usize {
+    pub(crate) fn connect(&mut self) -> usize {
         let socket = self.me.connect(Endpoint::new(address_of(RTI), PORT));
         self.connections.push((socket, Vec::new()));
         self.connections.len() - 1
     }
 
     /// Says all that comes before the exchanges of clock synchronization, and hears that it is right.
-    pub fn introduce(&mut self, connection: usize, id: u16, upstream: &[(u16, i64)], udp_port: u16) {
+    pub(crate) fn introduce(&mut self, connection: usize, id: u16, upstream: &[(u16, i64)], udp_port: u16) {
         let [ids, neighbors, _] = introduction(id, ID, upstream, &[]);
         for message in [ids, neighbors, Message::UdpPort(udp_port)] {
             self.say(connection, &message);
@@ -107,7 +107,7 @@ impl Tester {
     }
 
     /// Connections of federates with these upstream federates and delays, who have all joined and know the start.
-    pub fn start(&mut self, upstream: &[&[(u16, i64)]]) -> Vec<usize> {
+    pub(crate) fn start(&mut self, upstream: &[&[(u16, i64)]]) -> Vec<usize> {
         let join = |(upstream, id): (&&[(u16, i64)], u16)| {
             let connection = self.connect();
             self.introduce(connection, id, upstream, UDP_PORT_CLOCK_SYNC_OFF);
@@ -132,21 +132,21 @@ impl Tester {
     }
 
     /// A tag so many nanoseconds after the start.
-    pub fn at(&self, ns: i64) -> Tag {
+    pub(crate) fn at(&self, ns: i64) -> Tag {
         Tag::new(self.start + ns, 0)
     }
 
     /// Sends a message, and waits until the network has taken it.
-    pub fn say(&mut self, connection: usize, message: &Message<'_>) {
+    pub(crate) fn say(&mut self, connection: usize, message: &Message<'_>) {
         self.say_bytes(connection, &encoded(message));
     }
 
-    pub fn say_bytes(&mut self, connection: usize, bytes: &[u8]) {
+    pub(crate) fn say_bytes(&mut self, connection: usize, bytes: &[u8]) {
         self.me.say_bytes(self.connections[connection].0, bytes);
     }
 
     /// Takes messages of a connection until one is `enough`, or the RTI has closed it. Returns whether one was.
-    pub fn hear(&mut self, connection: usize, mut enough: impl FnMut(&Message<'_>) -> bool) -> bool {
+    pub(crate) fn hear(&mut self, connection: usize, mut enough: impl FnMut(&Message<'_>) -> bool) -> bool {
         loop {
             let (socket, bytes) = &mut self.connections[connection];
             while let Ok(Decoded::Complete { message, len }) = decode(bytes, &Limits::NONE) {
@@ -165,12 +165,12 @@ impl Tester {
     }
 
     /// Ends this direction of a connection. To close it could reset it, and then what is on its way would be lost.
-    pub fn end(&mut self, connection: usize) {
+    pub(crate) fn end(&mut self, connection: usize) {
         self.me.platform.shut_down_writing(self.connections[connection].0);
     }
 
     /// Waits until messages come on some of these connections, and takes them.
-    pub fn hear_any(&mut self, connections: &[usize]) -> Vec<(usize, MessageType)> {
+    pub(crate) fn hear_any(&mut self, connections: &[usize]) -> Vec<(usize, MessageType)> {
         let until = self.now() + Interval::from_secs(120);
         loop {
             let mut heard = Vec::new();
@@ -195,17 +195,7 @@ impl Tester {
         }
     }
 
-    pub fn close(&mut self, connection: usize) {
-        self.me.platform.close(self.connections[connection].0);
-    }
-
-    /// Lets so much virtual time pass.
-    pub fn pass(&mut self, time: Interval) {
-        let until = self.now() + time;
-        self.me.pass_until(until);
-    }
-
-    pub fn now(&mut self) -> Instant {
+    pub(crate) fn now(&mut self) -> Instant {
         self.me.now()
     }
 }

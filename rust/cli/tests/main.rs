@@ -1,0 +1,17 @@
+// SPDX-License-Identifier: Apache-2.0
+//! The tests of the program `lfz`. One program is linked once, and its tests run side by side.
+
+#![allow(clippy::unwrap_used, reason = "a failed unwrap in a helper is that test's failure")]
+
+mod advice;
+mod bodies;
+mod c_code;
+mod c_mistakes;
+mod crates;
+mod descendants;
+mod paths;
+mod side_by_side;
+mod streams;
+mod supervise;
+mod support;
+mod trace_memory;

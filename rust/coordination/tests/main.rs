@@ -1,0 +1,35 @@
+// SPDX-License-Identifier: Apache-2.0
+//! The tests of the state machines of federates and of the RTI. One program is linked once, and its tests run side by
+//! side.
+
+#![allow(clippy::unwrap_used, reason = "a failed unwrap in a helper is that test's failure")]
+
+mod authentication;
+mod clock_sync;
+mod clock_sync_drift;
+mod clock_sync_rounds;
+mod federate_cycles;
+mod federate_dialogue;
+mod federate_golden;
+mod federate_handshake;
+mod federate_needs;
+mod federate_peers;
+mod federate_properties;
+mod federate_support;
+mod federation;
+mod federation_support;
+mod rti_barrier;
+mod rti_dialogue;
+mod rti_exchanges;
+mod rti_families;
+mod rti_flow;
+mod rti_golden;
+mod rti_ordered_stop;
+mod rti_plain;
+mod rti_property;
+mod rti_quirks;
+mod rti_stop;
+mod rti_strangers;
+mod rti_suspected_violations;
+mod rti_suspend;
+mod rti_watch;

@@ -1,0 +1,21 @@
+// SPDX-License-Identifier: Apache-2.0
+//! The tests of the event loops. One program is linked once, and its tests run side by side.
+
+#![allow(clippy::unwrap_used, reason = "a failed unwrap in a helper is that test's failure")]
+
+mod alone;
+mod cycles;
+mod decentralized;
+mod departures;
+mod direct;
+mod ending;
+mod exchanges;
+mod flow;
+mod raw;
+mod recordings;
+mod releases;
+mod strangers;
+mod support;
+mod traces;
+mod waiting;
+mod wrong_words;
