@@ -23,14 +23,11 @@ const BEGINNINGS: &[&str] = &["Gives", "Who", "Whose", "What", "How"];
 
 /// Files whose comments are not in this form yet.
 const EXEMPT: &[&str] = &[
-    "rust/bench/",
     "rust/cli/src/args/",
     "rust/cli/src/trace/",
     "rust/compiler/",
     "rust/coordination/tests/federation_support/",
-    "rust/fuzz/",
     "rust/linux/src/trace",
-    "rust/model-check/",
     "rust/runtime/src/platform.rs",
     "rust/runtime/src/trac",
     "rust/runtime/tests/support/",
