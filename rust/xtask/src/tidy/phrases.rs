@@ -32,7 +32,6 @@ const EXEMPT: &[&str] = &[
     "rust/runtime/src/trac",
     "rust/runtime/tests/support/",
     "rust/simulator/",
-    "rust/testkit/",
     "rust/zephyr/src/trace",
     "tests/federations/src/",
     "tests/federations/tests/",
