@@ -31,7 +31,6 @@ const EXEMPT: &[&str] = &[
     "rust/runtime/src/platform.rs",
     "rust/runtime/src/trac",
     "rust/runtime/tests/support/",
-    "rust/simulator/",
     "rust/zephyr/src/trace",
     "tests/federations/src/",
     "tests/federations/tests/",
