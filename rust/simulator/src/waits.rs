@@ -98,19 +98,19 @@ fn assign_with(scenario: &mut Scenario, report: Option<&Report>) {
 /// Makes all waits as long as needed, and some infinite where no message has to arrive.
 fn wait_enough(scenario: &mut Scenario, needed: &[Nanos], grouped: &[bool], random: &mut Random) {
     let count = scenario.federates.len();
-    let mut for_ever: Vec<_> = (0..count).map(|_| random.percent(4)).collect();
+    let mut forever: Vec<_> = (0..count).map(|_| random.percent(4)).collect();
     if crate::scenario::has_cycle(count, &scenario.connections, false) {
-        for_ever.fill(false);
+        forever.fill(false);
     }
     // A receiver of a federate that waits without end has to wait without end, too.
     for _ in 0..count {
         for one in &scenario.connections {
-            for_ever[one.to.0] |= for_ever[one.from.0];
+            forever[one.to.0] |= forever[one.from.0];
         }
     }
     for (connection, needed) in scenario.connections.iter_mut().zip(needed) {
         let to = connection.to.0;
-        if for_ever[to] {
+        if forever[to] {
             continue;
         }
         if grouped[to] {
