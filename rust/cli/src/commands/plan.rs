@@ -14,7 +14,7 @@ use crate::compile::{Program, read_text};
 use crate::failure::Failure;
 use crate::terminal;
 
-/// Prints what the compiler worked out.
+/// Prints the results of the compiler's analysis.
 pub(super) fn plan(arguments: &PlanArgs) -> Result<ExitCode, Failure> {
     let plan = Program::load(&arguments.file)?.plan;
     if arguments.wants_offsets() {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Reading a program, and saying what is wrong with it.
+//! Reads a program, and prints its errors.
 
 use std::fs;
 use std::io::{ErrorKind, Read as _};
