@@ -270,7 +270,7 @@ impl Peer {
             self.say(&Message::LatestTagComplete(tag))?;
         }
         if !self.waits_for_grants {
-            // Whoever is granted all announces each event, because those downstream wait for it.
+            // A federate with an unlimited grant announces each event, because those downstream wait for it.
             let next = self.tag_of(self.round);
             self.announced = Some(next);
             self.say(&Message::NextEventTag(next))?;

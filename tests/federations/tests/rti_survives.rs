@@ -162,7 +162,7 @@ fn messages_of_many_megabytes() {
         });
         for message in &messages {
             let found = receiver.next().expect("the RTI forwards it");
-            assert!(found == *message, "{} bytes came in place of {}", found.len(), message.len());
+            assert!(found == *message, "{} bytes came instead of {}", found.len(), message.len());
         }
     });
     receiver.hears(&Message::TagGrant(Tag::FOREVER));

@@ -114,8 +114,8 @@ against the other; and a histogram of the distances from that line.")]
 Merge the recordings of a run's participants: a file for Perfetto, and a table of times.
 
 FOLDER has the files that `lfz run --trace FOLDER` or the option --trace of programs have written, and logs (`*.log`,
-`*.txt`) of the consoles of boards whose images have CONFIG_LF_TRACE=y. Open the result at https://ui.perfetto.dev, which
-keeps it on this computer.
+`*.txt`) of the consoles of boards whose images have CONFIG_LF_TRACE=y. Open the result at https://ui.perfetto.dev; it
+does not leave this computer.
 
 With --lft, --csv or --bounds, the command writes only those files, unless --output is given, too.")]
     Trace(TraceArgs),

@@ -15,7 +15,7 @@ pub const FORMAT: u16 = 2;
 /// The participant of the records that follow.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub struct Header {
-    /// Who it is.
+    /// The role of the participant.
     pub role: Role,
     /// The numbers of reactions, inputs and outputs in its tables, which identify the matching table of names.
     pub sizes: [u16; 3],

@@ -54,7 +54,7 @@ impl Scenario {
         reached
     }
 
-    /// Gives connections that close a cycle a delay, or removes them.
+    /// Adds a delay to connections that close a cycle, or removes them.
     fn break_cycles(&mut self, random: &mut Random) {
         let mut index = 0;
         while index < self.connections.len() {

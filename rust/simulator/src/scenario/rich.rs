@@ -76,7 +76,7 @@ impl Scenario {
         self.connections.push(Connection { from: (from, output), to: (to, input), ..found });
     }
 
-    /// Gives connections to one multiport of a federate the waits of the first one.
+    /// Makes all connections to one multiport of a federate wait as long as the first one.
     pub(crate) fn align_waits(&mut self) {
         for federate in (0..self.federates.len()).filter(|federate| self.federates[*federate].wide) {
             let mut first = None;
