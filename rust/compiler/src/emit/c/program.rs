@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! `program.c`: where everything is, how it is made, and the functions that Rust calls.
+//! `program.c`: the addresses of everything, its initialisation, and the functions that Rust calls.
 
 use std::collections::BTreeSet;
 
@@ -37,7 +37,7 @@ struct ProgramFile<'p, 's> {
 }
 
 impl ProgramFile<'_, '_> {
-    /// The variables and functions of the classes' files.
+    /// Emits declarations of the variables and functions in the classes' files.
     fn declarations(&mut self) {
         let symbols = self.symbols;
         let (plan, federate) = (symbols.plan, symbols.federate);
@@ -80,13 +80,13 @@ impl ProgramFile<'_, '_> {
         }
     }
 
-    /// Whether the federated reactor is there only to say what parameters its federates have.
+    /// Returns whether the federated reactor exists only for the parameters of its federates.
     fn has_main(&self) -> bool {
         let (plan, federate) = (self.symbols.plan, self.symbols.federate);
         plan.is_federated() && federate.instances.iter().all(|instance| instance.path != plan.name)
     }
 
-    /// Whether values that are not pointers wait in a queue of a trigger.
+    /// Returns whether a trigger has a queue of values that are not pointers.
     fn queues(&self, trigger: usize) -> bool {
         let federate = self.symbols.federate;
         let trigger = &federate.triggers[trigger];
@@ -117,7 +117,7 @@ impl ProgramFile<'_, '_> {
     }
 
     fn table(&mut self, name: &str, mut rows: Vec<String>) {
-        // An array of no elements is none.
+        // C has no arrays of no elements.
         if rows.is_empty() {
             rows.push("NULL".to_owned());
         }
@@ -128,7 +128,7 @@ impl ProgramFile<'_, '_> {
         self.text.line("};");
     }
 
-    /// All instances get their parameters and their state, containers first.
+    /// Emits the initialisation of the parameters and the state of all instances, containers first.
     fn construct(&mut self) {
         let symbols = self.symbols;
         let (plan, federate) = (symbols.plan, symbols.federate);
@@ -208,13 +208,13 @@ impl ProgramFile<'_, '_> {
     }
 }
 
-/// The addresses of ports, as an array; one of no elements is none.
+/// Returns the addresses of ports, as an array; a null pointer for no ports.
 fn places(ports: &[PortIndex]) -> String {
     let places = ports.iter().map(|port| format!("&lf_port_{}, ", port.0)).collect::<Vec<_>>();
     format!("(void *[]){{ {}NULL }}", places.concat())
 }
 
-/// Whether bodies see a trigger.
+/// Returns whether bodies see a trigger.
 fn is_shown(kind: &TriggerKind) -> bool {
     matches!(kind, TriggerKind::Action { .. } | TriggerKind::Timer { .. } | TriggerKind::Watchdog { .. })
 }

@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
-//! How the C of a participant is compiled: that of its bodies, or that beside bodies in another language.
+//! The compilation of a participant's C code: that of its bodies, or that beside bodies in another language.
 
 use crate::emit::{EmitError, Job};
 use crate::plan::{CmakeFile, FileIndex, Location, Logging};
 
-/// What compilers of C are told.
+/// The arguments of C compilers.
 #[derive(Clone, Default)]
 pub(in crate::emit) struct CompilerArguments<'p> {
-    /// Folders in which headers are looked for.
+    /// The include folders.
     pub(in crate::emit) folders: Vec<String>,
     /// Arguments of the compiler.
     pub(in crate::emit) flags: Vec<String>,
@@ -15,11 +15,11 @@ pub(in crate::emit) struct CompilerArguments<'p> {
     pub(in crate::emit) sources: Vec<String>,
     /// Headers to bind.
     pub(in crate::emit) headers: Vec<String>,
-    /// Where the first of these is named, for errors that are about none of them.
+    /// The place that names the first of these, for errors that are about none of them.
     pub(in crate::emit) place: Option<String>,
-    /// Arguments of the linker, as the compiler takes them.
+    /// Arguments of the linker, as the compiler accepts them.
     pub(in crate::emit) linked: Vec<String>,
-    /// Libraries that have to come before all others.
+    /// Libraries that have to precede all others.
     pub(in crate::emit) first_libraries: Vec<String>,
     /// Libraries to link: names, paths, or arguments of the linker.
     pub(in crate::emit) libraries: Vec<String>,
@@ -28,10 +28,10 @@ pub(in crate::emit) struct CompilerArguments<'p> {
 }
 
 impl<'p> CompilerArguments<'p> {
-    /// That of bodies in C.
+    /// Returns the arguments for bodies in C.
     pub(in crate::emit) fn of_bodies(job: &Job<'p>) -> Self {
         let (plan, native, mut all) = (job.plan(), &job.view.native, Self::default());
-        // Headers lie beside the program, or where `files` are, each of which code calls by its own name.
+        // Headers lie beside the program, or at the paths of `files`, which code includes by their own names.
         all.add_folder_around(job, plan.files.first().map_or("", |file| &file.path));
         for file in native.files.iter().filter(|file| concerns(job, file.at)) {
             all.add_folder_around(job, &file.path);
@@ -41,7 +41,7 @@ impl<'p> CompilerArguments<'p> {
         for (name, folder) in [("SOURCE", source.as_str()), ("PACKAGE", package.unwrap_or(&source))] {
             all.flags.push(format!("-DLF_{name}_DIRECTORY={folder:?}"));
         }
-        // As many threads run reactions as in images.
+        // The number of workers is the same as in images.
         all.flags.push("-DNUMBER_OF_WORKERS=1".to_owned());
         all.flags.extend(logging(job));
         all.add_definitions(job, |at| concerns(job, at));
@@ -52,7 +52,7 @@ impl<'p> CompilerArguments<'p> {
         all
     }
 
-    /// Adds the folder in which a file of the program is.
+    /// Adds the folder of a file of the program.
     pub(in crate::emit) fn add_folder_around(&mut self, job: &Job<'_>, path: &str) {
         let folder = path.trim_end_matches('/').rsplit_once('/').map(|(folder, _)| job.settings.absolute(folder));
         self.add_folder(folder.unwrap_or_else(|| job.settings.current.to_owned()));
@@ -64,16 +64,16 @@ impl<'p> CompilerArguments<'p> {
         }
     }
 
-    /// Adds the program's macros, those of certain places.
+    /// Adds the program's macros at certain places.
     pub(in crate::emit) fn add_definitions(&mut self, job: &Job<'_>, counts: impl Fn(Location) -> bool) {
         let definitions = job.view.native.definitions.iter().filter(|one| counts(one.at));
         self.flags.extend(definitions.map(|one| format!("-D{}={}", one.name, one.value)));
     }
 
-    /// Adds what files for CMake say, for a program that is built without it.
+    /// Adds the contents of files for CMake, for a program that is built without it.
     ///
     /// # Errors
-    /// Where they say what only CMake understands.
+    /// When they contain commands that only CMake understands.
     pub(in crate::emit) fn read_cmake(&mut self, job: &Job<'_>) -> Result<(), EmitError> {
         for cmake in self.cmake.clone() {
             if let Some(unread) = &cmake.unread {
@@ -90,7 +90,7 @@ impl<'p> CompilerArguments<'p> {
         Ok(())
     }
 
-    /// The build script of a crate: how it calls `lf-c-build`, from which function on.
+    /// Returns the build script of a crate, which calls `lf-c-build` from this function on.
     pub(in crate::emit) fn build_script(self, begin: &str) -> String {
         let lists = [
             ("include", self.folders),
@@ -112,8 +112,8 @@ impl<'p> CompilerArguments<'p> {
         )
     }
 
-    /// What Zephyr's build does for the program, beside compiling the files of a folder; `own` are folders of headers
-    /// in CMake's words.
+    /// Returns the commands by which Zephyr's build includes the program, apart from compiling the files of a folder;
+    /// `own` are folders of headers in CMake's notation.
     pub(in crate::emit) fn cmake(&self, job: &Job<'_>, own: impl Iterator<Item = String>) -> String {
         let mut text = String::from("# Generated by lfz; do not edit.\nset(LF_MAIN_TARGET app)\n");
         let mut add = |command: &str, list: &[String]| {
@@ -128,7 +128,7 @@ impl<'p> CompilerArguments<'p> {
         for folder in own {
             text = format!("{text}target_include_directories(app PRIVATE {folder})\n");
         }
-        // A program names its files by paths from its own folders, which CMake looks for in that of the application.
+        // A program names its files by paths from its own folders, which CMake would search in that of the application.
         let mut places = self.folders.clone();
         for cmake in &self.cmake {
             let path = job.settings.absolute(&cmake.path);
@@ -142,21 +142,21 @@ impl<'p> CompilerArguments<'p> {
     }
 }
 
-/// Whether a participant is meant by what a file says: the main one, or one of which it has reactors.
+/// Returns whether the content of a file concerns a participant: the main file does, and files of its reactors.
 pub(in crate::emit) fn concerns(job: &Job<'_>, at: Location) -> bool {
     let classes = job.federate.iter().flat_map(|federate| &federate.instances);
     let mut classes = classes.map(|instance| job.view.class(instance.class));
     at.file == FileIndex(0) || classes.any(|class| class.at.file == at.file || class.files.contains(&at.file))
 }
 
-/// How much `lf_print` and its kin print, where the program says it: LF's numbers of levels, in LF's macro. In images
-/// that name is one of Zephyr's own macros.
+/// Returns the level of `lf_print` and its variants, if the program sets it: LF's numbers of levels, in LF's macro. In
+/// images the name belongs to one of Zephyr's own macros.
 fn logging(job: &Job<'_>) -> Option<String> {
     let name = if job.is_image { "LF_LOG_LEVEL" } else { "LOG_LEVEL" };
     let level = match job.plan().target.logging {
         Logging::Error => 0,
         Logging::Warn => 1,
-        // The default of the header.
+        // This is the default of the header.
         Logging::Info => return None,
         Logging::Log => 3,
         Logging::Debug => 4,

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! The tables of a federate as Rust: a row per line, without what is as in `DEFAULT`.
+//! The tables of a federate as Rust: a row per line, without the fields that equal `DEFAULT`.
 
 use lf_model::time::Interval;
 use lf_model::{ActionTiming, ModeId, ModeTrigger, Policy, ReactionKind, TriggerKind};
@@ -10,7 +10,7 @@ use crate::emit::EmitError;
 use crate::tables::ModeEvents;
 
 impl FederateModule<'_> {
-    /// The tables, checked when they are compiled.
+    /// Returns the tables, which are checked at compile time.
     pub(super) fn tables_text(&self) -> Result<String, EmitError> {
         let mut text = self.modes_text();
         text.push_str("/// What the engine knows of this program.\npub const TABLES: Tables = Tables {\n");
@@ -54,7 +54,7 @@ impl FederateModule<'_> {
         Ok(text)
     }
 
-    /// The modes and what is in them, where there are any.
+    /// Returns the modes and their contents, if there are any.
     fn modes_text(&self) -> String {
         if self.owner.tables.modes.is_empty() {
             return String::new();
@@ -173,7 +173,7 @@ fn trigger_kind(kind: &TriggerKind) -> String {
     }
 }
 
-/// `&[ReactionId(0), ReactionId(3)]`
+/// Returns a list of ids: `&[ReactionId(0), ReactionId(3)]`.
 pub(in crate::emit) fn ids(ids: &[impl core::fmt::Debug]) -> String {
     format!("&{ids:?}")
 }
