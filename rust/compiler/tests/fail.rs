@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Programs that must not compile: what is said about each of them is kept beside it.
+//! Programs that must not compile; the file beside each has its messages.
 //!
 //! `INSTA_UPDATE=always cargo test -p lf-compiler --test fail` rewrites the expected output.
 

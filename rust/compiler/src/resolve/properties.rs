@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! The target properties that there are, and those that are refused.
+//! The supported target properties, and those that are refused.
 #![allow(
     clippy::redundant_closure_for_method_calls,
     reason = "a method of a type with a lifetime is no function for every lifetime"
@@ -10,39 +10,39 @@ use crate::lexical::Language;
 use crate::plan;
 use crate::syntax::ast::{Name, PropertyValue};
 
-/// A target property that is honoured, as the documents describe it and as it is read.
+/// A supported target property, with its documentation and its reader.
 #[derive(Clone, Copy, Debug)]
 pub struct TargetProperty {
     /// Its name.
     pub name: &'static str,
-    /// Values that it takes, as they are written in a program.
+    /// Its values, as they are written in a program.
     pub values: &'static [&'static str],
-    /// What it does, in Markdown.
+    /// Its effect, in Markdown.
     pub does: &'static str,
-    /// Which programs have it.
+    /// The programs that have it.
     pub scope: PropertyScope,
     pub(super) imported: Imported,
-    /// Whether it is read when all others have been.
+    /// Whether it is read after all others.
     pub(super) is_late: bool,
     pub(super) read: Read,
 }
 
-/// Which programs have a target property.
+/// The programs that have a target property.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum PropertyScope {
-    /// Federations: it says how federates work together.
+    /// Federations: it configures the coordination.
     Coordination,
     /// All programs.
     Program,
-    /// Those with bodies in a language.
+    /// Programs with bodies in a language.
     Bodies(Language),
 }
 
-/// Whether a target property of an imported file has an effect.
+/// The effect of a target property in an imported file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Imported {
     Never,
-    /// In a file whose language is not that of the main file.
+    /// It has an effect in a file whose language is not that of the main file.
     OfOtherLanguage,
     Always,
 }
@@ -66,7 +66,7 @@ impl TargetProperty {
         Self { is_late: true, ..self }
     }
 
-    /// Whether programs with bodies in a language have it.
+    /// Returns whether programs with bodies in a language have it.
     pub(super) fn is_of(&self, language: Language) -> bool {
         match self.scope {
             PropertyScope::Coordination | PropertyScope::Program => true,
@@ -85,12 +85,12 @@ pub(super) fn honoured(language: Language) -> impl Iterator<Item = &'static Targ
     PROPERTIES.iter().filter(move |property| property.is_of(language))
 }
 
-/// Reads a property that other compilers need, and that changes nothing here by itself.
+/// Reads a property that other compilers need, and that has no effect by itself in this one.
 fn switch(reader: &mut TargetReader<'_>, key: &Name, value: &PropertyValue) {
     reader.boolean(key, value);
 }
 
-/// The most threads that a program can have.
+/// The maximum number of threads of a program.
 const WORKERS_MAX: u64 = 1024;
 
 const SWITCH: &[&str] = &["true", "false"];
@@ -98,7 +98,7 @@ const SWITCH: &[&str] = &["true", "false"];
 const CMAKE_INCLUDE: &str = "what is told to CMake: everything for an image; for this computer sources, definitions, \
                              folders of headers, options and libraries";
 
-/// All target properties that are honoured. Those of a scope are in the order in which people read them.
+/// All supported target properties. Those of a scope are in the order for readers.
 pub(super) const PROPERTIES: &[TargetProperty] = &[
     property(
         PropertyScope::Coordination,
@@ -225,7 +225,7 @@ pub(super) const PROPERTIES: &[TargetProperty] = &[
         &["1", "4"],
         "how many threads run reactions of different reactors side by side on Linux, with the same results as one",
         |reader, key, value| {
-            // As many as the runtime likes, which is what 0 stands for, are one.
+            // 0 leaves the number to the runtime, which chooses one.
             if let Some(workers) = reader.number(key, value, WORKERS_MAX) {
                 reader.target.workers = u16::try_from(workers.max(1)).unwrap_or(u16::MAX);
             }
@@ -393,7 +393,7 @@ pub(super) const PROPERTIES: &[TargetProperty] = &[
     ),
 ];
 
-/// Properties of LF that are not, with what to do instead.
+/// Properties of LF that are not supported, with the alternatives.
 pub(super) const REFUSED: &[(&str, &str)] = &[
     ("advance-message-interval", "write it as `coordination-options: { advance-message-interval: … }`"),
     ("build", "remove it"),

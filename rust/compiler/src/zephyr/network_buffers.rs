@@ -1,56 +1,59 @@
 // SPDX-License-Identifier: Apache-2.0
-//! How many packets and buffers the network stack of a Zephyr image needs for its TCP connections.
+//! The number of packets and buffers that the network stack of a Zephyr image needs for its TCP connections.
 //!
-//! Zephyr keeps each segment that comes as a packet of its own until the program reads it, all connections take theirs
-//! from one pool, and a frame that finds the pool empty is lost. TCP sends it again, but after ever longer pauses, and
-//! a connection that is not read for a while must not keep the others from hearing anything. So each connection gets a
+//! Zephyr keeps each incoming segment as a packet of its own until the program reads it, all connections share one
+//! pool, and a frame that finds the pool empty is lost. TCP retransmits it, but after ever longer pauses, and a
+//! connection whose data the program does not read for a while must not block the others. So each connection gets a
 //! window that its own share of the pool can hold.
 
 use crate::boards::is_roomy;
 
-/// Bytes of one of Zephyr's buffers (`CONFIG_NET_BUF_DATA_SIZE`), and of the headers of Ethernet, IP and TCP.
+/// The bytes of one of Zephyr's buffers (`CONFIG_NET_BUF_DATA_SIZE`), and of the headers of Ethernet, IP and TCP.
 const BUFFER_BYTES: usize = 128;
 const HEADER_BYTES: usize = 54;
-/// What can come at once beside data: acknowledgements, ARP. They are dealt with at once, but as a burst.
+/// The number of packets that can arrive at once beside data: acknowledgements, ARP. They are processed at once, but
+/// arrive as a burst.
 const BURST: usize = 8;
 /// Two threads may send at once, each with a packet for the data and one for the headers; others wait for an address.
 const SENDING: usize = 8;
-/// Buffers for what one of Zephyr's connections may be ahead of its peer, at least: 1280 bytes.
+/// The minimum number of buffers for data of one of Zephyr's connections that the peer has not read: 1280 bytes.
 const AHEAD: usize = 1280 / BUFFER_BYTES;
 
 /// The TCP connections of an image.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(super) struct Connections {
-    /// Their ends in this image, those of a connection between RTI and federate of one image included.
+    /// The connections' ends in this image, including those of a connection between RTI and federate of one image.
     pub ends: usize,
-    /// With other computers or boards, of those on which data comes.
+    /// The connections with other computers or boards on which data arrives.
     pub receiving: usize,
-    /// Whether RTI and federate of this image have one between them.
+    /// Whether RTI and federate of this image have a connection to each other.
     pub local: bool,
 }
 
-/// What a connection gets, by what the board's memory allows.
+/// The resources of a connection, chosen by the board's memory.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 struct Share {
-    /// Bytes that may be on their way to it, or wait until they are read.
+    /// The maximum number of bytes that are in transit to it, or unread.
     window_bytes: usize,
-    /// Segments that these may have come in.
+    /// The maximum number of segments that contain them.
     segments: usize,
     /// Buffers for bytes that the other end has not acknowledged.
     unacknowledged: usize,
 }
 
-/// Any board, such as one with 64 KiB. A segment has 32 bytes on average, about as many as a short message with its tag
-/// (25 and more); who is ahead of the reader sends several messages in one. That is ten messages in a round trip.
-const SMALL: Share = Share { window_bytes: 256, segments: 8, unacknowledged: 256 / BUFFER_BYTES + 1 };
+/// The share on any board, such as one with 64 KiB. A segment has 32 bytes on average, about the size of a short
+/// message with its tag (25 and more); a sender ahead of the reader sends several messages in one. That is ten messages
 /// The same board with more ends of connections than these: an RTI with eight federates fits into 64 KiB, too, and one
 /// with four that is in the image of one of them leaves some of it to the program.
+const SMALL: Share = Share { window_bytes: 256, segments: 8, unacknowledged: 256 / BUFFER_BYTES + 1 };
+/// The maximum number of connections' ends for this share on the same board: an RTI with eight federates fits into 64
+/// KiB, too, and one with four in the image of one of them leaves some of it to the program.
 const SMALL_CONNECTIONS: usize = 4;
 const CROWDED: Share = Share { window_bytes: 128, segments: 4, unacknowledged: 128 / BUFFER_BYTES + 1 };
-/// Boards with 512 KiB and more.
+/// The share on boards with 512 KiB and more.
 const ROOMY: Share = Share { window_bytes: 1024, segments: 32, unacknowledged: AHEAD };
 
-/// What Zephyr is told.
+/// The settings for Zephyr.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Pools {
     pub window_bytes: usize,
@@ -61,7 +64,7 @@ pub(super) struct Pools {
 }
 
 impl Connections {
-    /// What they need on this board.
+    /// Returns the pools for this board.
     pub(super) fn pools_on(self, board: &str) -> Pools {
         self.pools(self.share_on(board))
     }
@@ -76,22 +79,22 @@ impl Connections {
         }
     }
 
-    /// What the connections need if each gets this share.
+    /// A segment that exceeds a first buffer takes more, but such segments are few, because their bytes are limited.
     fn pools(self, share: Share) -> Pools {
         // A segment that a first buffer cannot hold takes more, but such segments are few: their bytes are limited.
         let long_segments = share.window_bytes.div_ceil(BUFFER_BYTES - HEADER_BYTES);
         let packets_in = BURST + self.receiving * share.segments;
-        // What a board sends to itself stays in the packets and buffers for sending until it is read, the headers in
-        // one of their own. A segment there has all that a tag has to say, so half as many hold a window; it has two.
+        // A board's data to itself stays in the packets and buffers for sending until it is read, the headers in one of
+        // Together the connections of a small board can keep as much as one connection alone.
         let own_segments = if self.local { share.segments } else { 0 };
-        // Together the connections of a small board can keep as much as one that is alone.
+        // Together the connections of a small board can keep the data that a single one may keep.
         let kept = (self.ends * share.unacknowledged + 2 * own_segments).max(AHEAD);
         Pools {
             window_bytes: share.window_bytes,
             packets_in,
             packets_out: SENDING + own_segments,
             buffers_in: packets_in + self.receiving * long_segments,
-            // What is kept is sent as copies, with their headers; `lf_send_room` leaves this half to them.
+            // The stack sends kept data as copies, with their headers; `lf_send_room` leaves this half to them.
             buffers_out: 2 * (kept + 2),
         }
     }
@@ -101,7 +104,7 @@ impl Connections {
 mod tests {
     use super::*;
 
-    /// What a federate without peers has: a connection to an RTI elsewhere.
+    /// The connection of a federate without peers to an RTI elsewhere.
     const FEDERATE: Connections = Connections { ends: 1, receiving: 1, local: false };
 
     #[test]
@@ -130,7 +133,7 @@ mod tests {
         let joint = Connections { ends: 5, receiving: 3, local: true };
         for share in [SMALL, CROWDED, ROOMY] {
             let pools = joint.pools(share);
-            // `lf_send_room` in zephyr/src/platform.c gives out what is beyond this.
+            // `lf_send_room` in zephyr/src/platform.c distributes the rest.
             let for_copies = pools.buffers_out / 2 + 2;
             assert!(pools.buffers_out - for_copies >= joint.ends * share.unacknowledged);
         }
