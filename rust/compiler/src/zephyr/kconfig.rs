@@ -118,8 +118,7 @@ fn rti(fragment: &mut Fragment, plan: &Plan) {
     fragment.set("LF_RTI_CONNECTIONS", rti_connections(plan));
 }
 
-/// Returns the number of the RTI's connections: one for each federate, and one to reject a peer that does not belong to
-/// the federation.
+/// Returns the number of connections: one for each federate, and one to reject a stranger.
 fn rti_connections(plan: &Plan) -> usize {
     plan.federates.len() + 1
 }

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-//! The number of packets and buffers that the network stack of a Zephyr image needs for its TCP connections.
+//! Computes the packets and buffers that the network stack of a Zephyr image needs for its TCP connections.
 //!
-//! Zephyr keeps each incoming segment as a packet of its own until the program reads it, all connections share one
-//! pool, and a frame that finds the pool empty is lost. TCP retransmits it, but after ever longer pauses, and a
-//! connection whose data the program does not read for a while must not block the others. So each connection gets a
-//! window that its own share of the pool can hold.
+//! Zephyr keeps each received segment as a packet of its own until the program reads it, all connections take theirs
+//! from one pool, and a frame that finds the pool empty is lost. TCP sends it again, but after ever longer pauses, and
+//! a connection that is not read for a while must not starve the others. So each connection gets a window that fits
+//! into its own share of the pool.
 
 use crate::boards::is_roomy;
 
@@ -50,7 +50,7 @@ const SMALL: Share = Share { window_bytes: 256, segments: 8, unacknowledged: 256
 /// KiB, too, and one with four in the image of one of them leaves some of it to the program.
 const SMALL_CONNECTIONS: usize = 4;
 const CROWDED: Share = Share { window_bytes: 128, segments: 4, unacknowledged: 128 / BUFFER_BYTES + 1 };
-/// The share on boards with 512 KiB and more.
+/// The configuration for Zephyr.
 const ROOMY: Share = Share { window_bytes: 1024, segments: 32, unacknowledged: AHEAD };
 
 /// The settings for Zephyr.
@@ -81,10 +81,11 @@ impl Connections {
 
     /// A segment that exceeds a first buffer takes more, but such segments are few, because their bytes are limited.
     fn pools(self, share: Share) -> Pools {
-        // A segment that a first buffer cannot hold takes more, but such segments are few: their bytes are limited.
+        // Data that a board sends to itself stay in the packets and buffers for sending until they are read, the
+        // headers in one of their own. A segment there contains all messages of a tag, so half as many fill a window;
+        // it has two.
         let long_segments = share.window_bytes.div_ceil(BUFFER_BYTES - HEADER_BYTES);
         let packets_in = BURST + self.receiving * share.segments;
-        // A board's data to itself stays in the packets and buffers for sending until it is read, the headers in one of
         // Together the connections of a small board can keep as much as one connection alone.
         let own_segments = if self.local { share.segments } else { 0 };
         // Together the connections of a small board can keep the data that a single one may keep.
