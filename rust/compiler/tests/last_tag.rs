@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Reactions to `shutdown` in inactive modes run together with the reactions of the active mode, and their order is the
-//! program's, not that of levels.
+//! Reactions to `shutdown` in modes that have been left run together with the reactions of the active mode, and their
+//! order is the program's, not that of levels.
 
 use std::collections::BTreeMap;
 

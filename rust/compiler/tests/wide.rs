@@ -19,7 +19,7 @@ struct Node {
 
 #[derive(Clone, Debug)]
 struct Connection {
-    /// Earlier nodes, each with a flag for `interleaved`.
+    /// Earlier nodes, each with whether it is interleaved.
     left: Vec<(usize, bool)>,
     right_interleaved: bool,
     iterated: bool,

@@ -189,7 +189,6 @@ impl<'a> Expander<'a> {
     }
 
     /// Adds the inherited declarations of a reactor, and then its own. A reactor from which several others inherit
-    /// Adds the inherited declarations of a reactor, and then its own. A reactor from which several others inherit
     /// counts once.
     fn inherit(&mut self, id: ReactorId, to: &mut Reactor, files: &mut Vec<usize>, done: &mut Vec<ReactorId>) {
         done.push(id);

@@ -62,7 +62,7 @@ pub struct Import {
     pub span: Span,
 }
 
-/// The source of an import.
+/// Where an import comes from.
 #[derive(Clone, Debug)]
 pub enum ImportSource {
     /// A file, relative to the importing one.
@@ -78,7 +78,7 @@ pub struct ImportedReactor {
     pub alias: Option<Name>,
 }
 
-/// `preamble {= … =}`; private and public ones do not differ in Rust.
+/// `preamble {= … =}`; whether it is private or public makes no difference in Rust.
 #[derive(Clone, Debug)]
 pub struct Preamble {
     pub code: CodeBlock,
@@ -308,7 +308,7 @@ pub struct ConnectionSyntax {
     pub physical: Option<Span>,
     pub right: Vec<Reference>,
     pub after: Option<Expression>,
-    /// The name after `serializer`; its place begins with that word.
+    /// The name behind `serializer`; its place begins with that word.
     pub serializer: Option<Name>,
     pub span: Span,
 }
@@ -392,7 +392,7 @@ pub struct DeadlineSyntax {
 /// A mode. Its contents are in the body of its reactor, each with its mode.
 #[derive(Clone, Debug)]
 pub struct ModeSyntax {
-    /// The name; a mode without one cannot be entered.
+    /// A mode without a name cannot be entered.
     pub name: Option<Name>,
     pub initial: bool,
     pub span: Span,

@@ -30,7 +30,7 @@ pub(super) enum TokenKind {
     #[token("\"\"\"", long_string)]
     #[token("\"", string)]
     Text,
-    /// A lifetime of Rust, such as `'a`, which LF does not have.
+    /// `'a` of Rust, which is no part of LF.
     #[regex("'[A-Za-z_][A-Za-z0-9_]*")]
     Lifetime,
     /// `'x'`

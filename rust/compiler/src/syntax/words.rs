@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //! The keywords of the language.
 
-/// The keywords that LF does not allow as names.
+/// Words that LF does not allow as names.
 pub(crate) const RESERVED: &[&str] = &[
     "target",
     "import",

@@ -10,7 +10,7 @@ use super::network_buffers::Connections;
 use crate::deployment::{Deployment, Mac, Place, Platform};
 use crate::plan::{ClockSync, Federate, Logging, Plan, Rti, TriggerKind};
 
-/// The maximum number of connections whose peer has not sent its id (`rust/runtime/src/federate/accept_queue.rs`).
+/// Connections whose peer has not sent its id, at most (`rust/runtime/src/federate/accept_queue.rs`).
 const UNIDENTIFIED_MAX: usize = 2;
 
 /// Lines of a Kconfig fragment.
@@ -123,8 +123,7 @@ fn rti_connections(plan: &Plan) -> usize {
     plan.federates.len() + 1
 }
 
-/// Returns the number of the RTI's sockets: the connections, the listener, and one for the datagrams of clock
-/// synchronization.
+/// Returns the number of sockets: the connections, the listener, and a port for the datagrams of clock synchronization.
 fn rti_sockets(plan: &Plan) -> usize {
     rti_connections(plan) + 1 + usize::from(has_datagrams(plan))
 }
@@ -176,31 +175,31 @@ fn network(fragment: &mut Fragment, place: &Place) {
     fragment.set("NET_IPV6_RA_RDNSS", "n");
 }
 
-/// Returns the number of a federate's sockets: one to the RTI, which is closed before another is opened; one per
-/// physical connection, one that listens for them, those whose peers have not identified themselves, and one for the
-/// datagrams of clock synchronization.
+/// Returns the number of sockets: one to the RTI, which is closed before another is made; one per physical connection,
+/// one that listens for them, those of peers that have not sent their id, and one for the datagrams of clock
+/// synchronization.
 fn federate_sockets(plan: &Plan, federate: &Federate) -> usize {
     let (peers_in, peers_out) = (federate.peers_in().len(), federate.peers_out().len());
     let listening = if peers_in > 0 { 1 + UNIDENTIFIED_MAX } else { 0 };
     1 + peers_in + listening + peers_out + usize::from(has_datagrams(plan))
 }
 
-/// Adds the settings of Zephyr for the sockets of the federate and of the RTI, either of which may be absent.
+/// Adds the configuration for the sockets of the federate and of the RTI, either of which may be none.
 fn sockets(fragment: &mut Fragment, federate: usize, rti: usize, place: &Place) {
     let all = federate + rti;
     fragment.comment("Descriptors for the sockets, the wake-up and the console; each event loop polls its own.");
     fragment.set("ZVFS_OPEN_MAX", all + 3);
     fragment.set("ZVFS_POLL_MAX", 2 * federate.max(rti) + 1);
     if all > 0 && !place.is_offloaded() {
-        // The stack keeps a closed connection for a while, and a new one of a peer before the program accepts it.
+        // Zephyr keeps a closed connection for a while, and an incoming one before it is accepted.
         fragment.comment("What Zephyr's own network stack keeps for them.");
         fragment.set("NET_MAX_CONTEXTS", all + 2);
         fragment.set("NET_MAX_CONN", all + 3);
     }
 }
 
-/// Returns the connections of a federate, and of the RTI in the same image if there is one. Physical connections carry
-/// data in one direction.
+/// Returns the connections of a federate, and of the RTI in the same image if there is one. Over a physical connection
+/// data flows in one direction.
 fn connections(plan: &Plan, federate: &Federate, is_joint: bool) -> Connections {
     let (peers_in, peers_out) = (federate.peers_in().len(), federate.peers_out().len());
     let rti_ends = usize::from(plan.is_federated());
@@ -208,7 +207,7 @@ fn connections(plan: &Plan, federate: &Federate, is_joint: bool) -> Connections 
     Connections { ends: rti_ends + federates + peers_in + peers_out, receiving: others + peers_in, local: is_joint }
 }
 
-/// Adds the packets and buffers of Zephyr's own network stack.
+/// Adds packets and buffers of Zephyr's own network stack.
 fn buffers(fragment: &mut Fragment, connections: Connections, place: &Place) {
     let Platform::Zephyr(board) = &place.platform else { return };
     if connections.ends == 0 || place.is_offloaded() {
@@ -223,7 +222,7 @@ fn buffers(fragment: &mut Fragment, connections: Connections, place: &Place) {
     fragment.set("NET_BUF_TX_COUNT", pools.buffers_out);
 }
 
-/// Adds the neighbor tables: this number of others on the same network, and the gateway, have MAC addresses.
+/// Adds room for the MAC addresses of this number of other devices on the same network, and of the gateway.
 fn neighbors(fragment: &mut Fragment, count: usize, place: &Place) {
     if let Some(network) = place.network {
         fragment.comment("Who has which MAC address.");
@@ -249,9 +248,9 @@ fn user_threads(fragment: &mut Fragment, plan: &Plan, federate: &Federate) {
     fragment.set("LF_USER_THREADS", threads);
 }
 
-/// Sets the receive buffer. A federate with several upstream federates may have to hold messages of the fastest until
-/// the slowest permits its next tag; messages that do not fit into its queues stay in the receive buffer. With one
-/// upstream a grant follows every message.
+/// Adds the size of the receive buffer. A federate with several upstream federates may have to hold messages of the
+/// fastest until the slowest lets it continue; those that its queues do not hold stay in the receive buffer. With one
+/// upstream federate a grant follows every message.
 fn receive_buffer(fragment: &mut Fragment, federate: &Federate, place: &Place) {
     if federate.upstream.len() < 2 {
         return;

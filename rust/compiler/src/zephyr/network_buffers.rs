@@ -8,7 +8,7 @@
 
 use crate::boards::is_roomy;
 
-/// The bytes of one of Zephyr's buffers (`CONFIG_NET_BUF_DATA_SIZE`), and of the headers of Ethernet, IP and TCP.
+/// Bytes of one of Zephyr's buffers (`CONFIG_NET_BUF_DATA_SIZE`), and of the headers of Ethernet, IP and TCP.
 const BUFFER_BYTES: usize = 128;
 const HEADER_BYTES: usize = 54;
 /// The number of packets that can arrive at once beside data: acknowledgements, ARP. They are processed at once, but
@@ -16,44 +16,43 @@ const HEADER_BYTES: usize = 54;
 const BURST: usize = 8;
 /// Two threads may send at once, each with a packet for the data and one for the headers; others wait for an address.
 const SENDING: usize = 8;
-/// The minimum number of buffers for data of one of Zephyr's connections that the peer has not read: 1280 bytes.
+/// The minimum number of buffers for data that one of Zephyr's connections has sent ahead of its peer: 1280 bytes.
 const AHEAD: usize = 1280 / BUFFER_BYTES;
 
 /// The TCP connections of an image.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(super) struct Connections {
-    /// The connections' ends in this image, including those of a connection between RTI and federate of one image.
+    /// The number of their ends in this image, including those of a connection between RTI and federate of one image.
     pub ends: usize,
-    /// The connections with other computers or boards on which data arrives.
+    /// The number of those with other computers or boards that receive data.
     pub receiving: usize,
-    /// Whether RTI and federate of this image have a connection to each other.
+    /// Whether RTI and federate of this image have one between them.
     pub local: bool,
 }
 
-/// The resources of a connection, chosen by the board's memory.
+/// The share of a connection, by the board's memory.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 struct Share {
-    /// The maximum number of bytes that are in transit to it, or unread.
+    /// The maximum number of bytes that are in transit to it, or wait until they are read.
     window_bytes: usize,
-    /// The maximum number of segments that contain them.
+    /// The maximum number of segments of these bytes.
     segments: usize,
-    /// Buffers for bytes that the other end has not acknowledged.
+    /// The buffers for bytes that the other end has not acknowledged.
     unacknowledged: usize,
 }
 
-/// The share on any board, such as one with 64 KiB. A segment has 32 bytes on average, about the size of a short
-/// message with its tag (25 and more); a sender ahead of the reader sends several messages in one. That is ten messages
+/// The share on any board, such as one with 64 KiB. A segment has 32 bytes on average, about as many as a short message
+/// with its tag (25 and more); a sender that is ahead of the reader sends several messages in one. That is ten messages
+/// in a round trip.
+const SMALL: Share = Share { window_bytes: 256, segments: 8, unacknowledged: 256 / BUFFER_BYTES + 1 };
 /// The same board with more ends of connections than these: an RTI with eight federates fits into 64 KiB, too, and one
 /// with four that is in the image of one of them leaves some of it to the program.
-const SMALL: Share = Share { window_bytes: 256, segments: 8, unacknowledged: 256 / BUFFER_BYTES + 1 };
-/// The maximum number of connections' ends for this share on the same board: an RTI with eight federates fits into 64
-/// KiB, too, and one with four in the image of one of them leaves some of it to the program.
 const SMALL_CONNECTIONS: usize = 4;
 const CROWDED: Share = Share { window_bytes: 128, segments: 4, unacknowledged: 128 / BUFFER_BYTES + 1 };
-/// The configuration for Zephyr.
+/// Boards with 512 KiB and more.
 const ROOMY: Share = Share { window_bytes: 1024, segments: 32, unacknowledged: AHEAD };
 
-/// The settings for Zephyr.
+/// The configuration for Zephyr.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Pools {
     pub window_bytes: usize,
@@ -64,7 +63,7 @@ pub(super) struct Pools {
 }
 
 impl Connections {
-    /// Returns the pools for this board.
+    /// Returns the pools that they need on this board.
     pub(super) fn pools_on(self, board: &str) -> Pools {
         self.pools(self.share_on(board))
     }
@@ -79,23 +78,23 @@ impl Connections {
         }
     }
 
-    /// A segment that exceeds a first buffer takes more, but such segments are few, because their bytes are limited.
+    /// Returns the pools that the connections need if each gets this share.
     fn pools(self, share: Share) -> Pools {
+        // A segment that exceeds a first buffer takes more, but such segments are few, because their bytes are limited.
+        let long_segments = share.window_bytes.div_ceil(BUFFER_BYTES - HEADER_BYTES);
+        let packets_in = BURST + self.receiving * share.segments;
         // Data that a board sends to itself stay in the packets and buffers for sending until they are read, the
         // headers in one of their own. A segment there contains all messages of a tag, so half as many fill a window;
         // it has two.
-        let long_segments = share.window_bytes.div_ceil(BUFFER_BYTES - HEADER_BYTES);
-        let packets_in = BURST + self.receiving * share.segments;
-        // Together the connections of a small board can keep as much as one connection alone.
         let own_segments = if self.local { share.segments } else { 0 };
-        // Together the connections of a small board can keep the data that a single one may keep.
+        // Together the connections of a small board can keep as much as one connection alone.
         let kept = (self.ends * share.unacknowledged + 2 * own_segments).max(AHEAD);
         Pools {
             window_bytes: share.window_bytes,
             packets_in,
             packets_out: SENDING + own_segments,
             buffers_in: packets_in + self.receiving * long_segments,
-            // The stack sends kept data as copies, with their headers; `lf_send_room` leaves this half to them.
+            // Kept data are sent as copies, with their headers; `lf_send_room` leaves this half to them.
             buffers_out: 2 * (kept + 2),
         }
     }
@@ -105,7 +104,7 @@ impl Connections {
 mod tests {
     use super::*;
 
-    /// The connection of a federate without peers to an RTI elsewhere.
+    /// The connections of a federate without peers: one to an RTI elsewhere.
     const FEDERATE: Connections = Connections { ends: 1, receiving: 1, local: false };
 
     #[test]
@@ -134,7 +133,7 @@ mod tests {
         let joint = Connections { ends: 5, receiving: 3, local: true };
         for share in [SMALL, CROWDED, ROOMY] {
             let pools = joint.pools(share);
-            // `lf_send_room` in zephyr/src/platform.c distributes the rest.
+            // `lf_send_room` in zephyr/src/platform.c hands out the buffers beyond this number.
             let for_copies = pools.buffers_out / 2 + 2;
             assert!(pools.buffers_out - for_copies >= joint.ends * share.unacknowledged);
         }

@@ -285,8 +285,7 @@ impl<'t> Parser<'t> {
         self.word_ahead(0).is_some_and(|word| FILE_STARTS.contains(&word)) && !self.at_instance_name()
     }
 
-    /// Returns whether the tokens after the word here make it the name of an instance, even if it is a word of the
-    /// language.
+    /// Returns whether the next tokens make the word here the name of an instance, even if it is a keyword.
     fn at_instance_name(&self) -> bool {
         self.at_instance() || self.at_connected_name()
     }
@@ -296,13 +295,13 @@ impl<'t> Parser<'t> {
         self.peek(1).kind == TokenKind::Equals && self.word_ahead(2) == Some("new")
     }
 
-    /// Returns whether the tokens after the word here make it part of a connection.
+    /// Returns whether the next tokens make the word here part of a connection.
     fn at_connected_name(&self) -> bool {
         use TokenKind::{Arrow, Comma, Dot, PhysicalArrow};
         self.word_ahead(0).is_some() && matches!(self.peek(1).kind, Arrow | Comma | Dot | PhysicalArrow)
     }
 
-    /// Returns whether a declaration of a reactor seems to begin here, judged by one token.
+    /// Returns whether a declaration of a reactor begins here, judged by one token.
     fn at_member_start(&self) -> bool {
         if self.at(TokenKind::At) {
             return true;

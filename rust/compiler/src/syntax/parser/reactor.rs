@@ -157,7 +157,7 @@ impl Parser<'_> {
         Ok(())
     }
 
-    /// Skips to the next declaration, over nested braces, and takes at least one token since `start`.
+    /// Skips to the next declaration, over nested braces, taking at least one token since `start`.
     fn recover_in_body(&mut self, start: usize) {
         let mut depth = 0_usize;
         if self.position == start && !self.at(TokenKind::CloseBrace) {
