@@ -41,7 +41,7 @@ impl<'a> Measured<'a> {
         Self { samples: samples.micros(), ..Self::value(part, row, who, unit, median) }
     }
 
-    /// What could not be measured.
+    /// Returns the row of a failed measurement.
     pub fn error(part: &'a str, row: &'a str, who: &'a str, error: String) -> Self {
         Self { part, row, who, unit: "", value: None, samples: Vec::new(), error: Some(error) }
     }
