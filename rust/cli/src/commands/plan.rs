@@ -36,7 +36,7 @@ fn print(what: &(impl Serialize + ToString), json: bool) -> Result<(), Failure> 
     Ok(())
 }
 
-/// The offsets of a program, from a file of bounds and options.
+/// Returns the offsets of a program, from a file of bounds and options.
 fn offsets(plan: &Plan, arguments: &PlanArgs) -> Result<Offsets, Failure> {
     if !plan.is_federated() {
         return Err(Failure::message(format!("{} is not federated, so nobody waits for messages", plan.name)));
