@@ -10,8 +10,8 @@
 //! - [`compile`] returns the [`plan`] of a correct program, and all diagnostics of an incorrect one.
 //!
 //! The stages of a program: `syntax` parses, `resolve` follows imports and checks every reactor by itself, `instances`
-//! builds the tree of instances, `federates` partitions it, `analysis` computes orders and capacities, and the result is
-//! a [`plan`]. The crate neither reads nor writes files: texts come from a [`SourceProvider`].
+//! builds the tree of instances, `federates` partitions it, `analysis` computes orders and capacities, and the result
+//! is a [`plan`]. The crate neither reads nor writes files: texts come from a [`SourceProvider`].
 #![forbid(unsafe_code)]
 
 mod analysis;

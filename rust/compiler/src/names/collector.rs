@@ -254,7 +254,7 @@ impl<'p> Collector<'p> {
     }
 }
 
-/// All reactors of a program with their numbers.
+/// Returns all reactors of a program with their numbers.
 fn reactors(program: &Program) -> impl Iterator<Item = (ReactorId, &Reactor)> {
     program.units.iter().enumerate().flat_map(|(unit, file)| {
         file.ast.reactors.iter().enumerate().map(move |(reactor, ast)| (ReactorId { unit, reactor }, ast))

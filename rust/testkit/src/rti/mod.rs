@@ -22,13 +22,13 @@ pub use recorded::{Recorded, config};
 
 /// An observer of the messages between peers and the RTI.
 pub trait Observer {
-    /// A peer has connected.
+    /// Observes that a peer has connected.
     fn connected(&mut self, _connection: ConnectionId) {}
-    /// The rig is about to offer bytes that begin with this message.
+    /// Observes the message at the beginning of the bytes that the rig is about to offer.
     fn offered(&mut self, _connection: ConnectionId, _message: &Message<'_>) {}
-    /// The RTI has sent this message, and the peer can read it.
+    /// Observes a message that the RTI has sent, and that the peer can read.
     fn sent(&mut self, _connection: ConnectionId, _message: &Message<'_>) {}
-    /// The RTI sends no more on this connection.
+    /// Observes that the RTI sends no more on this connection.
     fn ended(&mut self, _connection: ConnectionId) {}
 }
 

@@ -108,7 +108,7 @@ pub(in crate::emit) enum ReactionPart {
 }
 
 impl ReactionPart {
-    /// The method of `Program` that runs it.
+    /// Returns the method of `Program` that runs it.
     pub(in crate::emit) fn method(self) -> &'static str {
         match self {
             Self::Body => "react",
