@@ -167,7 +167,7 @@ fn the_documents_have_the_tables_of_what_is_supported() {
 }
 
 fn properties(scope: PropertyScope) -> String {
-    let mut table = "| target property | values | what it says |\n|---|---|---|\n".to_owned();
+    let mut table = "| target property | values | meaning |\n|---|---|---|\n".to_owned();
     for TargetProperty { name, values, does, .. } in supported().properties.iter().filter(|it| it.scope == scope) {
         writeln!(table, "| `{name}` | `{}` | {does} |", values.join("`, `")).expect("a text takes all");
     }

@@ -13,7 +13,7 @@ use crate::syntax::ast;
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub(crate) struct ClassId(pub(crate) usize);
 
-/// A checked reactor, with types in place of its type parameters.
+/// A checked reactor, with types instead of its type parameters.
 #[derive(Debug)]
 pub(crate) struct Class<'p> {
     pub(crate) id: ReactorId,

@@ -95,8 +95,8 @@ const WORKERS_MAX: u64 = 1024;
 
 const SWITCH: &[&str] = &["true", "false"];
 
-const CMAKE_INCLUDE: &str = "what is told to CMake: everything for an image; for this computer sources, definitions, \
-                             folders of headers, options and libraries";
+const CMAKE_INCLUDE: &str = "a file for CMake: all of it applies to an image; to programs for this computer its sources, \
+                             definitions, folders of headers, options and libraries";
 
 /// All supported target properties. Those of a scope are in the order for readers.
 pub(super) const PROPERTIES: &[TargetProperty] = &[
@@ -104,7 +104,7 @@ pub(super) const PROPERTIES: &[TargetProperty] = &[
         PropertyScope::Coordination,
         "coordination",
         &["centralized", "decentralized"],
-        "who decides when a tag begins: the RTI, or each federate when its waits are over",
+        "the decision when a tag begins: by the RTI, or by each federate when its waits are over",
         |reader, key, value| {
             if reader.word(key, value, &["centralized", "decentralized"]) == Some("decentralized") {
                 reader.target.coordination = plan::Coordination::Decentralized;
@@ -115,15 +115,15 @@ pub(super) const PROPERTIES: &[TargetProperty] = &[
         PropertyScope::Coordination,
         "coordination-options",
         &["{ log-waits: 500 ms }", "{ advance-message-interval: 10 ms }"],
-        "who waits for longer than `log-waits` says for whom; how often a federate with physical actions tells its \
-         progress",
+        "the wait after which a participant logs its reason; the interval in which a federate with physical actions \
+         announces its progress",
         |reader, key, value| reader.coordination_options(key, value),
     ),
     property(
         PropertyScope::Coordination,
         "DNET",
         SWITCH,
-        "whether the RTI may tell federates which progress nobody needs to know",
+        "whether the RTI may tell federates which announcements no participant needs",
         |reader, key, value| reader.target.dnet = reader.boolean(key, value).unwrap_or(true),
     ),
     property(
@@ -149,7 +149,7 @@ pub(super) const PROPERTIES: &[TargetProperty] = &[
             "{ test-offset: 1 ms }",
             "{ collect-stats: true }",
         ],
-        "how often they are compared, and what is made of it",
+        "the frequency of the comparisons, and the use of their results",
         |reader, key, value| reader.clock_sync_options(key, value),
     ),
     property(
@@ -177,14 +177,14 @@ pub(super) const PROPERTIES: &[TargetProperty] = &[
         PropertyScope::Program,
         "platform",
         &["Zephyr", "Linux", "Native", "{ name: Zephyr, board: \"qemu_cortex_m3\", user-threads: 2 }"],
-        "where the program runs unless a deployment says otherwise, and how many threads its bodies may start",
+        "the platform without a deployment file, and the maximum number of threads that bodies start",
         |reader, key, value| reader.platform(key, value),
     ),
     property(
         PropertyScope::Program,
         "timeout",
         &["10 sec"],
-        "stop when so much logical time has passed",
+        "the logical time after which the program stops",
         |reader, key, value| reader.target.timeout_ns = reader.time(key, value),
     ),
     property(PropertyScope::Program, "fast", SWITCH, "do not wait for physical time", |reader, key, value| {
@@ -208,7 +208,7 @@ pub(super) const PROPERTIES: &[TargetProperty] = &[
         PropertyScope::Program,
         "logging",
         &["error", "warn", "info", "log", "debug"],
-        "which log messages are shown",
+        "the lowest level of printed log messages",
         |reader, key, value| reader.logging(key, value),
     ),
     property(
@@ -223,7 +223,7 @@ pub(super) const PROPERTIES: &[TargetProperty] = &[
         PropertyScope::Program,
         "workers",
         &["1", "4"],
-        "how many threads run reactions of different reactors side by side on Linux, with the same results as one",
+        "the number of threads on Linux that run reactions of different reactors in parallel, with the same results as one",
         |reader, key, value| {
             // 0 leaves the number to the runtime, which chooses one.
             if let Some(workers) = reader.number(key, value, WORKERS_MAX) {
@@ -235,21 +235,21 @@ pub(super) const PROPERTIES: &[TargetProperty] = &[
         PropertyScope::Program,
         "build-type",
         &["Debug", "Test", "Release", "RelWithDebInfo", "MinSizeRel"],
-        "how programs for this computer are compiled; images are configured by Zephyr",
+        "the compilation of programs for this computer; Zephyr configures images",
         |reader, key, value| reader.build_type(key, value),
     ),
     property(
         PropertyScope::Program,
         "single-file-project",
         SWITCH,
-        "no effect: nobody edits what is generated",
+        "no effect: generated files are not for editing",
         switch,
     ),
     property(
         PropertyScope::Program,
         "export-dependency-graph",
         SWITCH,
-        "no effect: `lfz plan` prints what is connected to what",
+        "no effect: `lfz plan` prints the connections",
         switch,
     ),
     property(
@@ -366,7 +366,7 @@ pub(super) const PROPERTIES: &[TargetProperty] = &[
         PropertyScope::Bodies(Language::C),
         "compiler-flags",
         &["\"-O2\"", "[\"-Wall\", \"-lm\"]"],
-        "what else that compiler is told",
+        "further arguments of that compiler",
         |reader, key, value| reader.flags(key, value),
     )
     .imported(Imported::OfOtherLanguage),
@@ -388,7 +388,7 @@ pub(super) const PROPERTIES: &[TargetProperty] = &[
         PropertyScope::Bodies(Language::C),
         "tracing",
         SWITCH,
-        "no effect: `lfz run --trace FOLDER` records what happens",
+        "no effect: `lfz run --trace FOLDER` records the run",
         |reader, key, _| reader.idle(key, "`lfz run --trace FOLDER` records what happens"),
     ),
 ];

@@ -44,7 +44,7 @@ pub struct Edge {
     pub waits: (Interval, Interval),
 }
 
-/// A connection without a delay and without waits.
+/// Returns a connection without a delay and without waits.
 pub fn edge(from: u16, to: u16) -> Edge {
     Edge { from, to, delay: None, physical: false, waits: (Interval::ZERO, Interval::ZERO) }
 }

@@ -74,15 +74,14 @@ fn beginning(line: &str, before: &str, behind: &[&str]) -> Option<String> {
     is_refused.then(|| format!("docs begin with `{word}`: begin with a verb (functions) or a noun"))
 }
 
-/// Returns whether these lines, which can begin with docs and attributes, declare a function that is no test: the docs of
-/// tests are statements about the program.
+/// Returns whether these lines, which can begin with docs and attributes, declare a function that is no test. The docs
+/// of tests are statements about the program.
 fn is_function(lines: &[&str]) -> bool {
     let is_before = |line: &&&str| ["///", "#["].iter().any(|sign| line.trim_start().starts_with(sign));
-    let is_test = |line: &&str| ["#[test]", "#[ignore"].iter().any(|sign| line.trim_start().starts_with(sign));
     let count = lines.iter().take_while(is_before).count();
     let mut words = lines.get(count).copied().unwrap_or_default().split_whitespace();
     let is_declared = words.find(|word| !word.starts_with("pub") && !QUALIFIERS.contains(word)) == Some("fn");
-    is_declared && !lines[..count].iter().any(is_test)
+    is_declared && !lines[..count].iter().any(|line| line.trim_start().starts_with("#[test]"))
 }
 
 #[cfg(test)]

@@ -42,7 +42,7 @@ pub(super) fn emit(
     let mut splices = Splices::new(plan);
     let text = splices.text(format!(
         "use lf::model::*;\nuse lf::rti::{{ClockSync, Description}};\n\n\
-         /// What the RTI knows of the federation; CONFIG_LF_RTI_… has the sizes.\n\
+         /// The RTI's description of the federation; CONFIG_LF_RTI_… has the sizes.\n\
          pub static RTI: Description = {};\n",
         rti.block()
     ));

@@ -131,7 +131,7 @@ pub(crate) fn a_wait_for_a_silent_socket_ends_at_its_time() -> Outcome {
     Ok(())
 }
 
-/// A receiver does not read: the sender's write would block, and no call blocks.
+/// Fills a connection whose receiver does not read: the sender's write would block, and no call blocks.
 pub(crate) fn a_full_connection_would_block() -> Outcome {
     let mut platform = platform()?;
     let [_, client, server] = connection(&mut platform)?;

@@ -102,7 +102,7 @@ fn wait_for_a_free_thread(platform: &mut impl Platform) {
     }
 }
 
-/// A line has characters across every border of its buffer; printing must not panic or lose the end.
+/// Prints a line with characters across every border of its buffer; printing must not panic or lose the end.
 pub(crate) fn long_lines_keep_whole_characters() -> Outcome {
     for shift in 0..4 {
         lf::println!("{:shift$}{:→<width$}|", "", "", width = LF_LINE_SIZE);
