@@ -95,8 +95,8 @@ const WORKERS_MAX: u64 = 1024;
 
 const SWITCH: &[&str] = &["true", "false"];
 
-const CMAKE_INCLUDE: &str = "a file for CMake: all of it applies to an image; to programs for this computer its sources, \
-                             definitions, folders of headers, options and libraries";
+const CMAKE_INCLUDE: &str = "a file for CMake: all of it applies to an image; to programs for this computer its \
+                             sources, definitions, folders of headers, options and libraries";
 
 /// All supported target properties. Those of a scope are in the order for readers.
 pub(super) const PROPERTIES: &[TargetProperty] = &[
@@ -194,8 +194,8 @@ pub(super) const PROPERTIES: &[TargetProperty] = &[
         PropertyScope::Program,
         "keepalive",
         SWITCH,
-        "in C, go on while there are no events, because of threads that nobody knows of; in Rust a program goes on as \
-         long as a thread or another federate can make one",
+        "in C, continue while there are no events, because of threads that the runtime does not know; in Rust a \
+         program continues as long as a thread or another federate can make one",
         |reader, key, value| {
             let given = reader.boolean(key, value);
             reader.target.keepalive = given.unwrap_or_default();
@@ -223,7 +223,8 @@ pub(super) const PROPERTIES: &[TargetProperty] = &[
         PropertyScope::Program,
         "workers",
         &["1", "4"],
-        "the number of threads on Linux that run reactions of different reactors in parallel, with the same results as one",
+        "the number of threads on Linux that run reactions of different reactors in parallel, with the same results as \
+         one",
         |reader, key, value| {
             // 0 leaves the number to the runtime, which chooses one.
             if let Some(workers) = reader.number(key, value, WORKERS_MAX) {
@@ -388,7 +389,7 @@ pub(super) const PROPERTIES: &[TargetProperty] = &[
         PropertyScope::Bodies(Language::C),
         "tracing",
         SWITCH,
-        "no effect: `lfz run --trace FOLDER` records the run",
+        "no effect: `lfz run --trace FOLDER` records what happens",
         |reader, key, _| reader.idle(key, "`lfz run --trace FOLDER` records what happens"),
     ),
 ];

@@ -63,7 +63,7 @@ pub(crate) fn federate_kconfig(plan: &Plan, federate: &Federate, deployment: &De
     }
     network(&mut fragment, &place);
     let own = federate_sockets(plan, federate);
-    fragment.comment("What the federate needs.");
+    fragment.comment("The sockets of the federate.");
     fragment.set("LF_SOCKETS", own);
     sockets(&mut fragment, own, if is_joint { rti_sockets(plan) } else { 0 }, &place);
     buffers(&mut fragment, connections(plan, federate, is_joint), &place);
@@ -135,7 +135,7 @@ fn has_datagrams(plan: &Plan) -> bool {
 fn network(fragment: &mut Fragment, place: &Place) {
     let Some(network) = &place.network else { return };
     if place.platform.is_native_sim() {
-        fragment.comment("Zephyr's own network stack over a TAP interface, in place of the sockets of this computer.");
+        fragment.comment("Zephyr's own network stack over a TAP interface, instead of the sockets of this computer.");
         fragment.set("NET_SOCKETS_OFFLOAD", "n");
         fragment.set("NET_NATIVE_OFFLOADED_SOCKETS", "n");
         fragment.set("HEAP_MEM_POOL_SIZE", 0);
@@ -192,7 +192,7 @@ fn sockets(fragment: &mut Fragment, federate: usize, rti: usize, place: &Place) 
     fragment.set("ZVFS_POLL_MAX", 2 * federate.max(rti) + 1);
     if all > 0 && !place.is_offloaded() {
         // Zephyr keeps a closed connection for a while, and an incoming one before it is accepted.
-        fragment.comment("What Zephyr's own network stack keeps for them.");
+        fragment.comment("The contexts and connections of Zephyr's own network stack.");
         fragment.set("NET_MAX_CONTEXTS", all + 2);
         fragment.set("NET_MAX_CONN", all + 3);
     }
@@ -214,7 +214,7 @@ fn buffers(fragment: &mut Fragment, connections: Connections, place: &Place) {
         return;
     }
     let pools = connections.pools_on(board);
-    fragment.comment("Packets and buffers by connection, so that none that is not read keeps the others from theirs.");
+    fragment.comment("Packets and buffers by connection, so that an unread one does not starve the others.");
     fragment.set("NET_TCP_MAX_RECV_WINDOW_SIZE", pools.window_bytes);
     fragment.set("NET_PKT_RX_COUNT", pools.packets_in);
     fragment.set("NET_PKT_TX_COUNT", pools.packets_out);
@@ -225,7 +225,7 @@ fn buffers(fragment: &mut Fragment, connections: Connections, place: &Place) {
 /// Adds room for the MAC addresses of this number of other devices on the same network, and of the gateway.
 fn neighbors(fragment: &mut Fragment, count: usize, place: &Place) {
     if let Some(network) = place.network {
-        fragment.comment("Who has which MAC address.");
+        fragment.comment("The MAC addresses of neighbors.");
         let symbol = if network.ip.is_ipv4() { "NET_ARP_TABLE_SIZE" } else { "NET_IPV6_MAX_NEIGHBORS" };
         fragment.set(symbol, count + 1);
     }

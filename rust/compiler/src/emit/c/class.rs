@@ -92,7 +92,7 @@ impl ClassFile<'_, '_> {
     fn types(&mut self) {
         let (class, types) = (self.class, self.types);
         self.text
-            .line("\n/* What bodies call `self`. */")
+            .line("\n/* The type of `self` in bodies. */")
             .line(self_struct(class, &format!("{types}_self_t")))
             .line("");
         for port in &class.ports {
@@ -267,7 +267,7 @@ impl ClassFile<'_, '_> {
             class.state.iter().filter(|state| state.resets).map(|state| state.mode).collect();
         for mode in modes.into_iter().filter(|mode| class.has_resets(*mode)) {
             let function = reset_function(name, mode);
-            self.text.line(format_args!("\n{}", place("State that is reset", class.at)));
+            self.text.line(format_args!("\n{}", place("Resets the state", class.at)));
             let linkage = self.linkage();
             self.text.line(format_args!(
                 "{linkage}void {function}(void *lf_self) {{\n    {types}_self_t *self = ({types}_self_t *)lf_self;"

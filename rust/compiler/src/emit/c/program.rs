@@ -15,11 +15,11 @@ use crate::plan::{Argument, PortIndex, Reaction, ReactionKind, ScheduledReaction
 
 /// Emits the file.
 pub(super) fn emit(symbols: &Symbols<'_>, folder: &str) -> File {
-    let text = Text::new(symbols.view, format!("{folder}/c/program.c"), "Where everything is, and what Rust calls.");
+    let text = Text::new(symbols.view, format!("{folder}/c/program.c"), "The addresses of all variables, and the functions that Rust calls.");
     let mut program = ProgramFile { symbols, text };
     program
         .text
-        .line("#include <stddef.h>\n#include <lf.h>\n\n/* Only the files of the classes know what these are. */");
+        .line("#include <stddef.h>\n#include <lf.h>\n\n/* Only the files of the classes define these types. */");
     program.text.line("struct lf_storage;");
     program.declarations();
     program.tables();
@@ -134,7 +134,7 @@ impl ProgramFile<'_, '_> {
         let (plan, federate) = (symbols.plan, symbols.federate);
         let (main, count) = (symbols.class(plan.main), symbols.view.class(plan.main).parameters.len());
         self.text.line(format_args!(
-            "\n/* Values of the main reactor's parameters that are not the defaults. */\n\
+            "\n/* Values of the main reactor's parameters that differ from the defaults. */\n\
              const void *lf_main_given[{count} + 1];\n\n\
              bool lf_give_parameter(uint16_t parameter, long long whole, double real, char *text) {{\n    \
              return {main}_give(parameter, whole, real, text);\n}}\n\nvoid lf_construct(void) {{"

@@ -67,7 +67,7 @@ impl<'p> Sizes<'p> {
     /// Returns the file that the compiler measures.
     pub(super) fn file(&self, folder: &str) -> File {
         let path = format!("{folder}/c/sizes.{}", extension(self.view));
-        let mut text = Text::new(self.view, path, "How large payloads are: nobody links this.");
+        let mut text = Text::new(self.view, path, "The sizes of payloads; this object is measured, and never linked.");
         text.line("#include <lf.h>");
         if !self.rows.is_empty() {
             for header in preamble_headers(self.view.plan) {

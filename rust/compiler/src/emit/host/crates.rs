@@ -62,7 +62,7 @@ fn root(job: &Job<'_>, bodies: &dyn Bodies) -> Result<(File, FileMap), EmitError
     });
     let bindings = (native == NativeParts::Headers).then(|| {
         quote!(
-            #[doc = " What the program's headers of C declare."]
+            #[doc = " The declarations in the program's C headers."]
             #[allow(warnings, reason = "bindgen writes it")]
             pub mod c {
                 include!(concat!(env!("OUT_DIR"), "/c.rs"));
@@ -122,7 +122,7 @@ fn main(
     let rows = generated.iter().flat_map(|(file, map)| map.lines().into_iter().map(|lines| (&file.path, lines)));
     let rows: String = rows.filter_map(|(path, lines)| lines_row(job.plan(), path, &lines)).collect();
     let mut splices = Splices::new(job.plan());
-    let lines = splices.text(format!("/// Where panics are in the program.\nconst LINES: &[Lines] = &[\n{rows}];\n"));
+    let lines = splices.text(format!("/// The map from lines of generated code to places in the program, for panics.\nconst LINES: &[Lines] = &[\n{rows}];\n"));
     let call = if let Some(parameters) = parameters {
         quote!(lf::main_with(#parameters, &DESCRIPTION, #owner::new, Storage::new))
     } else {

@@ -33,7 +33,7 @@ impl FederateModule<'_> {
             text =
                 format!("/// Its part in the federation.\nconst FEDERATION: Federation = {};\n\n", federation.block());
         }
-        text += "/// What the event loop knows of this program.\n";
+        text += "/// The description of this program for the event loop.\n";
         text = text + "pub static DESCRIPTION: Description = " + &description.block() + ";\n";
         uses.sort_unstable();
         (text, uses)

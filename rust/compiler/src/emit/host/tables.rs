@@ -13,7 +13,7 @@ impl FederateModule<'_> {
     /// Returns the tables, which are checked at compile time.
     pub(super) fn tables_text(&self) -> Result<String, EmitError> {
         let mut text = self.modes_text();
-        text.push_str("/// What the engine knows of this program.\npub const TABLES: Tables = Tables {\n");
+        text.push_str("/// The tables of this program for the engine.\npub const TABLES: Tables = Tables {\n");
         let tables = [
             ("reactions", self.reaction_rows()),
             ("triggers", self.trigger_rows()),
@@ -49,7 +49,7 @@ impl FederateModule<'_> {
             text = text + "    workers: " + &workers.to_string() + ",\n";
         }
         text.push_str(if omits { "    ..Tables::DEFAULT\n};\n" } else { "};\n" });
-        text.push_str("const _: () = TABLES.check();\n\n/// The memory that the engine needs for it.\n");
+        text.push_str("const _: () = TABLES.check();\n\n/// The memory that the engine needs for this program.\n");
         text.push_str("pub type Storage = lf::model::storage_for!(TABLES);\n");
         Ok(text)
     }
@@ -60,7 +60,7 @@ impl FederateModule<'_> {
             return String::new();
         }
         let mut text =
-            String::from("/// The modes, by reaction the one that it is in, and the triggers that are in one.\n");
+            String::from("/// The modes, the mode of each reaction, and the triggers in modes.\n");
         text.push_str("const MODES: Modes = Modes::new(\n    &[\n");
         for mode in &self.owner.tables.modes {
             let mut row = Fields::of("ModeInfo");

@@ -308,7 +308,7 @@ impl<'p> ReactorModule<'p> {
     /// Emits the method that resets the state in a mode, or the state outside of modes.
     fn reset(&mut self, mode: Option<usize>) -> Result<TokenStream, EmitError> {
         let class = self.class;
-        let (name, doc) = (reset_method(mode), self.splices.doc("State that is reset", class.at));
+        let (name, doc) = (reset_method(mode), self.splices.doc("Resets the state", class.at));
         let states: Vec<_> = class.state.iter().filter(|state| state.resets && state.mode == mode).collect();
         let inits = || states.iter().filter_map(|state| state.init.as_ref());
         let named =
