@@ -19,8 +19,11 @@ pub(super) fn emit(view: &View<'_>, federate: &Federate, folder: &str) -> Option
         .chain(inputs)
         .filter_map(|(port, ty, shape, at)| Some((type_of(view, federate, port?, ty)?, shape.as_ref()?, at)));
     let mut done: Vec<(CType, &Shape)> = Vec::new();
-    let mut text =
-        Text::new(view, format!("{folder}/c/counterparts.{}", extension(view)), "The layouts of values at the other ends of connections.");
+    let mut text = Text::new(
+        view,
+        format!("{folder}/c/counterparts.{}", extension(view)),
+        "The layouts of values at the other ends of connections.",
+    );
     text.line("#include <stddef.h>\n#include <lf.h>");
     for header in preamble_headers(view.plan) {
         text.line(format_args!("#include \"{header}.h\""));

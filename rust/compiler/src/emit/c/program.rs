@@ -15,7 +15,11 @@ use crate::plan::{Argument, PortIndex, Reaction, ReactionKind, ScheduledReaction
 
 /// Emits the file.
 pub(super) fn emit(symbols: &Symbols<'_>, folder: &str) -> File {
-    let text = Text::new(symbols.view, format!("{folder}/c/program.c"), "The addresses of all variables, and the functions that Rust calls.");
+    let text = Text::new(
+        symbols.view,
+        format!("{folder}/c/program.c"),
+        "The addresses of all variables, and the functions that Rust calls.",
+    );
     let mut program = ProgramFile { symbols, text };
     program
         .text

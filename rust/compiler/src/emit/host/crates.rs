@@ -122,7 +122,10 @@ fn main(
     let rows = generated.iter().flat_map(|(file, map)| map.lines().into_iter().map(|lines| (&file.path, lines)));
     let rows: String = rows.filter_map(|(path, lines)| lines_row(job.plan(), path, &lines)).collect();
     let mut splices = Splices::new(job.plan());
-    let lines = splices.text(format!("/// The map from lines of generated code to places in the program, for panics.\nconst LINES: &[Lines] = &[\n{rows}];\n"));
+    let lines = splices.text(format!(
+        "/// The map from lines of generated code to places in the program, for panics.\n\
+         const LINES: &[Lines] = &[\n{rows}];\n"
+    ));
     let call = if let Some(parameters) = parameters {
         quote!(lf::main_with(#parameters, &DESCRIPTION, #owner::new, Storage::new))
     } else {

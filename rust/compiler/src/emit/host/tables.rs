@@ -59,8 +59,7 @@ impl FederateModule<'_> {
         if self.owner.tables.modes.is_empty() {
             return String::new();
         }
-        let mut text =
-            String::from("/// The modes, the mode of each reaction, and the triggers in modes.\n");
+        let mut text = String::from("/// The modes, the mode of each reaction, and the triggers in modes.\n");
         text.push_str("const MODES: Modes = Modes::new(\n    &[\n");
         for mode in &self.owner.tables.modes {
             let mut row = Fields::of("ModeInfo");
