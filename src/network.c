@@ -30,9 +30,9 @@ void network_finish(void)
 
 LOG_MODULE_DECLARE(lf, CONFIG_LF_LOG_LEVEL);
 
-/* How often the interface is looked at: a link takes seconds to come up, and nothing else happens until then. */
+/* The interval of looks at the interface: a link takes seconds to come up, and nothing else happens until then. */
 #define LOOK_INTERVAL K_MSEC(10)
-/* How long the others have to acknowledge the ends of their connections: time enough for several retransmissions. */
+/* The time for the others to acknowledge the ends of their connections: enough for several retransmissions. */
 #define FINISH_LIMIT  K_SECONDS(5)
 
 #ifdef CONFIG_NET_IPV6
@@ -140,7 +140,7 @@ static void look_for_unacknowledged(struct tcp *conn, void *found)
 {
 	enum tcp_state state = net_tcp_get_state(conn);
 
-	/* What is closed with data to be sent stays established until they are acknowledged. */
+	/* A connection that is closed with pending data stays established until the peer acknowledges them. */
 	*(bool *)found |= conn->in_close || state == TCP_FIN_WAIT_1 || state == TCP_CLOSING || state == TCP_LAST_ACK;
 }
 

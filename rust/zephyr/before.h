@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* What has to stand before all headers of which bindgen makes bindings, those of programs too. */
+/* The declarations that have to precede all headers for bindgen, including those of programs. */
 #ifndef LF_BEFORE_H_
 #define LF_BEFORE_H_
 

@@ -100,7 +100,7 @@ fn main() -> Outcome<()> {
     write_header()
 }
 
-/// A variable of the Zephyr build; the crate is built anew when it changes.
+/// Returns a variable of the Zephyr build; cargo rebuilds the crate when it changes.
 fn variable(name: &str) -> Outcome<String> {
     println!("cargo::rerun-if-env-changed={name}");
     env::var(name).map_err(|_| {
@@ -185,7 +185,7 @@ impl Kconfig {
         self.0.lines().find_map(|line| line.strip_prefix("CONFIG_")?.strip_prefix(symbol)?.strip_prefix('='))
     }
 
-    /// Whether it is on, or a number other than 0.
+    /// Returns whether it is on, or a number other than 0.
     fn is_set(&self, symbol: &str) -> bool {
         self.value_of(symbol).is_some_and(|value| value != "0")
     }

@@ -16,7 +16,7 @@ from lf_west.errors import LfError
 
 
 def clock(setting: Setting) -> Finding:
-    """How far clocks are apart, in virtual time."""
+    """Measure the difference of clocks, in virtual time."""
     seen = setting.bench("clock", "--rounds", setting.rounds)
     looks = {one.who: list(enumerate(one.samples)) for one in seen if one.samples}
     # The clock gains evenly, so all of its looks are on the line from the first to the last one.
@@ -65,7 +65,7 @@ def _offsets(title: str, begin: float, end: float, drawn: list[dict[str, Any]]) 
 
 
 def pins(setting: Setting) -> Finding:
-    """How far apart two participants toggle their pins, from a recording."""
+    """Measure the difference of two participants' pins in a recording."""
     if setting.recording is None:
         raise LfError("there is no --recording")
     scope: list[Word] = [setting.lfz, "scope", setting.recording, "--json"]

@@ -75,7 +75,7 @@ def curves(
 def distributions(
     title: str, measured: Iterable[Measured], marks: Sequence[dict[str, Any]] = (), thesis: str = ""
 ) -> Figure:
-    """How many of a hundred samples of each owner took at most so long, in µs."""
+    """Return the distribution of each owner's samples: percentages over times in µs."""
     samples: dict[str, list[float]] = {}
     for one in measured:
         samples.setdefault(one.who, []).extend(one.samples)

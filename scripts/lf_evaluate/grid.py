@@ -29,7 +29,7 @@ DELAYS_US = (25_000, 17_500, 12_500, 8000, 6000, 4000, 3000, 2000, 1500, 1000, 7
 
 @dataclass(frozen=True)
 class GridRun:
-    """How one run went."""
+    """The result of one run."""
 
     # Milliseconds from the measurement to the reaction of B and C, of those that reacted.
     reactions: dict[str, float]
@@ -38,7 +38,7 @@ class GridRun:
 
 
 def run_in(output: str) -> GridRun:
-    """What the units have said, such as `B: open, reaction time 25.22 ms`."""
+    """Parse the output of the units, such as `B: open, reaction time 25.22 ms`."""
     found = re.findall(r"\| ([BC]): .*reaction time ([\d.]+) ms$", output, re.MULTILINE)
     reactions = {unit: float(time) for unit, time in reversed(found)}
     is_late = "late message" in output or "did not arrive together" in output
@@ -46,7 +46,7 @@ def run_in(output: str) -> GridRun:
 
 
 def grid(setting: Setting) -> Finding:
-    """How long the smart grid takes to react with each setting of the thesis."""
+    """Measure the reaction time of the smart grid with each setting of the thesis."""
     seen: list[Measured] = []
     drawn: list[Figure] = []
     for name, place, program in SETTINGS:

@@ -25,7 +25,7 @@ class Measured:
 
 
 def read(text: str) -> list[Measured]:
-    """What `lf-bench` has printed."""
+    """Parse the output of `lf-bench`."""
     try:
         return [
             Measured(
@@ -38,7 +38,7 @@ def read(text: str) -> list[Measured]:
 
 
 def no_result_in(output: str) -> LfError:
-    """What is said of a program that has not printed its result."""
+    """Return the error for a program that has not printed its result."""
     return LfError(f"there is no result in what was printed:\n{output}")
 
 

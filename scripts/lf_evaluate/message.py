@@ -25,7 +25,7 @@ BOARD_RATE = 12_000
 
 
 def delay(setting: Setting) -> Finding:
-    """How long a message takes on Linux, beside the same bytes over a raw connection, in turns."""
+    """Measure the latency of messages on Linux, and of the same bytes over a raw connection, in turns."""
     # The clock of native_sim stands still while the program works, and lags behind by as much afterwards; the clocks
     # of two images differ by more than what is measured here.
     files = {coordination: _delay_program(coordination) for coordination in COORDINATIONS}
@@ -76,7 +76,7 @@ def delays_in(output: str) -> tuple[float, ...]:
 
 
 def rate(setting: Setting) -> Finding:
-    """How many messages get through in a second, and whether all of them do."""
+    """Measure the throughput in messages per second, and check that none is lost."""
     seen = []
     for coordination in COORDINATIONS:
         for period_us, messages in RATES:
@@ -116,7 +116,7 @@ federated reactor {{
 
 
 def rate_in(row: str, who: str, output: str) -> list[Measured]:
-    """What is in `received 3000 of 3000 messages in order, 9938 messages per second`."""
+    """Parse `received 3000 of 3000 messages in order, 9938 messages per second`."""
     found = re.search(r"received (\d+) of \d+ messages in order, ([\d.]+) messages per second", output)
     if found is None:
         raise no_result_in(output)
@@ -170,7 +170,7 @@ def boards(setting: Setting) -> Finding:
 def _on_boards(
     setting: Setting, file: Path, board: str, coordination: str, federates: tuple[str, str], *words: Word
 ) -> list[str]:
-    """What two images print in each round, each of which is on a board of its own."""
+    """Return the output of two images on boards of their own, by round."""
     folder = build_folder(file) / board.replace("/", "_") / coordination
     places = deployment(f"{file.stem}.yaml", "host", dict.fromkeys(federates, board))
     setting.west("lf-fed-build", file, folder, "--deployment", places, *words)
@@ -179,7 +179,7 @@ def _on_boards(
 
 
 def board_delays_in(row: str, output: str) -> list[Measured]:
-    """What is in `federates: 1000 messages, delay in us: median 120, p99 164, max 200`, and the same behind `raw`."""
+    """Parse `federates: 1000 messages, delay in us: median 120, p99 164, max 200`, and the same behind `raw`."""
     pattern = r"\| (federates|raw): \d+ messages, delay in us: median (-?\d+), p99 (-?\d+), max"
     found = {who: values for who, *values in re.findall(pattern, output)}
     if len(found) < 2:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What the parts have found, in the shape of `results.json`; the printed text and the page are made of it."""
+"""The findings of the parts, in the shape of `results.json`, the source of the printed text and the page."""
 
 from __future__ import annotations
 
@@ -56,7 +56,7 @@ class Figure(TypedDict):
 
 
 class Finding(TypedDict):
-    """What one part has found."""
+    """The finding of one part."""
 
     title: str
     question: str
@@ -113,9 +113,9 @@ def range_of(cell: Cell) -> str:
 
 
 def verdict(comparison: Comparison) -> tuple[str, str]:
-    """Whether ours is better, worse or equal, and in words; nothing where a number is missing.
+    """Return whether ours is better, worse or equal, and in words; nothing if a number is missing.
 
-    What differs by less than a tenth, or by less than rounds do, is called neither better nor worse.
+    Values that differ by less than a tenth, or by less than rounds do, count as equal.
     """
     ours, theirs = comparison["ours"], comparison["theirs"]
     if isinstance(ours, str) or isinstance(theirs, str) or not ours["value"] or not theirs["value"]:
@@ -208,7 +208,7 @@ def _words(cell: Cell) -> str:
 
 
 def finding_text(finding: Finding) -> str:
-    """What is printed of a finding."""
+    """Return the text of a finding."""
     comparisons: list[list[Cell]] = [
         [one["what"], one["unit"], value_of(one["ours"]), value_of(one["theirs"]), one["with"], verdict(one)[1]]
         for one in finding["compared"]

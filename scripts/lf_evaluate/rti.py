@@ -16,7 +16,7 @@ SPREAD_MAX_US = 100.0
 
 
 def latency(setting: Setting) -> Finding:
-    """How long grants and messages are on their way through RTIs, beside forwarders that do nothing else."""
+    """Measure the latency of grants and messages through RTIs, and through forwarders without any other work."""
     seen = setting.rtis("latency", "--exchanges", setting.exchanges)
     return finding(
         "Latency of the RTI",
@@ -37,7 +37,7 @@ def latency(setting: Setting) -> Finding:
 
 
 def throughput(setting: Setting) -> Finding:
-    """How many messages an RTI forwards."""
+    """Measure the messages per second that an RTI forwards."""
     seen = setting.rtis("throughput", "--seconds", setting.seconds)
     return finding(
         "Throughput of the RTI",
@@ -58,7 +58,7 @@ def throughput(setting: Setting) -> Finding:
 
 
 def growth(setting: Setting) -> Finding:
-    """What a grant takes as the federation grows."""
+    """Measure the cost of a grant as the federation grows."""
     seen = setting.rtis("growth", "--seconds", setting.seconds)
     return finding(
         "Growth of the federation",
@@ -88,7 +88,7 @@ def large(setting: Setting) -> Finding:
 
 
 def initial(setting: Setting) -> Finding:
-    """How evenly an RTI answers in the exchanges of clock synchronization before the start."""
+    """Measure the jitter of an RTI's answers in the exchanges of clock synchronization before the start."""
     seen = setting.rtis("initial")
     # All federations count together.
     keys = dict.fromkeys((one.row, one.who, one.unit) for one in seen)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What all parts are measured with, and how they run programs."""
+"""The common setting of all parts, and the functions by which they run programs."""
 
 from __future__ import annotations
 
@@ -52,11 +52,11 @@ class Setting:
         return ["Linux", "native_sim"] if self.has_zephyr and not self.quick else ["Linux"]
 
     def bench(self, part: str, *words: Word) -> list[Measured]:
-        """What `lf-bench` measures."""
+        """Run a part of `lf-bench`."""
         return measured.read(execute([self.built / "lf-bench", part, *words]))
 
     def rtis(self, part: str, *words: Word) -> list[Measured]:
-        """The same of a part that measures RTIs side by side."""
+        """Run a part of `lf-bench` that measures RTIs side by side."""
         stock = [] if self.stock_rti is None else ["--stock-rti", str(self.stock_rti)]
         return self.bench(part, "--lfz", str(self.lfz), "--rounds", self.rounds, *stock, *words)
 
@@ -85,7 +85,7 @@ class Setting:
 
 
 def execute(words: Sequence[Word], errors: bool = False, folder: str | None = None) -> str:
-    """What a program prints, with its standard error where that is asked for."""
+    """Run a program, and return its output, with its standard error if requested."""
     command = [str(word) for word in words]
     try:
         done = subprocess.run(
@@ -110,7 +110,7 @@ def execute(words: Sequence[Word], errors: bool = False, folder: str | None = No
 
 
 def build_folder(file: Path) -> Path:
-    """Where the images of a program are built."""
+    """Return the folder in which the images of a program are built."""
     return FOLDER / file.stem / "build"
 
 

@@ -39,7 +39,7 @@ _OURS = ("librustapp.a(", "app/libapp.a(", "modules/lf-zephyr-rs/")
 
 @dataclass(frozen=True)
 class Image:
-    """What was measured of one image, in bytes."""
+    """The sizes of one image, in bytes."""
 
     name: str
     memory: Memory
@@ -75,7 +75,7 @@ def sizes(setting: Setting) -> Finding:
 
 
 def image_in(folder: Path, name: str, empty: Memory) -> Image:
-    """What a build folder says of its image."""
+    """Read the sizes of the image in a build folder."""
     linked = (folder / "zephyr/zephyr.map").read_text(encoding="utf-8", errors="replace")
     config = dict(
         line.split("=", 1) for line in (folder / "zephyr/.config").read_text().splitlines() if line.startswith("CONFIG")
@@ -94,7 +94,7 @@ def _rti_stack(config: dict[str, str]) -> int:
 
 
 def shares(linked: str) -> tuple[Counter[str], Counter[str]]:
-    """What a linker's map says of the Rust library, the application and this repository's Zephyr module: the bytes of
+    """Read a linker's map: for the Rust library, the application and this repository's Zephyr module, the bytes of
     each kind of section, and those of the code by PARTS."""
     kinds: Counter[str] = Counter()
     code: Counter[str] = Counter()

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What the thesis tells of its measurements, as far as it does in numbers."""
+"""The measurements of the thesis, as far as it has numbers."""
 
 from __future__ import annotations
 
@@ -42,5 +42,5 @@ def rates(row: str, coordination: str) -> list[Measured]:
 
 
 def delay_marks() -> list[dict[str, Any]]:
-    """Where its delays are, in µs."""
+    """Return the marks of its delays, in µs."""
     return [figures.mark(f"thesis, {how}: {delay / 1000:g} ms", "thesis", delay) for how, delay in DELAYS.items()]

@@ -31,7 +31,7 @@ class Application:
 
     @property
     def generated(self) -> Path:
-        """Where the compiler puts the crates."""
+        """The folder of the generated crates."""
         return self.build / "lfz" / self.program / "west"
 
     @property
@@ -41,7 +41,7 @@ class Application:
 
     @property
     def description(self) -> Path:
-        """What the compiler has said about the program."""
+        """The file with the compiler's description of the program."""
         return self.images / "federation.json"
 
     def image_folder(self, name: str) -> Path:
@@ -49,11 +49,11 @@ class Application:
         return self.elsewhere.get(name, self.images / name)
 
     def log(self, name: str) -> Path:
-        """What building one image has printed."""
+        """Return the log of one image's build."""
         return self.images / f"{name}.log"
 
     def messages(self, name: str) -> Path:
-        """What cargo has said when it compiled the crate of one image, in JSON."""
+        """Return the file with cargo's messages about the crate of one image, in JSON."""
         return self.images / f"{name}.cargo.json"
 
     def deployment(self, option: str | None) -> Path | None:
@@ -124,7 +124,7 @@ def user_files(application: Application, board: str, federate: str | None) -> tu
 
 
 def user_settings(application: Application) -> list[str]:
-    """What CMake is told of the application's own Kconfig options and bindings of devices, if it has any.
+    """Return CMake's arguments for the application's own Kconfig options and device bindings, if it has any.
 
     Where the folder is that of the repository, Zephyr finds them by itself.
     """

@@ -21,7 +21,7 @@ from lf_west.workspace import REPOSITORY, Workspace
 
 @dataclass(frozen=True)
 class Surroundings:
-    """What a build needs to know beside its arguments."""
+    """The input of a build beside its arguments."""
 
     environment: Mapping[str, str]
     # West's configuration build.board.
@@ -31,7 +31,7 @@ class Surroundings:
 
 @dataclass(frozen=True)
 class Request:
-    """What to build, as the user said it."""
+    """The user's choice of what to build."""
 
     application: Application
     west: WestArguments
@@ -77,8 +77,8 @@ def generate(request: Request, surroundings: Surroundings) -> Description:
 
 
 def _built_before(file: Path, surroundings: Surroundings) -> Description | None:
-    """What is known of the federates that are not built this time. What another version has written is out of date,
-    as what it has built is."""
+    """Return the description of the federates that are not built this time. One by another version is out of date,
+    as its images are."""
     if not file.is_file():
         return None
     try:
@@ -89,7 +89,7 @@ def _built_before(file: Path, surroundings: Surroundings) -> Description | None:
 
 
 def images(request: Request, participants: Sequence[Participant], federated: bool, target: Path) -> list[Image]:
-    """How the images among the participants are built."""
+    """Return the builds of the images among the participants."""
     return [
         plan_image(
             request.application,
@@ -111,7 +111,7 @@ def report_messages(request: Request, planned: Sequence[Image], surroundings: Su
 
 
 def cargo_folder(environment: Mapping[str, str]) -> Path:
-    """Where cargo keeps what all images have in common, so that it is compiled once."""
+    """Return cargo's folder for the common crates of all images, which it compiles once."""
     outer = environment.get("CARGO_TARGET_DIR")
     return (Path(outer).absolute() if outer else REPOSITORY / "target") / "lf-zephyr"
 
@@ -165,7 +165,7 @@ def build_images(
 
 
 def rows(participants: Sequence[Participant], planned: Sequence[Image]) -> list[Row]:
-    """What came out, for the summary."""
+    """Return the results for the summary."""
     by_name = {image.name: image for image in planned}
     result = []
     for participant in participants:

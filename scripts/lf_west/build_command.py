@@ -34,7 +34,7 @@ class LfBuild(LfCommand):
         super().__init__("lf-build", "build a Lingua Franca program as one Zephyr image", _DESCRIPTION)
 
     def add_options(self, parser: argparse.ArgumentParser) -> None:
-        """How it is built."""
+        """Add the options of the build."""
         add_build_options(parser, federated=False)
 
     def execute(self, file: str, args: argparse.Namespace, cmake_arguments: list[str]) -> None:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What the commands have in common: how they fail, and which arguments are not options."""
+"""The common base of the commands: their failures, and the arguments that are not options."""
 
 from __future__ import annotations
 

@@ -72,7 +72,7 @@ class Compiler:
         return None if board is None else str(board)
 
     def explain(self, messages: Sequence[Path]) -> str:
-        """What cargo's messages in these files say, as said about the LF program."""
+        """Convert cargo's messages in these files to messages about the LF program."""
         result = _run([str(self.path), "explain-errors", *map(str, messages)], self.environment)
         if result.returncode != 0:
             raise LfError(
@@ -83,14 +83,14 @@ class Compiler:
         return result.stdout
 
     def nanoseconds(self, text: str, option: str) -> int:
-        """How long the time is that an option names; lfz itself says what is wrong with it."""
+        """Convert the time of an option; lfz itself reports an invalid one."""
         result = _run([str(self.path), "nanoseconds", "--", text], self.environment)
         if result.returncode != 0:
             raise LfError(f"{option}: {text!r} is no time.", "Write it like 30, 30s or 1.5min.", status=2)
         return int(result.stdout)
 
     def supervise(self, federation: dict[str, Any]) -> NoReturn:
-        """Become the program that runs these processes: nobody is left behind it then, whatever happens to it."""
+        """Become the program that runs these processes: then no process outlives it, whatever happens to it."""
         with tempfile.TemporaryFile("w+", encoding="utf-8") as file:
             json.dump(federation, file, indent=2)
             file.seek(0)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What the compiler says about a program that it has built: the federates, where they run, and their RTI.
+"""The compiler's description of a program that it has built: the federates, their places, and their RTI.
 
 `lfz build --json` prints it. It is kept beside the images, so that a program can be run or built again without the
 compiler.
@@ -19,7 +19,7 @@ from lf_west.errors import LfError
 
 @dataclass(frozen=True)
 class Rti:
-    """What the federates expect of their RTI."""
+    """The federates' requirements of their RTI."""
 
     # The address that they connect to.
     host: str
@@ -65,12 +65,12 @@ class Participant:
 
     @property
     def has_rti(self) -> bool:
-        """Whether the federation's RTI is in its image."""
+        """Return whether the federation's RTI is in its image."""
         return self.is_rti or self.joint_rti
 
     @property
     def is_image(self) -> bool:
-        """Whether it is a Zephyr image."""
+        """Return whether it is a Zephyr image."""
         return self.board is not None
 
 
@@ -86,12 +86,12 @@ class Description:
 
     @property
     def is_federated(self) -> bool:
-        """Whether there are federates and an RTI."""
+        """Return whether there are federates and an RTI."""
         return self.rti is not None
 
     @property
     def has_rti_image(self) -> bool:
-        """Whether the RTI is an image, or part of one."""
+        """Return whether the RTI is an image, or part of one."""
         return any(item.has_rti for item in self.participants)
 
     def names(self) -> list[str]:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What is said when a command cannot go on."""
+"""The error of a command that cannot continue."""
 
 from __future__ import annotations
 

@@ -28,7 +28,7 @@ boards/BOARD_FEDERATE.* (.conf and .overlay), then the files of --conf-overlays.
 
 
 def fed_request(application: Application, args: argparse.Namespace, cmake_arguments: list[str]) -> Request:
-    """What the options of a federated build mean."""
+    """Return the request that the options of a federated build describe."""
     return Request(
         application=application,
         west=west_arguments.parse(args.west_commands),
@@ -49,7 +49,7 @@ class LfFedBuild(LfCommand):
         super().__init__("lf-fed-build", "build every federate of a federated Lingua Franca program", _DESCRIPTION)
 
     def add_options(self, parser: argparse.ArgumentParser) -> None:
-        """How it is built."""
+        """Add the options of the build."""
         add_build_options(parser, federated=True)
 
     def execute(self, file: str, args: argparse.Namespace, cmake_arguments: list[str]) -> None:

@@ -45,7 +45,7 @@ class LfFedFlash(LfCommand):
         )
 
     def add_options(self, parser: argparse.ArgumentParser) -> None:
-        """How it is built and flashed."""
+        """Add the options of the build and the flashing."""
         add_build_options(parser, federated=True, short_no_lfc=False)
         parser.add_argument("--no-build", action="store_true", help="flash what was built before")
         parser.add_argument(
@@ -114,7 +114,7 @@ def _taken_apart(text: str) -> list[str]:
 
 
 def _afterwards(application: Application, described: Description) -> str:
-    """What else there is to start: the RTI, if no board has it, and what runs on this computer."""
+    """List the other programs to start: the RTI, if no board has it, and those of this computer."""
     here = [item for item in described.participants if flash.is_run_here(item)]
     if here:
         names = [item.name for item in here] + ([] if described.has_rti_image else ["the RTI"])

@@ -42,7 +42,7 @@ class LfFedRun(LfCommand):
         )
 
     def add_options(self, parser: argparse.ArgumentParser) -> None:
-        """How it is built and run."""
+        """Add the options of the build and the run."""
         add_build_options(parser, federated=True)
         parser.add_argument("--no-build", action="store_true", help="run what was built before")
         parser.add_argument(

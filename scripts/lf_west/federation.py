@@ -29,7 +29,7 @@ Word = str | dict[str, str]
 
 @dataclass(frozen=True)
 class Bench:
-    """What is around the boards of a run: an oscilloscope, a hand, and quartzes that differ."""
+    """The environment of the boards in a run: an oscilloscope, moved inputs, and clock drifts."""
 
     # Where what all pins do is written down, if it is.
     vcd: Path | None = None
@@ -41,7 +41,7 @@ class Bench:
 
 @dataclass(frozen=True)
 class Federation:
-    """What is to be run."""
+    """The federation to run."""
 
     lfz: Path
     rti: Rti
@@ -75,7 +75,7 @@ class Federation:
         interface = None if self.network is None else self.network.interfaces.get(participant.name)
         if not is_native_sim(board):
             if self.bench.devices is not None:
-                # Lines that nobody takes are refused.
+                # Lines that no participant reads are refused.
                 self._moves(participant)
             # What it has to know is in the image.
             mac = None if participant.network is None else participant.network.mac
@@ -87,13 +87,13 @@ class Federation:
         return words if interface is None else [*words, f"-eth-if={interface}"]
 
     def _rti_address(self) -> str:
-        """Where it listens: on this computer, at an address of the family of the one that the program names."""
+        """Return its address on this computer, of the same family as the one that the program names."""
         if self.network is not None:
             return self.rti.host
         return _ADDRESS_V6 if ":" in self.rti.host else _ADDRESS
 
     def description(self, timeout_ns: int | None) -> dict[str, Any]:
-        """What `lfz supervise` is to run; the RTI says itself where it listens."""
+        """Return the description for `lfz supervise`; the RTI itself prints its address."""
         image = self.rti_image
         return {
             "version": 1,
@@ -107,7 +107,7 @@ class Federation:
         }
 
     def _has_pins(self, participant: Participant) -> bool:
-        """Whether its pins can be recorded: a program, or an image that has the options for it."""
+        """Return whether its pins can be recorded: a program, or an image that has the options for it."""
         if participant.program is not None:
             return True
         configuration = self.application.image_folder(participant.name) / "zephyr" / ".config"
@@ -134,7 +134,7 @@ class Federation:
         if self.bench.devices is not None and participant.program is not None:
             options.append((devices, str(self.bench.devices)))
         elif self.bench.devices is not None and not participant.is_rti:
-            # Lines that nobody takes are refused in any case.
+            # Lines that no participant reads are refused in any case.
             moves = self._moves(participant)
             if self._has_pins(participant):
                 options.append((devices, str(moves)))
@@ -144,13 +144,13 @@ class Federation:
         return [word for option in options for word in ([option[0] + option[1]] if "=" in option[0] else option)]
 
     def _takes(self, participant: Participant) -> str:
-        """What a participant takes of a script for devices."""
+        """Return the part of a script for devices that a participant reads."""
         if participant.program is not None:
             return "all"
         return "pins" if self._has_pins(participant) else "nothing"
 
     def _moves(self, participant: Participant) -> Path:
-        """What an image is told of the script, which it does not read itself."""
+        """Return the moves of the script for an image, which does not read the script itself."""
         readers = ",".join(f"{item.name}={self._takes(item)}" for item in self.participants if not item.is_rti)
         command = [str(self.lfz), "moves", str(self.bench.devices), participant.name, "--readers", readers]
         result = subprocess.run(command, stdout=subprocess.PIPE, text=True, check=False)
@@ -193,7 +193,7 @@ def plan_federation(
     port: int | None,
     bench: Bench | None = None,
 ) -> Federation:
-    """Work out who is run and how; what cannot be run on this computer is refused by name."""
+    """Determine the processes to run; refuse by name participants that cannot run on this computer."""
     rti = described.rti
     if rti is None:
         raise LfError(

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Which images go onto which boards, and the commands that flash them."""
+"""The boards of the images, and the commands that flash them."""
 
 from __future__ import annotations
 
@@ -45,13 +45,13 @@ class Flash:
 
 
 def is_run_here(participant: Participant) -> bool:
-    """Whether a participant is a program of this computer, or its board is known by its name to be played by one."""
+    """Return whether a participant is a program of this computer, or its board's name is that of a simulated one."""
     board = participant.board
     return board is None or is_native_sim(board) or board.startswith("qemu_")
 
 
 def select(described: Description, federates: Sequence[str], number: int | None, file: Path) -> list[Participant]:
-    """Who is flashed: those that -f names, else all on boards, and only the first `number` of them."""
+    """Return the participants to flash: those of -f, else all on boards, and only the first `number` of them."""
     chosen = described.select(list(federates))
     boards = [item for item in chosen if not is_run_here(item)]
     here = [item for item in chosen if is_run_here(item)]
@@ -76,7 +76,7 @@ def check_early(boards: Sequence[Participant]) -> None:
 def plan(
     application: Application, boards: Sequence[Participant], known: dict[str, Runner], further: Sequence[str]
 ) -> list[Flash]:
-    """How the images are flashed; what cannot be is refused by name."""
+    """Return the commands that flash the images; refuse by name those that cannot be flashed."""
     emulated, flashes = [], []
     for item in boards:
         folder = application.image_folder(item.name)
@@ -130,5 +130,5 @@ def _not_on_a_board(participants: Sequence[Participant], file: Path) -> LfError:
 
 
 def run_command(participants: Sequence[Participant], file: Path) -> str:
-    """How to run participants on this computer."""
+    """Return the command that runs participants on this computer."""
     return shlex.join(["west", "lf-fed-run", str(file), "-f", *(item.name for item in participants)])

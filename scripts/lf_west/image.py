@@ -81,7 +81,7 @@ def image_in(folder: Path, board: str) -> Path:
 
 
 def is_native_sim(board: str) -> bool:
-    """Whether a board is a program of this computer."""
+    """Return whether a board is a program of this computer."""
     return board.replace("@", "/").split("/")[0] == "native_sim"
 
 
@@ -123,7 +123,7 @@ def plan_image(
 
 
 def west_program() -> list[str]:
-    """How to run west: the one in PATH, else the one that this Python has."""
+    """Return the command of west: the one in PATH, else the one that this Python has."""
     in_path = shutil.which("west")
     return [in_path] if in_path else [sys.executable, "-m", "west"]
 

@@ -108,7 +108,7 @@ class Jobs:
                 self._end(job, process.returncode)
 
     def _started(self, job: Job) -> subprocess.Popen[str]:
-        """In a process group of its own, so that all that it starts can be told to end."""
+        """Start a job in a process group of its own, so that its descendants can be stopped, too."""
         try:
             return subprocess.Popen(
                 job.command,

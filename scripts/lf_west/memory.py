@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""How much flash and RAM an image takes, from its ELF file and its configuration.
+"""Flash and RAM of an image, from its ELF file and its configuration.
 
 The linker prints the same numbers, but only when it links.
 """
@@ -17,7 +17,7 @@ _PT_LOAD = 1
 
 @dataclass(frozen=True)
 class Memory:
-    """In bytes."""
+    """Sizes in bytes."""
 
     flash: int
     ram: int
@@ -33,7 +33,7 @@ class Segment:
 
 
 def measure(image_folder: Path) -> Memory | None:
-    """What the image in a build folder takes; None when that is not known, as for a program of this computer."""
+    """Measure the image in a build folder; None if its size is unknown, as for a program of this computer."""
     try:
         ram_start, ram_size = _ram(image_folder / "zephyr" / ".config")
         segments = read_segments((image_folder / "zephyr" / "zephyr.elf").read_bytes())
@@ -66,7 +66,7 @@ def read_segments(image: bytes) -> list[Segment]:
 
 
 def _ram(config: Path) -> tuple[int, int]:
-    """Where the RAM begins and how long it is, from the image's .config."""
+    """Read the address and the size of the RAM from the image's .config."""
     values = {}
     for line in config.read_text(encoding="utf-8").splitlines():
         name, equals, value = line.partition("=")

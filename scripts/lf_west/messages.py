@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What rustc says about the crates of images, shown as the compiler shows it: at the line of the LF program."""
+"""Rustc's messages about the crates of images, at the lines of the LF program."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ def report(planned: Sequence[Image], find_compiler: Callable[[], Compiler]) -> N
 
 
 def has_rust_errors(image: Image) -> bool:
-    """Whether rustc has said why the image could not be built."""
+    """Return whether rustc has said why the image could not be built."""
     return any(_is_diagnostic(item) and _is_error(item) for item in _messages(image.messages))
 
 

@@ -8,7 +8,7 @@ import os
 
 
 def add_build_options(parser: argparse.ArgumentParser, *, federated: bool, short_no_lfc: bool = True) -> None:
-    """How an LF file is compiled; `short_no_lfc` is whether -n says not to generate anew."""
+    """Add the options for compiling an LF file; with `short_no_lfc`, -n suppresses the generation."""
     parser.add_argument(
         "-w",
         "--west-commands",

@@ -38,7 +38,7 @@ _CLONE_NEWUSER, _CLONE_NEWNET = 0x10000000, 0x40000000
 
 @dataclass(frozen=True)
 class PrivateNetwork:
-    """What is to be made."""
+    """The network to create."""
 
     # The name of each board's TAP interface.
     interfaces: Mapping[str, str]
@@ -69,7 +69,7 @@ class PrivateNetwork:
             lines.append(f"tuntap add dev {interface} mode tap")
             lines.append(f"link set dev {interface} addrgenmode none")
             lines.append(f"link set dev {interface} master {_BRIDGE} up")
-        # Nobody else can have an address of IPv6, and until that is made sure of, it cannot be used.
+        # An address of IPv6 cannot be used until the system has verified that it is unique.
         at_once = {4: "", 6: " nodad"}
         lines += [f"address add {address} dev {_BRIDGE}{at_once[address.version]}" for address in self.addresses]
         return [*lines, f"link set dev {_BRIDGE} up"]
@@ -95,7 +95,7 @@ def plan_network(boards: Mapping[str, Network], rti: IPv4Address | IPv6Address) 
 
 
 def _leave_all_networks() -> None:
-    """Unshare the network. Root may simply do it, anybody else as the root of a new user namespace."""
+    """Unshare the network. Root may do so directly, other users as the root of a new user namespace."""
     if _unshare(_CLONE_NEWNET) == 0:
         return
     user, group = os.getuid(), os.getgid()

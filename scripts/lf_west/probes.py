@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Whether each image has a probe, and one that is surely not another's."""
+"""Checks that each image has a probe, and that no two images share one."""
 
 from __future__ import annotations
 
@@ -31,17 +31,17 @@ class Target:
         return (self.probe or "").lower().lstrip("0")
 
     def is_vague(self) -> bool:
-        """Whether the probe's name fits several probes by its form."""
+        """Return whether the probe's name fits several probes by its form."""
         return "*" in (self.probe or "") or (self.probe or "").startswith("#")
 
     def may_be(self, other: Target) -> bool:
-        """Whether the board of this image may be taken for that of the other."""
+        """Return whether the board of this image may be taken for that of the other."""
         if self.runner == "pyocd" and (self.probe or "").lower() in (other.probe or "").lower():
             return True
         return self._serial == other._serial
 
     def fits(self, serials: Sequence[str]) -> list[str] | None:
-        """Which of the connected devices the probe's name fits; None when that cannot be known from here."""
+        """Return the connected devices that match the probe's name; None if that is unknown here."""
         # With a colon or a slash it is an address or a file.
         if self.runner not in _BY_SERIAL or not (self.probe or "").isalnum():
             return None

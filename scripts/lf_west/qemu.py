@@ -39,17 +39,17 @@ def boards() -> Sequence[str]:
 
 
 def is_installed() -> bool:
-    """Whether there is a QEMU that plays them."""
+    """Return whether there is a QEMU that plays them."""
     return shutil.which(PROGRAM) is not None
 
 
 def is_played(board: str) -> bool:
-    """Whether QEMU plays this board."""
+    """Return whether QEMU plays this board."""
     return _machine(board) is not None
 
 
 def has_pins(board: str) -> bool:
-    """Whether QEMU can tell what the pins of this board do."""
+    """Return whether QEMU can tell what the pins of this board do."""
     machine = _machine(board)
     return machine is not None and machine.trace != ()
 

@@ -45,7 +45,7 @@ _FURTHER = {"pyocd": ("--tool-opt=--no-wait",)}
 
 @dataclass(frozen=True)
 class Runner:
-    """What a runner can do."""
+    """The capabilities of a runner."""
 
     flashes: bool
     takes_dev_id: bool
@@ -76,7 +76,7 @@ def zephyr_runners(workspace: Workspace) -> dict[str, Runner]:
 
 
 def image_runners(folder: Path) -> ImageRunners:
-    """What `runners.yaml` in a build folder says."""
+    """Read `runners.yaml` in a build folder."""
     file = folder / "zephyr" / "runners.yaml"
     try:
         content: Any = yaml.safe_load(file.read_text(encoding="utf-8"))
@@ -93,7 +93,7 @@ def image_runners(folder: Path) -> ImageRunners:
 
 
 def is_emulated(folder: Path) -> bool:
-    """Whether the image in a build folder is for a program that plays a board."""
+    """Return whether the image in a build folder is for a program that plays a board."""
     try:
         lines = (folder / "zephyr" / ".config").read_text(encoding="utf-8").splitlines()
     except OSError:
@@ -102,7 +102,7 @@ def is_emulated(folder: Path) -> bool:
 
 
 def takes_probe(name: str, runner: Runner) -> bool:
-    """Whether a runner can be told which probe to use."""
+    """Return whether a runner can be told which probe to use."""
     return name in _OPTIONS or runner.takes_dev_id
 
 

@@ -14,7 +14,7 @@ from lf_west.errors import LfError
 
 @dataclass(frozen=True)
 class WestArguments:
-    """What the text says, taken apart."""
+    """The parsed arguments."""
 
     # None when it names no board.
     board: str | None

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Where things lie: this repository, and a Zephyr workspace to build in."""
+"""The paths of this repository and of a Zephyr workspace to build in."""
 
 from __future__ import annotations
 
@@ -56,7 +56,7 @@ def find_workspace(environment: Mapping[str, str], topdir: str | None = None) ->
 
 
 def is_zephyr(folder: Path) -> bool:
-    """Whether a folder is Zephyr's repository."""
+    """Return whether a folder is Zephyr's repository."""
     return (folder / "VERSION").is_file() and (folder / "Kconfig.zephyr").is_file()
 
 

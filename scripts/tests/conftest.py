@@ -88,7 +88,7 @@ SAY = "print(*sys.argv[1:], flush=True)"
 
 
 def is_gone(pid: int) -> bool:
-    """Whether there is no such process; the id of a child that was reaped, or of an orphan that init reaps."""
+    """Return whether there is no such process; the id of a child that was reaped, or of an orphan that init reaps."""
     try:
         stat = Path(f"/proc/{pid}/stat").read_text()
     except OSError:
@@ -110,7 +110,7 @@ def lfz_itself() -> Path:
 
 @pytest.fixture(scope="module", autouse=True)
 def _workspace(request: pytest.FixtureRequest) -> None:
-    """Where there is no Zephyr workspace, the tests that need one are skipped."""
+    """Skip the tests that need a Zephyr workspace if there is none."""
     if request.node.get_closest_marker("zephyr") is None:
         return
     try:
@@ -163,7 +163,7 @@ class World:
         return path
 
     def calls(self, name: str) -> list[list[str]]:
-        """What a stand-in was called with."""
+        """Return the arguments of a stand-in's calls."""
         path = self.top / f"{name}.calls"
         return [json.loads(line) for line in path.read_text().splitlines()] if path.exists() else []
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What the commands understand of their command lines, and what they say about the rest."""
+"""The commands' parsing of their command lines, and the errors for invalid ones."""
 
 from __future__ import annotations
 

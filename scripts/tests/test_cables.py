@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What becomes of a federation on virtual boards when a network cable is taken out, or the RTI ends.
+"""The behavior of a federation on virtual boards when a network cable is taken out, or the RTI ends.
 
 A network like that of `west lf-fed-run`, whose cables the test can take out: an interface that belongs to no bridge any
 more still takes what the board sends, as a cable does that leads nowhere, and the board is told nothing.
@@ -127,7 +127,7 @@ class Cables:
 
 
 def read_until(process: Process, text: str) -> str:
-    """What a process prints up to the line with this text."""
+    """Return the output of a process up to the line with this text."""
     lines = []
     for line in process.stdout or ():
         lines.append(line)
@@ -137,7 +137,7 @@ def read_until(process: Process, text: str) -> str:
 
 
 def end_of(process: Process) -> tuple[str, int]:
-    """What a process still prints, and its status; that of a program on a board of QEMU, which itself goes on."""
+    """Return the rest of a process's output, and its status; that of a program on a board of QEMU, which continues."""
     lines = []
     for line in process.stdout or ():
         lines.append(line)
@@ -250,5 +250,5 @@ def test_a_board_that_starts_again_joins_the_next_federation(cables: Cables) -> 
     assert status == 1, said
     receiver.kill()
     receiver.wait()
-    # The board has had nobody to join until now.
+    # The board has had no RTI to join until now.
     assert_all_came(cables.rti(), sender, cables.federate("receiver"))

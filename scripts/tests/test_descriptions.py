@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What the compiler says about a program, kept and completed; and the sizes of images."""
+"""Descriptions of programs by the compiler, stored and completed; and the sizes of images."""
 
 from __future__ import annotations
 

@@ -58,7 +58,7 @@ RESULTS = {
 
 @pytest.fixture
 def libraries() -> None:
-    """What the page is made with, which is installed only where somebody wants one."""
+    """Skip without the libraries for the page, which only some users install."""
     pytest.importorskip("matplotlib")
     pytest.importorskip("jinja2")
 
@@ -121,7 +121,7 @@ def test_the_page_of_old_results_needs_nothing_else_and_escapes_what_it_is_told(
         "abc of 2026-01-01",
     ):
         assert words in text
-    # The names of namespaces are no addresses that anybody asks.
+    # The names of namespaces are no addresses to fetch.
     addresses = text.replace("http://www.w3.org/", "")
     assert not any(word in addresses for word in ("<script", "://", "@import", "url(http"))
     assert text.count("<svg") == 3

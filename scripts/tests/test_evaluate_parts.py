@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What parts of the evaluation read: lines of lf-bench, the output of federates, linkers' maps, recordings."""
+"""Input of the evaluation's parts: lines of lf-bench, the output of federates, linkers' maps, recordings."""
 
 from __future__ import annotations
 

@@ -71,7 +71,7 @@ def flashed(world: World) -> list[list[str]]:
 
 
 def flash_fails(world: World, capsys: pytest.CaptureFixture[str], *options: str) -> str:
-    """What is said when the command refuses before anything is flashed."""
+    """Return the error of a command that refuses before it flashes any board."""
     with pytest.raises(SystemExit) as raised:
         main(["lf-fed-flash", world.file, *options])
     assert raised.value.code == 1

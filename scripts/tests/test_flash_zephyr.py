@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What Zephyr's own runners make of the commands: the tool of each is told the right probe."""
+"""Zephyr's own runners with the commands: each passes the right probe to its tool."""
 
 from __future__ import annotations
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What is shown of rustc's errors and warnings about the crates of images."""
+"""The output of rustc's errors and warnings about the crates of images."""
 
 from __future__ import annotations
 

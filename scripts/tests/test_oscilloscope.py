@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What is around the boards of a run: an oscilloscope, a hand, quartzes that differ."""
+"""The environment of the boards in a run: an oscilloscope, moved inputs, clock drifts."""
 
 from __future__ import annotations
 

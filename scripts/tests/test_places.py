@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Where the Zephyr workspace, the compiler and the user's files are looked for."""
+"""The search for the Zephyr workspace, the compiler and the user's files."""
 
 from __future__ import annotations
 

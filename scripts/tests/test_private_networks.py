@@ -170,7 +170,7 @@ def test_without_the_tool_for_networks_it_is_said_what_to_install(
 
 @pytest.fixture(scope="module")
 def _allowed() -> None:
-    """Where private networks cannot be had, what needs one is skipped."""
+    """Skip the tests that need a private network if the system does not allow one."""
     enter = "import test_private_networks as t; t.plan_network({'a': t.board('10.0.0.2/24')}, t.RTI).enter()"
     path = {"PYTHONPATH": f"{LF.parent}:{LF.parent / 'tests'}"}
     result = subprocess.run(

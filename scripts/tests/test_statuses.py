@@ -31,7 +31,7 @@ Signalled = tuple[str, signal.Signals]
 
 
 def table() -> list[tuple[str, tuple[int | None, ...], str]]:
-    """How each row begins, the statuses of the image, the program and the RTI, and what the image says."""
+    """Return the rows: beginning, statuses of the image, the program and the RTI, and the image's output."""
     lines = (REPOSITORY / "docs/guide/src/errors.md").read_text(encoding="utf-8").splitlines()
     rows = []
     for line in lines[lines.index(HEAD) + 2 :]:
@@ -72,7 +72,7 @@ def build(name: str, *deployment: str) -> tuple[Path, Path]:
 
 
 def read_until(process: Process, text: str) -> str:
-    """What a process prints up to the line with this text."""
+    """Return the output of a process up to the line with this text."""
     lines = []
     for line in process.stdout or ():
         lines.append(line)
@@ -94,7 +94,7 @@ def other(program: Path, port: int, way: str) -> list[str]:
 
 
 def late(program: Path, image: Path) -> tuple[int, str]:
-    """How an image ends that joins when all are there."""
+    """Return the end of an image that joins when all are there."""
     with (
         rti("-n", "2", "-i", "ends") as (_, port),
         board(image, "ends", port) as first,
@@ -131,7 +131,7 @@ def answering(answer: bytes) -> Iterator[int]:
 
 
 def alone(program: Path, image: Path, way: str) -> tuple[int, str]:
-    """How an image ends that nobody else has to end with."""
+    """Return the end of an image without other participants."""
     if way == LATE:
         return late(program, image)
     if way == NO_MESSAGE:
@@ -169,14 +169,14 @@ def tried(program: Path, image: Path, way: str, is_alone: bool) -> tuple[tuple[i
 
 
 def free_port() -> int:
-    """A port on which nobody listens now."""
+    """Return a port on which no program listens now."""
     with socket.create_server(("127.0.0.1", 0)) as listener:
         port: int = listener.getsockname()[1]
         return port
 
 
 def tried_with_the_rti(program: Path, image: Path, way: str) -> tuple[tuple[int, ...], str]:
-    """As `tried`, for an image that has the RTI in it."""
+    """Return the result of `tried`, for an image that contains the RTI."""
     port = free_port()
     with board(image, "ends", port) as image_process, started(other(program, port, way)) as beside:
         return together({"image": image_process, "program": beside}, way)

@@ -29,10 +29,10 @@ from lf_west.workspace import REPOSITORY
 
 pytestmark = pytest.mark.zephyr
 
-# Where something hangs, the run ends by this, and not the person who waits. In seconds.
+# The time limit in seconds that ends a run that hangs.
 LIMIT_S = 300
 PROGRAMS = Path(__file__).parent / "programs"
-# Names of functions that allocate, whoever offers them: C's library, Zephyr's kernel, Rust's `alloc` crate.
+# Names of functions that allocate, from C's library, Zephyr's kernel, or Rust's `alloc` crate.
 ALLOCATOR = re.compile(
     r"(k_|_)?(malloc|calloc|realloc|reallocarray|memalign|aligned_alloc)(_r)?|_?free(_r)?|.*__(rust|rg|rdl)_\w*alloc\w*"
 )
@@ -148,7 +148,7 @@ def symbols(folder: Path) -> dict[str, int]:
 
 
 def circuits(output: str) -> dict[str, str]:
-    """What the units of the smart grid say about themselves."""
+    """Return the decisions that the units of the smart grid print."""
     lines = re.findall(r"^(\w) +\| ([A-D]): (open|closed), reaction time [0-9.]+ ms$", output, re.MULTILINE)
     assert all(federate.upper() == unit for federate, unit, _ in lines), output
     return {unit: state for _, unit, state in lines}
@@ -198,7 +198,7 @@ def test_the_sender_of_the_message_test_fits_a_small_board_without_an_allocator(
     # The kernel's own functions refer to its functions for heaps, but there is no heap.
     assert linked["_k_heap_list_start"] == linked["_k_heap_list_end"]
     # Nor is there anything of authentication and of connections with other federates, which the program does not use,
-    # and of traces, which nobody has asked for.
+    # and of traces, which the image does not use.
     assert [name for name in linked if UNUSED.search(name)] == []
 
 
@@ -278,7 +278,7 @@ def test_an_rti_that_is_an_image_authenticates_and_tells_federates_where_others_
 
 
 def test_the_decentralized_smart_grid_heals_itself_or_says_which_message_was_late() -> None:
-    """Nobody grants anything, so on a busy computer messages may be late; then units are safe rather than clever."""
+    """No RTI grants tags, so on a busy computer messages may be late; then units are safe rather than clever."""
     output = run("smart_grid/src/SmartGridAfter.lf", "--deployment", "deployment/topology2.yaml")
     assert re.search(r"^a +host ", output, re.MULTILINE), output
     assert re.search(r"^b +native_sim/native/64 ", output, re.MULTILINE), output

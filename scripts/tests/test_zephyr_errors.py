@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What rustc says about the bodies of a program that is built as an image, from rustc to the terminal."""
+"""Rustc's messages about the bodies of a program that is built as an image, from rustc to the terminal."""
 
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ def build_with(body: str, folder: Path) -> subprocess.CompletedProcess[str]:
 
 
 def codes(messages: Path) -> list[str]:
-    """What rustc has said about the generated crate, scaffolding included."""
+    """Return the codes of rustc's messages about the generated crate, scaffolding included."""
     items = map(json.loads, messages.read_text().splitlines())
     own = [item["message"] for item in items if str(BUILD) in item.get("manifest_path", "") and "message" in item]
     return [message["code"]["code"] for message in own if message["code"] is not None]

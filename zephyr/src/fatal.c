@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* How the program of an image ends: by itself, by an error, or by a fault that the kernel reports. */
+/* The ends of an image's program: by itself, by an error, or by a fault that the kernel reports. */
 
 #include <lf/platform.h>
 
@@ -71,7 +71,7 @@ extern void lf_trace_print(void);
 
 FUNC_NORETURN void lf_fault(const char *what, const char *advice)
 {
-	/* What was logged before comes first. */
+	/* Earlier log messages come first. */
 	LOG_PANIC();
 	printk("lf: %s; %s\n", what, advice);
 #if defined(CONFIG_LF_TRACE)

@@ -8,7 +8,7 @@
 #include <cmdline.h>
 #include <soc.h>
 
-/* What the command line says; native_sim sets NULL and UINT32_MAX where it says nothing. */
+/* The values from the command line; native_sim sets NULL and UINT32_MAX for missing ones. */
 static char *given_federation_id;
 static char *given_rti_address;
 static uint32_t given_rti_port = UINT32_MAX;

@@ -11,7 +11,7 @@ use lf_bench::Program;
 #[derive(Debug, Parser)]
 #[command(name = "lf-bench")]
 pub(crate) struct Arguments {
-    /// What is measured.
+    /// The part to measure.
     pub(crate) part: Part,
     /// The program `lfz`, built for release.
     #[arg(long, value_name = "PATH", default_value = "lfz")]
@@ -19,19 +19,19 @@ pub(crate) struct Arguments {
     /// The stock RTI, to be measured beside ours.
     #[arg(long, value_name = "PATH")]
     pub(crate) stock_rti: Option<PathBuf>,
-    /// How often each measurement is made, in turns.
+    /// The number of rounds; in each round, every RTI is measured once.
     #[arg(long, value_name = "N", default_value = "3")]
     pub(crate) rounds: u32,
-    /// How many exchanges or messages a round has.
+    /// The number of exchanges or messages in a round.
     #[arg(long, value_name = "N", default_value = "1000")]
     pub(crate) exchanges: u32,
-    /// How long a federation runs.
+    /// The number of seconds that a federation runs.
     #[arg(long, value_name = "SECONDS", default_value = "2")]
     pub(crate) seconds: u64,
-    /// How many federates the large federation has.
+    /// The number of federates in the large federation.
     #[arg(long, value_name = "N", default_value = "500")]
     pub(crate) federates: u16,
-    /// How far messages over the raw connection are apart.
+    /// The period of the messages over the raw connection.
     #[arg(long, value_name = "MILLISECONDS", default_value = "10")]
     pub(crate) period_ms: u64,
 }
@@ -47,30 +47,30 @@ impl Arguments {
     }
 }
 
-/// What can be measured; the last three are what this program starts itself as.
+/// The parts that can be measured; this program starts itself as the last three.
 #[derive(Clone, Copy, Debug, ValueEnum)]
 pub(crate) enum Part {
-    /// How long grants and messages are on their way.
+    /// The latency of grants and messages.
     Latency,
     /// Messages per second, processor time for each, and memory.
     Throughput,
-    /// What a grant takes as the federation grows.
+    /// The cost of a grant as the federation grows.
     Growth,
     /// One large federation from its start to its end.
     Large,
-    /// How far clocks are apart, in virtual time; a round is a seed that decides the delays of the network.
+    /// The error of clocks, in virtual time; a round is a seed that decides the delays of the network.
     Clock,
-    /// How evenly an RTI answers in the exchanges of clock synchronization before the start.
+    /// The variation of an RTI's answers in the exchanges of clock synchronization before the start.
     Initial,
-    /// How long bytes take from one process to another over a raw connection.
+    /// The latency of bytes between two processes over a raw connection.
     Raw,
-    /// A forwarder that sleeps until something comes.
+    /// A forwarder that sleeps until bytes arrive.
     #[value(hide = true)]
     ForwardAsleep,
-    /// A forwarder that looks all the time.
+    /// A forwarder that polls without sleeping.
     #[value(hide = true)]
     ForwardAwake,
-    /// The process that messages over a raw connection go to.
+    /// The process that receives the messages over a raw connection.
     #[value(hide = true)]
     Answer,
 }

@@ -6,7 +6,7 @@ use lf_bench::{InitialExchanges, Measured, Result, micros};
 
 use crate::arguments::Arguments;
 
-/// Federations of the exchanges before the start, for each round.
+/// The number of federations with exchanges before the start, for each round.
 const INITIAL_RUNS: u32 = 10;
 const SECOND_NS: i64 = 1_000_000_000;
 
@@ -26,7 +26,7 @@ pub(crate) fn clock(rounds: u32) -> Result<()> {
             }
         }
     }
-    // Ours in a quiet network, looked at once a second.
+    // Prints our errors in a quiet network, sampled once a second.
     for (mode, on) in [("init", false), ("on", true)] {
         let seen = offsets(&mut Ours::default(), &Network::QUIET, 1, on);
         let seen = seen.into_iter().filter(|(at, _)| at % SECOND_NS == 0);

@@ -1,22 +1,22 @@
 // SPDX-License-Identifier: Apache-2.0
-//! The least that any program between two sockets can do: what latencies are compared with.
+//! The baseline of latencies: the minimum that any program between two sockets can take.
 
 use std::io::{ErrorKind, Read, Write};
 use std::net::{Ipv4Addr, TcpListener};
 
 use crate::Result;
 
-/// How a forwarder waits. Which one is quicker depends on what else the processors do.
+/// The way in which a forwarder waits. The load of the processors decides which one is faster.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Waiting {
-    /// It sleeps until something comes: one call to read, one to write.
+    /// Sleeps until bytes arrive: one call to read, one to write.
     Asleep,
-    /// It looks all the time, which takes a processor of its own: nobody has to wake it.
+    /// Polls without sleeping, which occupies a processor: no thread has to be woken.
     Awake,
 }
 
-/// Takes two connections and writes all that comes on the first one to the second one, until the first one ends.
-/// `listening` is told the port.
+/// Accepts two connections and writes all that arrives on the first one to the second one, until the first one ends.
+/// Calls `listening` with the port.
 ///
 /// # Errors
 /// When the system has no socket, or a connection breaks.

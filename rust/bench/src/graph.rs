@@ -5,14 +5,14 @@ use std::fmt;
 
 use lf_wire::DELAY_NONE;
 
-/// How the federates are connected.
+/// The shape of the connections between federates.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Shape {
-    /// Each two federates are a sender and a receiver.
+    /// Pairs of a sender and a receiver.
     Pairs,
-    /// Each sends to the next.
+    /// Each federate sends to the next.
     Chain,
-    /// The first sends to all others.
+    /// The first federate sends to all others.
     Star,
     /// Each but the first few has up to three upstream federates of lower number, a quarter of them with a delay.
     Random,
@@ -36,21 +36,22 @@ pub struct Edge {
     pub from: u16,
     /// The receiver.
     pub to: u16,
-    /// As on the wire: [`DELAY_NONE`], or nanoseconds.
+    /// The delay as on the wire: [`DELAY_NONE`], or nanoseconds.
     pub delay: i64,
 }
 
 /// The connections of a federation.
 #[derive(Clone, Debug)]
 pub struct Graph {
-    /// How many federates there are.
+    /// The number of federates.
     pub federates: u16,
-    /// At most one connection from one federate to another.
+    /// The connections, at most one from one federate to another.
     pub edges: Vec<Edge>,
 }
 
 impl Graph {
-    /// A federation of this shape. The same one each time. `period_ns` is the delay of those that have one.
+    /// Returns the federation of this shape, the same one in each call. `period_ns` is the delay of the connections
+    /// with a delay.
     pub fn new(shape: Shape, federates: u16, period_ns: i64) -> Self {
         let edge = |from, to| Edge { from, to, delay: DELAY_NONE };
         let edges = match shape {
@@ -62,12 +63,12 @@ impl Graph {
         Self { federates, edges }
     }
 
-    /// The upstream federates of one, with the delays as on the wire.
+    /// Returns the upstream federates of one federate, with the delays as on the wire.
     pub fn upstream(&self, federate: u16) -> Vec<(u16, i64)> {
         self.edges.iter().filter(|edge| edge.to == federate).map(|edge| (edge.from, edge.delay)).collect()
     }
 
-    /// The downstream federates of one, with the delays as on the wire.
+    /// Returns the downstream federates of one federate, with the delays as on the wire.
     pub fn downstream(&self, federate: u16) -> Vec<(u16, i64)> {
         self.edges.iter().filter(|edge| edge.from == federate).map(|edge| (edge.to, edge.delay)).collect()
     }

@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-//! How evenly an RTI answers in the exchanges of clock synchronization before the start, as federates see it that all
-//! come at once.
+//! The variation of an RTI's answers in the exchanges of clock synchronization before the start, when all federates
+//! join at the same time.
 //!
-//! A stock federate throws its exchanges away, and begins with the whole offset of its clock, if the standard deviation
-//! of their round trips is 100 µs or more: one of ten that takes a third of a millisecond longer suffices for that.
+//! A stock federate discards its exchanges, and begins with the whole offset of its clock, if the standard deviation of
+//! their round trips is 100 µs or more. One of ten exchanges that takes a third of a millisecond longer suffices for
+//! that.
 
 use std::io::{Read, Write};
 use std::net::TcpStream;
@@ -19,19 +20,19 @@ use crate::{FEDERATION, Program, Result, Samples};
 const TRIALS: u32 = 10;
 /// Bytes of T1 and T4.
 const TIME_BYTES: usize = 9;
-/// How long an RTI may be silent.
+/// The longest time that an RTI may be silent.
 const SILENCE_MAX: Duration = Duration::from_secs(10);
-/// What federates have seen.
+/// The measurements of all federates.
 #[derive(Clone, Debug, Default)]
 pub struct InitialExchanges {
     /// The standard deviation of each federate's round trips, (T4 - T1) - (T3 - T2).
     pub spreads: Samples,
-    /// How long after each T3 its T4 came.
+    /// The time from each T3 to its T4.
     pub answers: Samples,
 }
 
 impl InitialExchanges {
-    /// Lets this number of federates join a new RTI at once, and returns what they see.
+    /// Lets this number of federates join a new RTI at the same time, and returns their measurements.
     ///
     /// # Errors
     /// When the RTI cannot be started, or does not answer as it should.
@@ -62,8 +63,8 @@ impl InitialExchanges {
     }
 }
 
-/// Goes through the handshake and the exchanges. Gives the spread of the round trips, how long answers took, and the
-/// connection, which stays open for the others' sake.
+/// Performs the handshake and the exchanges. Returns the spread of the round trips, the latencies of the answers, and
+/// the connection, which stays open because the other federates need it.
 fn join(mut stream: TcpStream, id: u16) -> Result<(Duration, Vec<Duration>, TcpStream)> {
     stream.set_nodelay(true)?;
     stream.set_read_timeout(Some(SILENCE_MAX))?;
@@ -91,7 +92,7 @@ fn say(stream: &mut TcpStream, message: &Message<'_>) -> Result<()> {
     Ok(stream.write_all(&bytes)?)
 }
 
-/// The time that the RTI tells.
+/// Reads the time in the RTI's next message.
 fn hear(stream: &mut TcpStream) -> Result<i64> {
     let mut bytes = [0; TIME_BYTES];
     stream.read_exact(&mut bytes)?;
@@ -101,7 +102,7 @@ fn hear(stream: &mut TcpStream) -> Result<i64> {
     }
 }
 
-/// The standard deviation of these times in ns.
+/// Returns the standard deviation of these times in ns.
 #[expect(clippy::cast_precision_loss, reason = "round trips are far below 2^53 ns")]
 fn spread(times: &[i64]) -> Duration {
     let count = times.len().max(1) as f64;

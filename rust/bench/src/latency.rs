@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! How long a message is on its way from one federate to another.
+//! The latency of a message from one federate to another.
 
 use std::io::{Read, Write};
 use std::net::TcpStream;
@@ -13,12 +13,12 @@ use crate::peer::{Load, Peer, connect};
 use crate::process::{Program, start_self};
 use crate::{Result, Samples};
 
-/// In nanoseconds of logical time.
+/// The period in nanoseconds of logical time.
 const PERIOD_NS: i64 = 1_000_000;
-/// How many exchanges come before those that count.
+/// The number of exchanges before those that count.
 const WARM_UP: u32 = 200;
 
-/// What was measured: from before the sender writes until the receiver has read.
+/// The latencies, each from before the sender writes until the receiver has read.
 #[derive(Clone, Debug, Default)]
 pub struct Latency {
     /// From the NET of the upstream federate to the TAG of the downstream one.

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Measures RTIs side by side: latency, throughput, memory, and what a grant costs as a federation grows; clock
-//! synchronization; and a raw connection to compare messages with. What is measured is printed row by row
-//! ([`Measured`]); `scripts/lf_evaluate` makes tables and a page of it.
+//! Measures RTIs side by side: latency, throughput, memory, and the cost of a grant as a federation grows; clock
+//! synchronization; and a raw connection to compare messages with. The program prints each value as a row
+//! ([`Measured`]); `scripts/lf_evaluate` makes tables and a page of them.
 //!
-//! In measurements of RTIs the federates are raw sockets that keep the rules of the protocol ([`Peer`]) and all live in
-//! one thread ([`Swarm`]), so that every RTI gets the same input and the federates cost as little as possible.
+//! In measurements of RTIs the federates are raw sockets that keep the rules of the protocol ([`Peer`]) and share one
+//! thread ([`Swarm`]), so that every RTI gets the same input and the federates cost as little as possible.
 #![forbid(unsafe_code)]
 
 pub mod clock;
@@ -30,10 +30,10 @@ pub use process::{Program, RunningRti, Usage};
 pub use samples::{Samples, micros};
 pub use swarm::{Swarm, Traffic};
 
-/// The federation id of every federation here.
+/// The federation id of every federation in these measurements.
 pub const FEDERATION: &str = "evaluate";
 
-/// What went wrong, in a sentence.
+/// The reason of a failure, as a sentence.
 pub type Error = Box<dyn std::error::Error>;
-/// Of what can go wrong.
+/// The result of an operation that can fail.
 pub type Result<T> = std::result::Result<T, Error>;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 //! `lf-bench`: measures RTIs and clock synchronization on this computer, and prints a line of JSON for each value.
-//! `cargo xtask evaluate` builds it and makes tables and a page of what it prints.
+//! `cargo xtask evaluate` builds it and makes tables and a page from its output.
 #![forbid(unsafe_code)]
 
 mod arguments;
@@ -46,6 +46,6 @@ fn run(arguments: &Arguments) -> Result<()> {
 /// Prints a number for the process that started this one.
 fn tell(number: u64) {
     println!("{number}");
-    // Whoever does not read the port will not connect either.
+    // A parent that does not read the port will not connect either.
     let _ = std::io::stdout().flush();
 }

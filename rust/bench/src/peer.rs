@@ -10,20 +10,20 @@ use lf_wire::{DELAY_NONE, Decoded, Limits, Message, NeighborStructure, Tag, UDP_
 
 use crate::{FEDERATION, Graph, Result};
 
-/// Bytes that one read takes at most.
+/// The maximum number of bytes in one read.
 const READ_BYTES: usize = 1 << 14;
-/// How long a connection is tried while the RTI starts.
+/// The time in which a connection is tried while the RTI starts.
 const CONNECT_TIME_OUT: Duration = Duration::from_secs(10);
 
-/// What every federate does.
+/// The load that every federate produces.
 #[derive(Clone, Copy, Debug)]
 pub struct Load {
-    /// From one event to the next, in nanoseconds of logical time.
+    /// The time from one event to the next, in nanoseconds of logical time.
     pub period_ns: i64,
-    /// How many messages go over each connection at each event.
+    /// The number of messages over each connection at each event.
     pub messages: u32,
-    /// How many rounds of events those without upstream federates may be ahead of the slowest federate. This stands for
-    /// physical time, which they would wait for.
+    /// The number of rounds of events by which federates without upstream federates may be ahead of the slowest one. It
+    /// stands for physical time, for which they would wait.
     pub rounds_ahead: u64,
 }
 
@@ -37,25 +37,25 @@ pub struct Peer {
     input: Vec<u8>,
     output: Vec<u8>,
     start: i64,
-    /// Messages that have come and are not handled.
+    /// The tags of messages that have arrived and are not handled.
     arrived: BTreeSet<Tag>,
     granted: Tag,
     announced: Option<Tag>,
     current: Tag,
-    /// The rounds of events that are done.
+    /// The number of completed rounds of events.
     pub(crate) round: u64,
-    /// Messages that have come.
+    /// The number of received messages.
     pub(crate) received: u64,
-    /// TAGs and PTAGs that have come.
+    /// The number of received TAGs and PTAGs.
     pub(crate) grants: u64,
-    /// It has resigned.
+    /// Whether it has resigned.
     pub(crate) left: bool,
-    /// The RTI has closed the connection.
+    /// Whether the RTI has closed the connection.
     pub(crate) ended: bool,
 }
 
 impl Peer {
-    /// Connects and goes through the handshake, up to the start barrier.
+    /// Connects and performs the handshake, up to the start barrier.
     ///
     /// # Errors
     /// When the RTI does not answer as it should.
@@ -96,7 +96,7 @@ impl Peer {
         Ok(peer)
     }
 
-    /// Tells its clock.
+    /// Sends the time of its clock.
     ///
     /// # Errors
     /// When the connection broke.
@@ -126,7 +126,7 @@ impl Peer {
         &self.stream
     }
 
-    /// Whether nothing but the others' progress keeps it from its next event.
+    /// Returns whether only the others' progress keeps it from its next event.
     pub(crate) fn is_source(&self) -> bool {
         !self.waits_for_grants
     }
@@ -135,7 +135,7 @@ impl Peer {
         !self.output.is_empty()
     }
 
-    /// The tag of its own event of a round.
+    /// Returns the tag of its own event of a round.
     pub(crate) fn tag_of(&self, round: u64) -> Tag {
         let rounds = i64::try_from(round).unwrap_or(i64::MAX);
         Tag::new(self.start.saturating_add(rounds.saturating_mul(self.load.period_ns)), 0)
@@ -148,7 +148,7 @@ impl Peer {
         Ok(())
     }
 
-    /// Reads what has come.
+    /// Reads the received bytes.
     pub(crate) fn read(&mut self) -> Result<()> {
         let mut buffer = [0; READ_BYTES];
         match self.stream.read(&mut buffer) {
@@ -172,7 +172,7 @@ impl Peer {
         Ok(())
     }
 
-    /// Writes what there is to say, as far as the system takes it.
+    /// Writes as much of the output as the system accepts.
     pub(crate) fn write(&mut self) -> Result<()> {
         while !self.output.is_empty() {
             match self.stream.write(&self.output) {
@@ -192,7 +192,7 @@ impl Peer {
         Ok(())
     }
 
-    /// Handles all whole messages. Returns how many bytes are left.
+    /// Handles all whole messages. Returns the number of bytes that are left.
     fn hear_all(&mut self, mut bytes: &[u8]) -> Result<usize> {
         while let Decoded::Complete { message, len } = decode(bytes, &Limits::NONE)? {
             self.hear(&message)?;
@@ -229,12 +229,12 @@ impl Peer {
         Ok(())
     }
 
-    /// Asks all to stop.
+    /// Requests a stop of the federation.
     pub(crate) fn ask_to_stop(&mut self) -> Result<()> {
         self.say(&Message::StopRequest(Tag::new(self.current.time, self.current.microstep + 1)))
     }
 
-    /// Does what it may do; a federate that nothing upstream holds back does not go beyond a round.
+    /// Runs all tags that it may run; a federate without a limit from upstream does not go beyond a round.
     pub(crate) fn advance(&mut self, last_round: u64) -> Result<()> {
         while !self.left {
             let timer = self.tag_of(self.round);
@@ -270,7 +270,7 @@ impl Peer {
             self.say(&Message::LatestTagComplete(tag))?;
         }
         if !self.waits_for_grants {
-            // Whoever is granted all announces each event, because those downstream wait for it.
+            // A federate with an unlimited grant announces each event, because those downstream wait for it.
             let next = self.tag_of(self.round);
             self.announced = Some(next);
             self.say(&Message::NextEventTag(next))?;
@@ -279,7 +279,7 @@ impl Peer {
     }
 }
 
-/// Connects, as soon as the RTI listens.
+/// Connects as soon as the RTI listens.
 pub(crate) fn connect(port: u16) -> Result<TcpStream> {
     let until = Instant::now() + CONNECT_TIME_OUT;
     loop {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-//! What a message between two federates is compared with: bytes over a raw TCP connection between two processes, as
-//! many and as often.
+//! The baseline of messages between two federates: the same number of bytes, at the same rate, over a raw TCP
+//! connection between two processes.
 
 use std::io::{Read, Write};
 use std::net::{Ipv4Addr, TcpListener, TcpStream};
@@ -13,7 +13,7 @@ use crate::{Result, Samples};
 const MESSAGE_BYTES: usize = 29;
 const STAMP_BYTES: usize = 8;
 
-/// Times of `count` messages, one in each period, from a process to another one.
+/// Returns the latencies of `count` messages, one in each period, from one process to another.
 ///
 /// # Errors
 /// When there is no second process or no connection.
@@ -37,7 +37,8 @@ pub fn ping(count: u32, period: Duration) -> Result<Samples> {
     Ok(samples)
 }
 
-/// Be the other process: print the port, and when the connection ends, what each message has taken, in nanoseconds.
+/// Acts as the other process: prints the port and, when the connection ends, the latency of each message in
+/// nanoseconds.
 ///
 /// # Errors
 /// When the system has no socket, or the connection breaks.
@@ -56,7 +57,7 @@ pub fn answer_pings(mut print: impl FnMut(u64)) -> Result<()> {
     Ok(())
 }
 
-/// The clock that both processes have in common, in nanoseconds.
+/// Returns the time of the clock that both processes share, in nanoseconds.
 fn now() -> Result<u64> {
     Ok(u64::try_from(SystemTime::now().duration_since(UNIX_EPOCH)?.as_nanos())?)
 }

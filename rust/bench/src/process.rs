@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! The programs that are measured, as child processes.
+//! The measured programs, as child processes.
 
 use std::fs;
 use std::io::{BufRead, BufReader, Lines};
@@ -20,7 +20,7 @@ pub enum Program {
 }
 
 impl Program {
-    /// What it is called in the rows.
+    /// Returns the name in the rows.
     pub fn name(&self) -> &'static str {
         match self {
             Self::Ours(_) => "lfz rti",
@@ -28,7 +28,7 @@ impl Program {
         }
     }
 
-    /// Starts it for so many federates, on a port that is free, without clock synchronization.
+    /// Starts it for this number of federates, on a free port, without clock synchronization.
     ///
     /// # Errors
     /// When it cannot be started.
@@ -36,7 +36,7 @@ impl Program {
         self.start_with(federates, &["off"])
     }
 
-    /// The same, with this behind its option `-c`.
+    /// Starts it with this value of its option `-c`.
     pub(crate) fn start_with(&self, federates: u16, clock_sync: &[&str]) -> Result<RunningRti> {
         let port = free_port()?;
         let mut command = match self {
@@ -55,7 +55,7 @@ impl Program {
     }
 }
 
-/// An RTI that runs. It is killed when this is dropped.
+/// A running RTI, killed on drop.
 #[derive(Debug)]
 pub struct RunningRti {
     child: ChildGuard,
@@ -64,12 +64,12 @@ pub struct RunningRti {
 }
 
 impl RunningRti {
-    /// What it has used so far.
+    /// Returns the resources that it has used so far.
     pub fn usage(&self) -> Usage {
         usage(self.child.0.id())
     }
 
-    /// Waits until it has ended by itself, at most so long.
+    /// Waits at most this long until the process has ended by itself.
     ///
     /// # Errors
     /// When it has not.
@@ -87,16 +87,16 @@ impl RunningRti {
     }
 }
 
-/// A port on which nobody listens. Until its user does, somebody else could take it; then the measurement fails and
-/// says so.
+/// Returns a port without a listener. Another program could take it before the RTI does; then the measurement reports a
+/// failure.
 fn free_port() -> Result<u16> {
     Ok(TcpListener::bind((Ipv4Addr::LOCALHOST, 0))?.local_addr()?.port())
 }
 
-/// What a child process prints.
+/// The output of a child process.
 pub(crate) type Output = Lines<BufReader<ChildStdout>>;
 
-/// This program in another role, which prints its port first. It is killed when this is dropped.
+/// Starts this program in another role, which prints its port first. The process is killed on drop.
 pub(crate) fn start_self(role: &str) -> Result<(ChildGuard, u16, Output)> {
     let mut command = Command::new(std::env::current_exe()?);
     let mut child = ChildGuard(command.arg(role).stdin(Stdio::null()).stdout(Stdio::piped()).spawn()?);
@@ -111,27 +111,27 @@ pub(crate) struct ChildGuard(Child);
 
 impl Drop for ChildGuard {
     fn drop(&mut self) {
-        // Both fail only when it has ended already.
+        // Both fail only if the process has ended already.
         let _ = self.0.kill();
         let _ = self.0.wait();
     }
 }
 
-/// What a process has used.
+/// The resources that a process has used.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Usage {
-    /// Time on a processor, user and system.
+    /// The time on a processor, user and system.
     pub cpu: Duration,
-    /// Resident memory in bytes.
+    /// The resident memory in bytes.
     pub resident: u64,
-    /// What of it is the process's own, and not of files whose memory processes share.
+    /// The part of it that is private to the process, without the files that processes share in memory.
     pub own: u64,
 }
 
-/// What a process has used, as Linux tells; nothing where it does not.
+/// Returns the usage of a process as Linux reports it; zero if it does not.
 fn usage(process: u32) -> Usage {
     let read = |file: &str| fs::read_to_string(format!("/proc/{process}/{file}")).unwrap_or_default();
-    // The name of the program stands in parentheses and may contain anything.
+    // The name of the program stands in parentheses and may contain any character.
     let stat = read("stat");
     let fields: Vec<&str> = stat.rsplit(')').next().unwrap_or_default().split_whitespace().collect();
     let ticks = |index: usize| fields.get(index).and_then(|field| field.parse::<u64>().ok()).unwrap_or(0);

@@ -10,13 +10,13 @@ use lf_bench::{
 
 use crate::arguments::Arguments;
 
-/// In nanoseconds of logical time.
+/// The period in nanoseconds of logical time.
 const PERIOD_NS: i64 = 1_000_000;
-/// How long a federation runs before what it does counts.
+/// The run time of a federation before its traffic counts.
 const WARM_UP: Duration = Duration::from_millis(300);
-/// How long an RTI may take to end when all federates have left.
+/// The longest time in which an RTI may end after all federates have left.
 const END_TIME_OUT: Duration = Duration::from_secs(15);
-/// Without a limit of rounds.
+/// The number of rounds of a run without a limit.
 const ENDLESS: u64 = u64::MAX;
 
 pub(crate) fn latency(arguments: &Arguments) -> Result<()> {
@@ -92,7 +92,8 @@ pub(crate) fn large(arguments: &Arguments) -> Result<()> {
     })
 }
 
-/// Runs a federation under each RTI, in turns, and prints these values of each run. An RTI that fails once has failed.
+/// Runs a federation under each RTI in turn, and prints these values of each run. Skips an RTI in later rounds once it
+/// has failed.
 fn each_run(
     part: &str,
     row: &str,
@@ -134,7 +135,7 @@ fn run(program: &Program, graph: &Graph, load: Load, time: Duration) -> Result<R
     Ok(Run { start: swarm.start, traffic, cpu: usage.cpu.saturating_sub(before.cpu), usage, stop, succeeded })
 }
 
-/// In µs.
+/// Returns the time per item in µs.
 fn per(time: Duration, number: u64) -> f64 {
     micros(time) / count(number.max(1))
 }

@@ -1,24 +1,24 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Durations that were measured.
+//! Measured durations.
 
 use std::time::Duration;
 
-/// A duration in µs.
+/// Returns a duration in µs.
 pub fn micros(time: Duration) -> f64 {
     time.as_secs_f64() * 1e6
 }
 
-/// Durations that were measured one by one.
+/// A list of measured durations.
 #[derive(Clone, Debug, Default)]
 pub struct Samples(Vec<Duration>);
 
 impl Samples {
-    /// Adds one.
+    /// Adds one sample.
     pub fn push(&mut self, sample: Duration) {
         self.0.push(sample);
     }
 
-    /// The value that `percent` of the samples do not exceed; zero if there are none.
+    /// Returns the value that `percent` of the samples do not exceed; zero if there are none.
     pub fn percentile(&self, percent: usize) -> Duration {
         let mut sorted = self.0.clone();
         sorted.sort_unstable();
@@ -26,7 +26,7 @@ impl Samples {
         sorted.get(place).copied().unwrap_or_default()
     }
 
-    /// All of them in µs, in the order in which they were measured.
+    /// Returns all samples in µs, in the order of measurement.
     pub fn micros(&self) -> Vec<f64> {
         self.0.iter().copied().map(micros).collect()
     }

@@ -10,7 +10,7 @@ use rustix::event::{Timespec, epoll};
 
 use crate::{Graph, Load, Peer, Result};
 
-/// How long nothing may happen.
+/// The longest time without any progress.
 const SILENCE_MAX: Duration = Duration::from_secs(20);
 
 /// A federation that has started.
@@ -19,17 +19,17 @@ pub struct Swarm {
     load: Load,
     epoll: OwnedFd,
     events: Vec<epoll::Event>,
-    /// The federates to look at, and whether each is in that list.
+    /// The federates that have work, and whether each is in that list.
     touched: Vec<usize>,
     is_touched: Vec<bool>,
     /// The federates that wait for room to write.
     full: Vec<bool>,
-    /// The round that the slowest federate is in.
+    /// The round of the slowest federate.
     floor: u64,
-    /// How many federates are in each round, from that one on.
+    /// The number of federates in each round, from that one on.
     in_round: VecDeque<usize>,
     sources: Vec<usize>,
-    /// How long connecting and the start barrier took.
+    /// The duration of connecting and of the start barrier.
     pub start: Duration,
 }
 
@@ -39,24 +39,24 @@ impl fmt::Debug for Swarm {
     }
 }
 
-/// What went through an RTI.
+/// The traffic through an RTI.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Traffic {
-    /// How long it took.
+    /// The duration of the run.
     pub time: Duration,
-    /// Messages that arrived.
+    /// The number of messages that arrived.
     pub messages: u64,
-    /// TAGs and PTAGs that arrived.
+    /// The number of TAGs and PTAGs that arrived.
     pub grants: u64,
 }
 
 impl Traffic {
-    /// Messages per second.
+    /// Returns the messages per second.
     pub fn messages_per_second(&self) -> f64 {
         rate(self.messages, self.time)
     }
 
-    /// Grants per second.
+    /// Returns the grants per second.
     pub fn grants_per_second(&self) -> f64 {
         rate(self.grants, self.time)
     }
@@ -101,7 +101,7 @@ impl Swarm {
         })
     }
 
-    /// Lets the federates go on for so long, or until all have done so many rounds.
+    /// Lets the federates run for this time, or until all have completed this many rounds.
     ///
     /// # Errors
     /// When the RTI breaks the rules, or nothing happens any more.
@@ -114,7 +114,7 @@ impl Swarm {
         Ok(Traffic { time, messages: after.0 - before.0, grants: after.1 - before.1 })
     }
 
-    /// Asks all to stop, and waits until all have left. Returns how long that took.
+    /// Asks all federates to stop, and waits until all have left. Returns the duration.
     ///
     /// # Errors
     /// As [`run`](Self::run).
@@ -143,7 +143,7 @@ impl Swarm {
         while next < self.touched.len() {
             let index = self.touched[next];
             next += 1;
-            // Others may touch it again from now on, and it then has another turn.
+            // From here on others may list it again, and it then runs once more.
             self.is_touched[index] = false;
             let before = self.peers[index].round;
             self.peers[index].advance(self.floor + self.load.rounds_ahead)?;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! How good clock synchronization is, in virtual time: the rows of `lf-bench --only clock`, as bounds.
+//! The rows of `lf-bench --only clock` stay within bounds, in virtual time.
 
 use std::time::Duration;
 
@@ -15,7 +15,7 @@ fn micros(samples: &Samples, percent: usize) -> u128 {
 #[test]
 fn rounds_keep_a_drifting_clock_within_the_goal_on_every_network() {
     for network in Network::ALL {
-        // 50 µs where it is quiet, else 5 % of the jitter.
+        // The goal is 50 µs in a quiet network, else 5 % of the jitter.
         let goal = Duration::from_nanos(network.jitter_ns.unsigned_abs() / 20).max(Duration::from_micros(50));
         for seed in SEEDS {
             let mut ours = Ours::default();
@@ -33,7 +33,8 @@ fn an_initial_offset_alone_is_lost_to_drift_but_never_silently_absent() {
     for network in Network::ALL {
         for seed in SEEDS {
             let errors = run(&mut Ours::default(), &network, seed, false);
-            // 26 µs/s for a minute, and what the quickest of ten exchanges leave of the jitter.
+            // The bound is 26 µs/s for a minute, and the part of the jitter that remains in the fastest of ten
+            // exchanges.
             let worst = errors.percentile(100);
             assert!(worst <= Duration::from_micros(1_600) + Duration::from_millis(1), "{}: {worst:?}", network.name);
         }

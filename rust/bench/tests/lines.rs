@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! What the program prints: lines of JSON, which `scripts/lf_evaluate` reads.
+//! The program prints lines of JSON, which `scripts/lf_evaluate` reads.
 
 use std::process::Command;
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! The federates of the measurements run against our RTI, in this process. How long anything takes is not asked.
+//! The federates of the measurements run against our RTI, in this process. No test here looks at durations.
 
 use std::sync::mpsc;
 use std::thread;

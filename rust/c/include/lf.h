@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /*
- * What bodies in C see: the API of Lingua Franca's C target, and the layout of what generated code and the crate lf-c
- * both know. Names that end with an underscore, and those that begin with lf_c_, are for generated code and the macros
- * here.
+ * The interface for bodies in C: the API of Lingua Franca's C target, and the layout of types that generated code and
+ * the crate lf-c share. Names that end with an underscore, and those that begin with lf_c_, are for generated code and
+ * the macros here.
  */
 #ifndef LF_H_
 #define LF_H_
@@ -52,7 +52,7 @@ typedef struct lf_pool_t {
 	unsigned char *blocks;
 	size_t block_size;
 	uint16_t count;
-	/* How many have been in use at some time, and those of them that are free now. */
+	/* The maximum number in use so far, and those of them that are free now. */
 	uint16_t touched;
 	struct lf_token_t *free;
 } lf_pool_t;
@@ -116,7 +116,7 @@ void *lf_c_realloc(void *memory, size_t size);
 
 /* ---- Ports, actions, timers, watchdogs and reactors ---- */
 
-/* What generated code says of a port or an action; all else is 0. */
+/* The values of a port or an action from generated code; all others are 0. */
 typedef struct {
 	uint16_t id;      /* of a port among lf_ports, else among lf_triggers */
 	bool is_token;    /* the type ends with * or []: the value is a pointer to elements that a token has */
@@ -168,7 +168,7 @@ typedef lf_self_base_t self_base_t;
 
 /* ---- Outputs ---- */
 
-/* Sets a port. What a pointer shows belongs to the port from then on, as for lf_set_array() of one element. */
+/* Sets a port. The port owns the target of a pointer from then on, as for lf_set_array() of one element. */
 #define lf_set(port, to)                                                                                               \
 	do {                                                                                                           \
 		(port)->value = to;                                                                                    \
@@ -281,7 +281,7 @@ static inline void tracepoint_user_value(void *self, char *description, long lon
 	(void)value;
 }
 
-/* How long the tags of a federate wait for messages, where these can be tardy. */
+/* The wait of a federate's tags for messages that can be tardy. */
 interval_t lf_get_fed_maxwait(void);
 void lf_set_fed_maxwait(interval_t max_wait);
 #define lf_get_stp_offset()       lf_get_fed_maxwait()

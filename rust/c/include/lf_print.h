@@ -16,7 +16,7 @@ extern "C" {
 #define LOG_LEVEL_DEBUG   4
 #define LOG_LEVEL_ALL     255
 
-/* What the target property `logging` says; messages of more detail are not printed. */
+/* The level of the target property `logging`; messages of more detail are not printed. */
 #if !defined(LOG_LEVEL) && !defined(__ZEPHYR__)
 #define LOG_LEVEL LOG_LEVEL_INFO
 #endif

@@ -62,7 +62,7 @@ int lf_cond_timedwait(lf_cond_t *condition, instant_t until);
 #define LF_COND_WAIT(cond)        LF_ASSERTN(lf_cond_wait(cond), "a condition cannot be waited for")
 
 /*
- * What other threads (on Zephyr interrupts, too) must not come between. It can be entered again within itself, and is
+ * A critical section, which excludes other threads (on Zephyr interrupts, too). It can be entered recursively, and has
  * to be short: on Zephyr interrupts wait. The parentheses may name an environment.
  */
 #define lf_critical_section_enter(...) lf_c_critical_section_enter()

@@ -69,7 +69,7 @@ typedef struct {
 
 /*
  * The current tag and time. Outside of reactions, in other threads for example, it is that of the reaction that ran
- * last. What stands in the parentheses does not matter: a program has one environment.
+ * last. The macros ignore their arguments: a program has one environment.
  */
 #define lf_tag(...)                  lf_c_tag()
 #define lf_time_logical(...)         (lf_c_tag().time)
@@ -98,7 +98,7 @@ tag_t lf_delay_tag(tag_t tag, interval_t interval);
 tag_t lf_delay_strict(tag_t tag, interval_t interval);
 tag_t lf_tag_latest_earlier(tag_t tag);
 
-/* What is enough for the text of any time. */
+/* The size that suffices for the text of any time. */
 #define LF_TIME_BUFFER_LENGTH 80
 /* Writes "1 weeks, 2 d, 3 h, 4 min, 5 s, 6 ms"; returns the length of the text without its NUL. */
 size_t lf_readable_time(char *buffer, instant_t time);

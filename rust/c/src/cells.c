@@ -39,7 +39,7 @@ static size_t length_of(const lf_port_base_t *port)
 	return port->token != NULL ? port->token->length : 1;
 }
 
-/* ---- What bodies do with ports ---- */
+/* ---- The bodies' access to ports ---- */
 
 void lf_c_set_present(lf_port_base_t *port)
 {
@@ -107,7 +107,7 @@ int lf_multiport_next(lf_multiport_iterator_t *iterator)
 	return -1;
 }
 
-/* ---- What the runtime does with ports ---- */
+/* ---- The runtime's access to ports ---- */
 
 bool lf_c_port_is_present(uint16_t port)
 {

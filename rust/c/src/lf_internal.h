@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* What the crate lf-c and the C files beside it call of each other; the functions are declared in ffi.rs, too. */
+/* The functions that the crate lf-c and its C files call of each other; ffi.rs declares them, too. */
 #ifndef LF_INTERNAL_H_
 #define LF_INTERNAL_H_
 
@@ -32,7 +32,7 @@ lf_token_t *lf_c_port_capture(uint16_t from, uint16_t to, uint16_t trigger);
 /* Writes the bytes of a value if there is room for them; returns their number. */
 size_t lf_c_port_encode(uint16_t port, unsigned char *bytes, size_t room);
 
-/* What is wrong with the bytes of a value. */
+/* The errors of a value's bytes. */
 enum {
 	LF_BYTES_GOOD,
 	LF_BYTES_LENGTH,    /* they are not as many as `expected` */
@@ -62,14 +62,14 @@ void lf_c_begin(void);
 /* The memory of tokens outside of pools; NULL if there is none. */
 lf_token_t *lf_c_store_take(size_t bytes);
 void lf_c_store_give(lf_token_t *token);
-/* What to do when a store has nothing left, as a sentence's second half. */
+/* The remedy for an empty store, as the second half of a sentence. */
 const char *lf_c_store_advice(void);
 /* The memory that bodies allocate, as far as they do: NULL, and nothing, in an image that has none. */
 void *lf_c_allocate(size_t bytes);
 void lf_c_free(void *value);
 /* Changes a count that threads share; returns the new count. */
 size_t lf_c_count(size_t *count, int by);
-/* What this thread has running; NULL in all threads but that of the event loop, and in interrupts. */
+/* Returns the running reaction of this thread; NULL in all threads but that of the event loop, and in interrupts. */
 void *lf_c_running(void);
 void lf_c_set_running(void *running);
 /* The system's clock, for the time before the program starts. */

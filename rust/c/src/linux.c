@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* What the system does, on Linux. */
+/* The functions of the system, on Linux. */
 
 #include "lf_internal.h"
 

@@ -131,7 +131,7 @@ size_t lf_comma_separated_time(char *buffer, instant_t time)
 	return written;
 }
 
-/* What a text of a time is made of, and the fewest of a unit for which it is named. */
+/* The parts of a time's text, and the minimum count for which a unit is printed. */
 static const struct {
 	interval_t unit;
 	const char *name;

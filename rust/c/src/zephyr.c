@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* What the system does, on Zephyr. */
+/* The functions of the system, on Zephyr. */
 
 /* Before the API of bodies, whose macros have names of functions that are declared here. */
 #include <lf/platform.h>

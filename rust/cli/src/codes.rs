@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! The codes that images without texts log (`CONFIG_LF_TEXTS=n`), turned back into sentences.
+//! Converts the codes that images without texts log (`CONFIG_LF_TEXTS=n`) back to sentences.
 
 use std::borrow::Cow;
 
@@ -8,7 +8,8 @@ use lf_linux::runtime::{CODE_PREFIX, explain};
 /// Returns the meaning of a code; `None` if it is not one of this release.
 pub(crate) fn sentence(code: &str) -> Option<String> {
     let mut sentence = None;
-    // Sentences name parts of a program, which for a program itself are static. There are few, and this one ends soon.
+    // Sentences name parts of a program, which are static in the program itself. There are few, and this process ends
+    // soon.
     explain(code, |text| text.to_owned().leak(), &mut |said| sentence = Some(said.to_string()));
     sentence
 }
@@ -28,7 +29,8 @@ pub(crate) fn with_sentences(line: &[u8]) -> Cow<'_, [u8]> {
     if text.is_empty() { Cow::Borrowed(line) } else { Cow::Owned((text + rest).into_bytes()) }
 }
 
-/// The length of the code with which a text begins: numbers, and texts between quotation marks, behind points.
+/// Returns the length of the code at the beginning of a text: numbers, and texts between quotation marks, behind
+/// points.
 fn length(text: &str) -> usize {
     let digits = |text: &str| text.find(|sign: char| !sign.is_ascii_hexdigit()).unwrap_or(text.len());
     let mut length = CODE_PREFIX.len();

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Ends the descendants of a run's processes, however the run ends.
 //!
-//! Beside a run there is another process, which waits for the end of this one, and then ends all processes in whose
-//! environment the mark of the run is.
+//! Beside a run there is another process, which waits for the end of this one, and then ends all processes whose
+//! environment contains the mark of the run.
 
 use std::collections::BTreeSet;
 use std::fs;
@@ -17,7 +17,7 @@ use crate::guard::THIS_PROGRAM;
 /// The variable that marks the processes of a run.
 const MARK: &str = "LFZ_RUN";
 
-/// Ends what the processes of a run have started and left, when it is dropped, and however this program ends.
+/// Ends the processes that a run leaves behind, when it is dropped, and however this program ends.
 #[derive(Debug)]
 pub(crate) struct Descendants {
     mark: String,
@@ -26,7 +26,7 @@ pub(crate) struct Descendants {
 }
 
 impl Descendants {
-    /// Starts to watch over the processes of the run that is called this.
+    /// Starts to watch over the processes of the run with this mark.
     ///
     /// # Errors
     /// When the system has no processes or descriptors left.
@@ -52,7 +52,8 @@ impl Drop for Descendants {
     }
 }
 
-/// Waits until the process that holds the other end of the standard input has ended, and ends all that bears the mark.
+/// Waits until the process that holds the other end of the standard input has ended, and ends all processes with the
+/// mark.
 ///
 /// # Errors
 /// When there is no `/proc` to find processes in.
@@ -61,7 +62,7 @@ pub(crate) fn end(mark: &str) -> io::Result<()> {
     let _ = io::stdin().read_to_end(&mut Vec::new());
     let variable = format!("{MARK}={mark}");
     let mut ended = BTreeSet::new();
-    // Those that start others meanwhile are ended, so that each round finds fewer that can.
+    // Processes that start others meanwhile are ended, so that each round finds fewer that can.
     loop {
         let found = marked(&variable)?.into_iter().filter(|pid| ended.insert(*pid)).count();
         if found == 0 {
@@ -75,7 +76,7 @@ fn marked(variable: &str) -> io::Result<Vec<i32>> {
     let mut all = Vec::new();
     for entry in fs::read_dir("/proc")? {
         let Some(id) = entry?.file_name().to_str().and_then(|name| name.parse::<i32>().ok()) else { continue };
-        // The process of this descriptor stays the same even if its id comes to be another's.
+        // The descriptor stays with the process even if another one gets its id.
         let Some(process) = Pid::from_raw(id).and_then(|pid| pidfd_open(pid, PidfdFlags::empty()).ok()) else {
             continue;
         };

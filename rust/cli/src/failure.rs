@@ -14,7 +14,7 @@ pub(crate) enum Failure {
 }
 
 impl Failure {
-    /// A sentence for the user.
+    /// Returns the failure with a sentence for the user.
     pub(crate) fn message(text: impl Into<String>) -> Self {
         Self::Message(text.into())
     }

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 //! The description of a run: the processes of a federation, and the arguments of each.
 //!
-//! `lfz run` makes one of a program that it has built; `lfz supervise` reads it as JSON, in the form of these types,
-//! which other programs write. Times are in nanoseconds.
+//! `lfz run` makes one for a program that it has built; `lfz supervise` reads it as JSON, in the form of these types,
+//! from other programs. Times are in nanoseconds.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::ffi::OsString;
@@ -26,19 +26,19 @@ use crate::supervisor::{Ending, Interrupts, Limits, Output, Role, Streams, Super
 pub(crate) struct Federation {
     /// The form of the description.
     pub(crate) version: Version,
-    /// The name in front of what is said about the run itself; without it no line has a name.
+    /// The name in front of messages about the run itself; without it no line has a name.
     pub(crate) speaker: Option<String>,
     /// The name of the federation.
     pub(crate) id: FederationId,
-    /// After this time all are stopped.
+    /// The time after which all are stopped.
     pub(crate) timeout_ns: Option<u64>,
     /// The time in which the others have to end by themselves after the first failure, and after the federation.
     pub(crate) grace_ns: Option<u64>,
-    /// The time in which they have to end when they are asked to stop, before they are killed.
+    /// The time from the request to stop until a process is killed.
     pub(crate) terminate_ns: Option<u64>,
-    /// None where it runs elsewhere, or there is none.
+    /// The RTI; none if it runs elsewhere, or there is none.
     pub(crate) rti: Option<Process>,
-    /// Where the RTI listens, if it does not say so itself.
+    /// The port of the RTI, if it does not print it itself.
     pub(crate) rti_port: Option<u16>,
     /// All others.
     pub(crate) federates: Vec<Process>,
@@ -46,7 +46,7 @@ pub(crate) struct Federation {
     pub(crate) oscilloscope: Option<PinRecording>,
 }
 
-/// The only form that there is: 1.
+/// The only existing form: 1.
 #[derive(Debug, Default, Deserialize)]
 #[serde(try_from = "u32")]
 pub(crate) struct Version;
@@ -64,9 +64,9 @@ impl TryFrom<u32> for Version {
 #[derive(Debug, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub(crate) enum FederationId {
-    /// This name, because other programs know it already.
+    /// Exactly this name, because other programs know it already.
     Exactly(String),
-    /// This and what no other run has, so that a federate that outlives its federation cannot join another one.
+    /// A unique name with this beginning, so that a federate that outlives its federation cannot join another one.
     BeginsWith(String),
 }
 
@@ -81,16 +81,16 @@ pub(crate) struct Process {
     /// Variables beside those of this program.
     #[serde(default)]
     pub(crate) environment: BTreeMap<String, String>,
-    /// Where it runs, if not where this program does.
+    /// Its working folder, if not this program's.
     pub(crate) folder: Option<PathBuf>,
-    /// The folder of the generated crate that an image is made of.
+    /// The folder of the generated crate in an image.
     #[serde(rename = "crate")]
     pub(crate) crate_folder: Option<PathBuf>,
-    /// Whether it is the only one, so that the input of this program is for it.
+    /// Whether it is the only one, so that it gets the input of this program.
     #[serde(skip)]
     pub(crate) is_alone: bool,
-    /// For a simulator, which goes on when the program in it has ended: how the line of its standard output begins that
-    /// tells the program's exit status.
+    /// The beginning of the line of a simulator's standard output that contains the program's exit status; the
+    /// simulator continues after the program in it has ended.
     pub(crate) status_line: Option<String>,
 }
 
@@ -98,13 +98,13 @@ pub(crate) struct Process {
 #[derive(Debug, Deserialize)]
 #[serde(untagged, expecting = "a word is a text, or { before: TEXT, known: rti_port or federation_id }")]
 pub(crate) enum Word {
-    /// This text.
+    /// A fixed text.
     Text(#[serde(deserialize_with = "os_string")] OsString),
     /// A text that is known only when the process starts.
     Known(KnownWord),
 }
 
-/// A text and behind it what is known only when the process starts.
+/// A text, followed by one that is known only when the process starts.
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct KnownWord {
@@ -118,7 +118,7 @@ pub(crate) struct KnownWord {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub(crate) enum Known {
-    /// Where the RTI listens.
+    /// The port of the RTI.
     RtiPort,
     /// The name of the federation in this run.
     FederationId,
@@ -131,7 +131,7 @@ impl<T: Into<OsString>> From<T> for Word {
 }
 
 impl Word {
-    /// A text and behind it what is known only when the process starts.
+    /// Returns a text, followed by one that is known only when the process starts.
     pub(crate) fn known(before: &str, known: Known) -> Self {
         Self::Known(KnownWord { before: before.to_owned(), known })
     }
@@ -157,7 +157,7 @@ impl FederationId {
         match self {
             Self::Exactly(name) => name.clone(),
             Self::BeginsWith(name) => {
-                // With what is added it has to fit into 255 bytes.
+                // With the addition it has to fit into 255 bytes.
                 let name: String = name.chars().take(40).collect();
                 format!("{name} {}", name_of_run())
             }
@@ -165,7 +165,7 @@ impl FederationId {
     }
 }
 
-/// A name that no other run has.
+/// Returns a name that no other run has.
 fn name_of_run() -> String {
     let now = SystemTime::now().duration_since(UNIX_EPOCH).map_or(0, |time| time.as_nanos());
     format!("{}-{now:x}", std::process::id())
@@ -182,7 +182,7 @@ impl Federation {
         Ok(read)
     }
 
-    /// Checks the rules that the form alone does not contain.
+    /// Checks the rules that the types alone do not express.
     fn check(&self) -> Result<(), String> {
         let Self { version: Version, .. } = self;
         let mut names = BTreeSet::new();
@@ -204,10 +204,10 @@ impl Federation {
         }
     }
 
-    /// Runs all to their end.
+    /// Runs all processes to their end.
     ///
     /// # Errors
-    /// When one cannot be started, or the system's calls fail; nothing is left running then.
+    /// When one cannot be started, or the system's calls fail; no process is left running then.
     pub(crate) fn run(&self, interrupts: Interrupts) -> Result<Ending, Failure> {
         let Some(recording) = &self.oscilloscope else { return self.run_processes(interrupts) };
         recording.clear();
@@ -299,7 +299,7 @@ mod tests {
         assert!(id_of("Grid").starts_with("Grid "));
     }
 
-    /// A description with these participants, the second of its three lines.
+    /// Reads a description with these participants, the second of its three lines.
     fn read(participants: &str) -> Result<Federation, String> {
         Federation::read(&format!(r#"{{"version": 1, "id": {{"exactly": "f"}},{}{participants}}}"#, '\n'))
     }

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Programs that cannot outlive this one, however it ends.
 //!
-//! A signal handler cannot act on SIGKILL. So what `lfz` starts is started through `lfz guard`, which asks the kernel
-//! to kill it when its parent ends and then becomes the program; the kernel keeps the request across that. It does not
-//! pass it on to what the program starts, for which there is the module `descendants`.
+//! A signal handler cannot act on SIGKILL. So `lfz` starts processes through `lfz guard`, which asks the kernel to kill
+//! it when its parent ends and then becomes the program; the kernel keeps the request across that. The kernel does not
+//! apply it to processes that the program starts, for which there is the module `descendants`.
 
 use std::ffi::{OsStr, OsString};
 use std::io;
@@ -12,12 +12,12 @@ use std::process::Command;
 
 use rustix::process::{Signal, getppid, set_parent_process_death_signal};
 
-/// The file that the running program was made of, whatever has become of its path meanwhile: it may have been replaced
-/// by another version, moved, or deleted.
+/// The executable of the running program, independent of its path: it may have been replaced by another version, moved,
+/// or deleted.
 pub(crate) const THIS_PROGRAM: &str = "/proc/self/exe";
 
-/// A command that runs a program under the guard. It has to be started by the thread that lives longest, because
-/// the kernel watches the thread.
+/// Returns a command that runs a program under the guard. The thread that lives longest has to start it, because the
+/// kernel watches the thread.
 pub(crate) fn command(program: impl AsRef<OsStr>) -> Command {
     let mut command = Command::new(THIS_PROGRAM);
     command.arg0("lfz").args(["guard", "--parent", &std::process::id().to_string(), "--"]).arg(program);

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 //! The parts of the `lfz` program.
 //!
-//! `args` is the command line, `commands` what each command does, `compile` the way from an LF file to executables,
-//! `federation` what of them is to be run, and `supervisor` what runs all of that together and ends it together;
-//! `trace` is what is made of what the parts of a run have recorded.
+//! `args` is the command line, `commands` implements each command, `compile` makes executables from an LF file,
+//! `federation` describes a run of them, and `supervisor` runs and ends its processes together; `trace` converts
+//! recordings of runs.
 #![forbid(unsafe_code)]
 
 pub mod args;

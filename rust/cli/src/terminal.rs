@@ -14,7 +14,7 @@ pub(crate) fn print(text: impl Display) -> io::Result<()> {
     writeln!(output(), "{text}")
 }
 
-/// Standard output; its errors say that it is what cannot be written.
+/// Returns the standard output, with errors that name it.
 pub(crate) fn output() -> impl Write {
     StandardOutput(io::stdout().lock())
 }
@@ -31,13 +31,13 @@ impl Write for StandardOutput {
     }
 }
 
-/// An error of standard output that says so.
+/// Returns an error that names the standard output.
 #[allow(clippy::needless_pass_by_value, reason = "`map_err` hands it over")]
 pub(crate) fn named(error: io::Error) -> io::Error {
     io::Error::new(error.kind(), format!("the output cannot be written: {error}"))
 }
 
-/// Writes a remark to standard error, ending the line if it does not end yet. Errors are ignored.
+/// Writes a remark to standard error, ending the line if it does not end yet. Ignores errors.
 pub(crate) fn remark(text: impl Display) {
     let text = text.to_string();
     let end = if text.is_empty() || text.ends_with('\n') { "" } else { "\n" };
@@ -49,7 +49,7 @@ pub(crate) fn coloured() -> bool {
     io::stderr().is_terminal() && std::env::var_os("NO_COLOR").is_none_or(|value| value.is_empty())
 }
 
-/// The compiler's name for that.
+/// Returns the compiler's style for that.
 pub(crate) fn style() -> Style {
     if coloured() { Style::Coloured } else { Style::Plain }
 }

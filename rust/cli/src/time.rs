@@ -5,7 +5,7 @@ use std::time::Duration;
 
 use lf_linux::model::units::{nanoseconds, number_and_unit};
 
-/// Reads `30`, `30s`, `1.5 min`; a number without a unit is in seconds.
+/// Parses `30`, `30s`, `1.5 min`; a number without a unit is in seconds.
 ///
 /// # Errors
 /// A sentence for the user.
@@ -14,7 +14,7 @@ pub(crate) fn parse(text: &str) -> Result<Duration, String> {
     of_unit(number, if unit.is_empty() { "s" } else { unit })
 }
 
-/// Reads a number and its unit, which are given apart.
+/// Parses a number and its unit, given separately.
 ///
 /// # Errors
 /// A sentence for the user.

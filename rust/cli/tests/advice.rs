@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 use clap::CommandFactory;
 use lfz::args::Cli;
 
-/// The sources and documents below a folder, but for what is generated.
+/// Adds the sources and documents below a folder, except for generated ones.
 fn texts(folder: &Path, found: &mut Vec<PathBuf>) {
     for entry in fs::read_dir(folder).expect("it is a folder of the repository").flatten() {
         let (path, name) = (entry.path(), entry.file_name().to_string_lossy().into_owned());

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-//! The diagnostics of mistakes in bodies, at once, when rustc checks them, and when they run: each program is beside
-//! its diagnostics.
+//! The diagnostics of mistakes in bodies: at once, when rustc checks them, and when they run. The file beside each
+//! program has its diagnostics.
 //!
 //! `cargo xtask bless -p lfz bodies::` rewrites the expected output.
 
@@ -8,7 +8,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-/// The programs.
+/// Returns the folder of the programs.
 fn folder() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/bodies")
 }
@@ -18,7 +18,7 @@ fn said(arguments: &[&str], file: &str, out: Option<&PathBuf>) -> String {
     let mut command = Command::new(env!("CARGO_BIN_EXE_lfz"));
     command.current_dir(folder()).args(arguments).arg(file);
     command.env("CARGO_PROFILE_DEV_DEBUG", "0").env("CARGO_INCREMENTAL", "0").env_remove("RUST_BACKTRACE");
-    // In which quotation marks compilers of C speak depends on it.
+    // The quotation marks of C compilers depend on it.
     command.env("LC_ALL", "C.UTF-8");
     if let Some(out) = out {
         command.arg("--out").arg(out);
@@ -26,7 +26,7 @@ fn said(arguments: &[&str], file: &str, out: Option<&PathBuf>) -> String {
     let output = command.output().expect("lfz can be started");
     let lines = [output.stderr, output.stdout].map(|bytes| String::from_utf8_lossy(&bytes).into_owned()).concat();
     let (out, mut text) = (out.map(|out| out.display().to_string()), format!("> lfz {} {file}\n", arguments.join(" ")));
-    // Lines of builds, also of others that run at the same time.
+    // These lines come from builds, also from others that run at the same time.
     let is_of_build =
         |line: &&str| ["Compil", "Check", "Blocking", "Waiting"].iter().any(|begin| line.starts_with(begin));
     for line in lines.lines().filter(|line| !is_of_build(line)) {
@@ -48,7 +48,7 @@ fn every_mistake_in_a_body_is_told_at_its_place() {
     for name in names {
         let file = format!("{name}.lf");
         let out = Path::new(env!("CARGO_TARGET_TMPDIR")).join("bodies").join(&name);
-        // Each further step is for what the one before it has not noticed.
+        // Each further step is for mistakes that the previous one has not noticed.
         let mut text = String::new();
         for arguments in [&["check"][..], &["check", "--bodies"], &["run"]] {
             text += &said(arguments, &file, (arguments != ["check"]).then_some(&out));

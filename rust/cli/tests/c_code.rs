@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Programs in Rust with C beside them: what is wrong there is said of its place, and what has changed is compiled.
+//! Programs in Rust with C beside them: errors in the C code are reported at their places, and changed files are
+//! compiled.
 
 use crate::support::{folder, lfz, said, text, write};
 

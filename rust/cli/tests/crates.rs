@@ -54,7 +54,7 @@ fn bodies_use_crates_and_modules_beside_the_program() {
     let lock = fs::read_to_string(folder.path().join("P.lf.lock")).expect("the versions are kept");
     assert!(lock.contains("name = \"log\"") && !lock.contains("thermo") && !lock.contains("name = \"p\""), "{lock}");
 
-    // The same versions are taken elsewhere.
+    // Another folder gets the same versions.
     fs::remove_dir_all(folder.path().join("out")).expect("it was generated");
     let output = said(&mut lfz(folder.path(), &["check", "--bodies"]));
     assert!(output.status.success(), "{}", text(&output.stderr));

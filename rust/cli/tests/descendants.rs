@@ -9,7 +9,7 @@ use std::thread;
 
 use rustix::process::{Pid, Signal, WaitOptions, kill_process, waitpid};
 
-/// A run of one participant that holds a pipe open, and with it all that it starts.
+/// A run of one participant that holds a pipe open, as do all processes that it starts.
 struct Running {
     lfz: Child,
     pipe: BufReader<File>,
@@ -26,7 +26,7 @@ fn start(script: &str) -> Running {
             "federates": [{{ "name": "a", "words": ["sh", "-c", "exec 3>pipe; {script}"] }}] }}"#
     );
     fs::write(folder.path().join("run.json"), description).expect("there is room");
-    // Shells and `nohup` have what they start ignore some of the signals.
+    // Shells and `nohup` let their processes ignore some of the signals.
     let mut command = Command::new("env");
     command.current_dir(folder.path()).args(["--default-signal", env!("CARGO_BIN_EXE_lfz"), "supervise", "run.json"]);
     let lfz = command.stdin(Stdio::null()).stdout(Stdio::null()).stderr(Stdio::null()).spawn();
@@ -45,7 +45,7 @@ impl Running {
         kill_process(Pid::from_child(&self.lfz), signal).expect("it still runs");
     }
 
-    /// The status of `lfz`, once the last process that holds the pipe open has ended.
+    /// Returns the status of `lfz`, once the last process that holds the pipe open has ended.
     fn end(mut self) -> i32 {
         self.pipe.read_to_end(&mut Vec::new()).expect("it can be read");
         let status = self.lfz.wait().expect("it is a child of this process");
@@ -53,7 +53,7 @@ impl Running {
     }
 }
 
-/// One in the participant's process group, and one that has left its session and its parents.
+/// A process in the participant's process group, and one that has left its session and its parents.
 const DESCENDANTS: &str = "(setsid sleep 1000 &); sleep 1000 & echo started >&3";
 
 #[test]
@@ -76,7 +76,7 @@ fn what_participants_have_started_ends_with_the_run_however_that_ends() {
     }
 }
 
-/// The state of a process: `T` for one that is stopped.
+/// Returns the state of a process: `T` for a stopped one.
 fn state(process: &str) -> Option<char> {
     let text = fs::read_to_string(format!("/proc/{process}/stat")).expect("it is there");
     text.rsplit(") ").next()?.chars().next()

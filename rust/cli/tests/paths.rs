@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Programs are built and run however the user names their files and folders.
+//! Programs can be built and run by any names of their files and folders.
 
 use std::fs;
 use std::os::unix::fs::symlink;
@@ -11,7 +11,7 @@ use crate::support::{folder, said, text};
 const PROGRAM: &str = "target Rust { rust-include: \"../lib/units.rs\" }\nmain reactor {\n  reaction(startup) {=\n    \
                        let unused = 1;\n    println!(\"{}\", crate::units::KILO);\n  =}\n}\n";
 
-/// `lfz` in a folder, with these words.
+/// Returns a command of `lfz` in a folder, with these words.
 fn lfz(current: &Path, words: &[&str]) -> Command {
     let mut command = Command::new(env!("CARGO_BIN_EXE_lfz"));
     command.current_dir(current).args(words);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Programs are built side by side, and have in common what is compiled of the runtime.
+//! Programs are built in parallel, and share the compiled runtime.
 
 use std::fs::{self, File};
 use std::os::unix::fs::MetadataExt;
@@ -10,7 +10,7 @@ use rustix::fs::{FlockOperation, flock};
 
 const PROGRAM: &str = "target Rust\nmain reactor {\n  reaction(startup) {= println!(\"it runs\"); =}\n}\n";
 
-/// The folder in a store that belongs to the program with these generated crates.
+/// Returns the folder in a store that belongs to the program with these generated crates.
 fn of_program(store: &Path, out: &Path) -> PathBuf {
     let out = fs::canonicalize(out).expect("it was generated").to_string_lossy().into_owned();
     let entries = fs::read_dir(store.join("programs")).expect("programs were built").flatten();
@@ -18,7 +18,7 @@ fn of_program(store: &Path, out: &Path) -> PathBuf {
     entries.map(|entry| entry.path()).find(is_owner).expect("it was built")
 }
 
-/// Returns the number of bytes below a folder that are nowhere else.
+/// Returns the number of bytes below a folder that no other folder shares.
 fn own_size(folder: &Path) -> u64 {
     let size = |entry: fs::DirEntry| match entry.metadata().expect("it can be read") {
         metadata if metadata.is_dir() => own_size(&entry.path()),

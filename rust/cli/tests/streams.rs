@@ -25,7 +25,7 @@ fn full() -> File {
     File::options().write(true).open("/dev/full").expect("Linux has it")
 }
 
-/// `lfz supervise` with a description in a folder.
+/// Returns a command of `lfz supervise` with a description in a folder.
 fn supervise(folder: &Path, description: &str) -> Command {
     std::fs::write(folder.join("run.json"), description).expect("it can be written");
     let mut command = Command::new(env!("CARGO_BIN_EXE_lfz"));

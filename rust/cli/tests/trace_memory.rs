@@ -10,16 +10,16 @@ use lf_linux::model::Part;
 use lf_linux::model::time::{Instant, Microstep, Tag};
 use lf_linux::runtime::trace::{Event, Header, MessageType, RECORD_BYTES, RTI, Record, Role, Waits, Word};
 
-/// The records of one turn: all kinds of records that come over and over.
+/// The number of records of one turn, which contains all kinds of records that repeat.
 const TURN: usize = 8;
 
 /// The bytes of address space of `lfz`, its own code included.
 const MEMORY_BYTES: usize = 64 << 20;
 
-/// A recording that does not fit into that memory, even as it is in the file.
+/// The number of turns in a recording that does not fit into that memory, even in the form of the file.
 const TURNS: usize = MEMORY_BYTES / RECORD_BYTES / TURN;
 
-/// The records of one turn of a federate, whose clock is corrected in each.
+/// Returns the records of one turn of a federate, whose clock is corrected in each.
 fn turn(number: i64) -> [Event; TURN] {
     let time = Instant::from_nanos(number * 1_000);
     let tag = Tag { time, microstep: Microstep(0) };
@@ -52,7 +52,7 @@ fn record(folder: &Path) {
     fs::write(folder.join("trace.json"), names).expect("there is room");
 }
 
-/// A recording may be larger than the memory of the computer on which it is looked at.
+/// A recording may be larger than the memory of the computer that converts it.
 #[test]
 fn a_recording_is_put_together_in_less_memory_than_it_has_bytes() {
     let folder = tempfile::tempdir().expect("a temporary folder");

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Lists whose positions have types of their own, so that none is taken for a position in another list.
+//! Lists whose positions have types of their own, so that no position can be used in another list.
 
 use core::marker::PhantomData;
 use core::ops::{Index, IndexMut};
@@ -60,7 +60,7 @@ impl<I: ArenaId, T> Arena<I, T> {
         I::at(self.list.len())
     }
 
-    /// Returns how many items there are.
+    /// Returns the number of items.
     pub(crate) fn len(&self) -> usize {
         self.list.len()
     }

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-//! What is known of boards by their names.
+//! Properties of boards that follow from their names.
 
-/// Devicetree labels of the Ethernet MAC by the beginning of the board's name; the first that fits is taken.
+/// Devicetree labels of the Ethernet MAC by the beginning of the board's name; the first match counts.
 const ETHERNET_LABELS: [(&str, &str); 8] = [
     ("qemu_cortex_m3", "eth"),
     ("mimxrt", "enet_mac"),
@@ -13,7 +13,7 @@ const ETHERNET_LABELS: [(&str, &str); 8] = [
     ("same54_xpro", "gmac"),
 ];
 
-/// The devicetree label of a board's Ethernet MAC, if it is known.
+/// Returns the devicetree label of a board's Ethernet MAC, if it is known.
 pub(crate) fn ethernet_label(board: &str) -> Option<&'static str> {
     ETHERNET_LABELS.iter().find(|(start, _)| board.starts_with(start)).map(|(_, label)| *label)
 }
@@ -21,7 +21,7 @@ pub(crate) fn ethernet_label(board: &str) -> Option<&'static str> {
 /// Beginnings of the names of boards with 512 KiB of memory and more.
 const ROOMY: [&str; 3] = ["native_sim", "mps2", "mimxrt"];
 
-/// Whether a board is known to have so much memory.
+/// Returns whether a board is known to have that much memory.
 pub(crate) fn is_roomy(board: &str) -> bool {
     ROOMY.iter().any(|start| board.starts_with(start))
 }

@@ -1,10 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Characters of source texts: from bytes to text, and what people do not see, or take for something else.
+//! Characters of source texts: decoding, and characters that are invisible or look like others.
 
 use std::borrow::Cow;
 
-/// How many bytes a source file has at most: far more than anybody writes, and little enough to be held in memory with
-/// all that is made of it.
+/// The maximum size of a source file in bytes: far more than any hand-written file has, and little enough for memory.
 pub const SOURCE_BYTES_MAX: usize = 16 << 20;
 
 /// Refuses a file that is too large; the reason is the end of a sentence: `it has …`.
@@ -18,13 +17,13 @@ pub fn check_size(bytes: u64) -> Result<(), String> {
     Ok(())
 }
 
-/// The text that a file has.
+/// Returns the text of a file.
 ///
 /// # Errors
-/// Why its bytes are no text, as the end of a sentence: `it is UTF-16 …`.
+/// Returns the reason why its bytes are no text, as the end of a sentence: `it is UTF-16 …`.
 pub fn decode(bytes: Vec<u8>) -> Result<String, String> {
     check_size(bytes.len() as u64)?;
-    // The marks of UTF-32 begin like those of UTF-16.
+    // The byte order marks of UTF-32 begin like those of UTF-16.
     let other = match &bytes[..] {
         [0xFF, 0xFE, 0, 0, ..] | [0, 0, 0xFE, 0xFF, ..] => Some("UTF-32"),
         [0xFF, 0xFE, ..] | [0xFE, 0xFF, ..] => Some("UTF-16"),
@@ -45,8 +44,9 @@ pub fn decode(bytes: Vec<u8>) -> Result<String, String> {
     })
 }
 
-/// A text without what some editors add: the byte order mark at its beginning, and carriage returns that end lines by
-/// themselves, which become line feeds. All other bytes stay as they are, so places are those that editors show.
+/// Returns a text without the additions of some editors: the byte order mark at its beginning, and carriage returns
+/// that end lines by themselves, which become line feeds. All other bytes stay as they are, so places are those that
+/// editors show.
 pub(crate) fn cleaned(text: &str) -> Cow<'_, str> {
     let text = text.strip_prefix('\u{FEFF}').unwrap_or(text);
     let ends_line = |(at, _): &(usize, &str)| text.as_bytes().get(at + 1) != Some(&b'\n');
@@ -62,7 +62,7 @@ pub(crate) fn cleaned(text: &str) -> Cow<'_, str> {
     Cow::Owned(cleaned + &text[done..])
 }
 
-/// Names of characters that nobody sees, as Unicode has them.
+/// Names of invisible characters, as Unicode has them.
 const INVISIBLE: &[(char, &str)] = &[
     ('\0', "null character"),
     ('\u{85}', "next line"),
@@ -104,7 +104,7 @@ const ALIKE: &[(&str, &str)] = &[
     ("∕⁄", "/"),
 ];
 
-/// Whether nobody sees a character outside of ASCII's own blanks.
+/// Returns whether a character outside of ASCII's own blanks is invisible.
 pub(crate) fn is_invisible(c: char) -> bool {
     match c {
         '\t' | '\n' | '\r' | '\x0C' | ' ' => false,
@@ -126,19 +126,20 @@ pub(crate) fn is_invisible(c: char) -> bool {
         | '\u{FFF0}'..='\u{FFFB}'
         | '\u{1D173}'..='\u{1D17A}'
         | '\u{E0000}'..='\u{E0FFF}'
-        // Of what belongs to nobody, fonts show nothing, or a box.
+        // For unassigned characters, fonts show nothing, or a box.
         | '\u{E000}'..='\u{F8FF}'
         | '\u{F0000}'..='\u{10FFFF}' => true,
         _ => c.is_control() || c.is_whitespace(),
     }
 }
 
-/// Whether a character changes the direction of the text around it, so that it shows other than it is read.
+/// Returns whether a character changes the direction of the text around it, so that the text looks different from its
+/// order.
 pub(crate) fn is_directing(c: char) -> bool {
     matches!(c, '\u{202A}'..='\u{202E}' | '\u{2066}'..='\u{2069}')
 }
 
-/// A character as messages show it: what is not ASCII with its number, and by its name where nobody sees it.
+/// Returns a character as messages show it: outside of ASCII with its number, and by its name if it is invisible.
 pub(crate) fn shown(c: char) -> String {
     let number = format!("U+{:04X}", u32::from(c));
     match INVISIBLE.iter().find(|(known, _)| *known == c) {
@@ -149,7 +150,7 @@ pub(crate) fn shown(c: char) -> String {
     }
 }
 
-/// What to write in place of a character that has no meaning.
+/// Returns the replacement for a character that has no meaning.
 pub(crate) fn instead(c: char) -> Option<String> {
     if is_invisible(c) {
         let blank = c.is_whitespace() && !c.is_control();

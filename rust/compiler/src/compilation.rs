@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! The way of a program through all stages.
+//! The pipeline of a program through all stages.
 
 use crate::analysis;
 use crate::diagnostics::{Code, Diagnostics};
@@ -9,18 +9,18 @@ use crate::resolve::{self, SourceProvider};
 use crate::stack::with_stack;
 use crate::syntax::ast::SourceUnit;
 
-/// What came of a program.
+/// The results of compiling a program.
 #[derive(Debug)]
 pub struct Compilation {
-    /// The plan; there is one exactly if the diagnostics have no error.
+    /// The plan; it exists exactly if the diagnostics have no error.
     pub plan: Option<Plan>,
-    /// What was said about the program, with its texts.
+    /// The diagnostics of the program, with its texts.
     pub diagnostics: Diagnostics,
 }
 
 /// Compiles the program whose main file is `main_path`, as far as the plan.
 ///
-/// All errors of a stage are reported together; a stage is entered when the one before it left enough to go on.
+/// All errors of a stage are reported together; a stage runs if the previous one left a usable result.
 pub fn compile(main_path: &str, sources: &dyn SourceProvider) -> Compilation {
     let mut diagnostics = Diagnostics::default();
     let plan = with_stack(|| stages(main_path, sources, &mut diagnostics));
@@ -32,13 +32,13 @@ pub fn compile(main_path: &str, sources: &dyn SourceProvider) -> Compilation {
 /// The tree of one file.
 #[derive(Debug)]
 pub struct SyntaxTree {
-    /// The declarations that could be read; places are in the text that the diagnostics have.
+    /// The declarations that could be parsed; places are in the text that the diagnostics have.
     pub unit: SourceUnit,
-    /// All that is wrong with the syntax, of code blocks too, with the text.
+    /// All errors of syntax, including those in code blocks, with the text.
     pub diagnostics: Diagnostics,
 }
 
-/// Parses one file, whatever is in it. Imports are not followed.
+/// Parses one file with any content. Does not follow imports.
 pub fn parse(path: &str, text: &str) -> SyntaxTree {
     let mut diagnostics = Diagnostics::default();
     let unit = with_stack(|| {
@@ -58,7 +58,8 @@ fn stages(main_path: &str, sources: &dyn SourceProvider, diagnostics: &mut Diagn
         return None;
     }
     resolve::check_code(&program, diagnostics);
-    // A declaration that could not be read would be missed at every use, and what is too deep nobody may parse.
+    // Each use of a declaration that could not be parsed would be another error, and no later stage may parse deeply
+    // nested code.
     if incomplete || diagnostics.iter().any(|entry| entry.code == Code::NestingTooDeep) {
         return None;
     }
@@ -72,7 +73,7 @@ fn stages(main_path: &str, sources: &dyn SourceProvider, diagnostics: &mut Diagn
     analysis::analyse(&program, &elaborated, target, diagnostics)
 }
 
-/// Whether text was skipped at an error of this kind.
+/// Returns whether the parser skips text at an error of this kind.
 fn leaves_gaps(code: Code) -> bool {
     matches!(
         code,

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! A program as it is instantiated and cut, which analysis looks at.
+//! An instantiated and partitioned program, the input of analysis.
 
 use crate::diagnostics::Diagnostics;
 use crate::federates::{Participants, cut};
@@ -7,7 +7,7 @@ use crate::instances::{InstanceId, Tree, build};
 use crate::resolve::{Class, ClassId};
 use crate::syntax::ast::Expression;
 
-/// The reactors of a program, the tree of their instances, and the federates that the tree is cut into.
+/// The reactors of a program, the tree of their instances, and the federates into which the tree is cut.
 #[derive(Debug)]
 pub(crate) struct Elaborated<'p> {
     pub(crate) classes: &'p [Class<'p>],
@@ -16,7 +16,7 @@ pub(crate) struct Elaborated<'p> {
 }
 
 impl<'p> Elaborated<'p> {
-    /// Instantiates the main reactor and cuts the tree. Nothing if an instance is wrong.
+    /// Instantiates the main reactor and cuts the tree. Returns `None` if an instance is wrong.
     pub(crate) fn new(classes: &'p [Class<'p>], main: ClassId, diagnostics: &mut Diagnostics) -> Option<Self> {
         let mut tree = build(classes, main, diagnostics)?;
         let parts = cut(&mut tree, classes, diagnostics);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! The cut of the instance tree: one federate per instance in the federated reactor.
+//! The partition of the instance tree: one federate per instance in the federated reactor.
 
 use std::collections::BTreeMap;
 
@@ -13,17 +13,17 @@ use crate::syntax::ast::{Host, ReactorKind};
 #[derive(Debug)]
 pub(crate) struct Part {
     pub(crate) name: String,
-    /// Its outermost instance.
+    /// Its top-level instance.
     pub(crate) top: InstanceId,
     pub(crate) host: Option<String>,
 }
 
-/// The participants of a program, and to which of them each instance belongs.
+/// The participants of a program, and the participant of each instance.
 #[derive(Debug)]
 pub(crate) struct Participants {
     pub(crate) federated: bool,
     pub(crate) list: Vec<Part>,
-    /// Per instance of the tree; nothing for the federated reactor itself.
+    /// Per instance of the tree; `None` for the federated reactor itself.
     pub(crate) of: Arena<InstanceId, Option<usize>>,
 }
 
@@ -84,10 +84,11 @@ fn check_share(class: &Class<'_>, reaction: usize, federate: &Class<'_>, diagnos
     }
 }
 
-/// How long the name of a federate may be: systems take up to 255 bytes for a file, and there is more in its name.
+/// The maximum length of a federate's name: systems accept up to 255 bytes for a file name, which contains more than
+/// this name.
 const NAME_MAX: usize = 120;
 
-/// Reports what a federated reactor cannot have, and what has no effect in it.
+/// Reports elements that a federated reactor cannot have, and elements without an effect in it.
 fn check_federated(class: &Class<'_>, diagnostics: &mut Diagnostics) {
     let body = &class.ast.body;
     for reaction in &class.reactions {
@@ -128,7 +129,7 @@ fn check_federated(class: &Class<'_>, diagnostics: &mut Diagnostics) {
             let diagnostic = Diagnostic::new(Code::FederateNameClash, name.span, message)
                 .also(*first, "the other federate")
                 .hint("names of federates must differ in more than upper and lower case");
-            // Equal names have been reported as such.
+            // Equal names have been reported already.
             if class.children.iter().filter(|other| other.ast.name.text == name.text).count() == 1 {
                 diagnostics.push(diagnostic);
             }
@@ -138,7 +139,8 @@ fn check_federated(class: &Class<'_>, diagnostics: &mut Diagnostics) {
     }
 }
 
-/// A reaction of the federated reactor runs in the federate whose ports it names, or in all where it names none.
+/// Checks that a reaction of the federated reactor has one federate: the one whose ports it names; without ports, it
+/// runs in all.
 fn check_reaction(reaction: &CheckedReaction<'_>, class: &Class<'_>, diagnostics: &mut Diagnostics) {
     let children = reaction.children();
     let Some(((first, first_span), (last, last_span))) = children.first_key_value().zip(children.last_key_value())
@@ -162,7 +164,7 @@ fn check_reaction(reaction: &CheckedReaction<'_>, class: &Class<'_>, diagnostics
     diagnostics.push(diagnostic);
 }
 
-/// A federate's user and port are for tools that are not here.
+/// Reports a federate's user and port, which only other tools use.
 fn check_host(host: &Host, diagnostics: &mut Diagnostics) {
     let idle = match (&host.user, host.port) {
         (Some(_), Some(_)) => "the user and the port",

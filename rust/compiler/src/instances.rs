@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! The tree of instances: each member of a bank, with the parameters that are times or numbers worked out, and the
+//! The tree of instances: each member of a bank, with the values of parameters that are times or numbers, and the
 //! widths of ports.
 //!
 //! Other parameters stay as they are written: the target language evaluates them when the program starts.
@@ -14,16 +14,16 @@ use crate::resolve::{Class, ClassId};
 use crate::syntax::ast::{Expression, ExpressionKind, Instantiation, Literal, Width, WidthTerm};
 use crate::syntax::literal_ns;
 
-/// How many instances a program may have.
+/// The maximum number of instances in a program.
 const INSTANCES_MAX: usize = 10_000;
 
-/// How many channels a port may have, and how many members a bank: the tables number them in 16 bits.
+/// The maximum number of channels of a port, and of members of a bank: the tables number them in 16 bits.
 const WIDTH_MAX: i64 = u16::MAX as i64;
 
 arena_ids! {
-    /// Position in [`Tree::instances`].
+    /// A position in [`Tree::instances`].
     pub(crate) InstanceId;
-    /// Position in [`Tree::modes`].
+    /// A position in [`Tree::modes`].
     pub(crate) ModeInstanceId;
 }
 
@@ -35,26 +35,26 @@ impl InstanceId {
 /// An instance of a reactor.
 #[derive(Clone, Debug)]
 pub(crate) struct ReactorInstance {
-    /// Names from below the main reactor, joined by `.`; the main reactor's own name for the first. A member of a bank
-    /// has its number behind its name: `sensors[2]`.
+    /// The names from below the main reactor, joined by `.`; the main reactor's own name for the first instance. A
+    /// member of a bank has its number behind its name: `sensors[2]`.
     pub(crate) path: String,
     pub(crate) class: ClassId,
     pub(crate) parent: Option<InstanceId>,
-    /// Which of the children of the parent's class it is.
+    /// The index of its child declaration in the class of the parent.
     pub(crate) child: Option<usize>,
-    /// Which member of a bank it is.
+    /// The index of the member of a bank.
     pub(crate) bank_index: Option<usize>,
     /// Per child of the class: the position of the instance, or those of a bank's members.
     pub(crate) children: Vec<Vec<InstanceId>>,
-    /// Per port of the class: how many channels it has; nothing for one that is no multiport.
+    /// Per port of the class: the number of channels; `None` if it is no multiport.
     pub(crate) widths: Vec<Option<usize>>,
     /// The innermost mode that it is in.
     pub(crate) mode: Option<ModeInstanceId>,
     /// The first of its own modes.
     first_mode: ModeInstanceId,
-    /// The parameters that are known, in the order of the class; times in nanoseconds.
+    /// The known parameters, in the order of the class; times in nanoseconds.
     numbers: Vec<Option<i64>>,
-    /// From which parameters of the main reactor each of these has been worked out.
+    /// The parameters of the main reactor from which each of these was computed.
     origins: Vec<Origins>,
     pub(crate) span: Span,
 }
@@ -71,19 +71,19 @@ pub(crate) struct ModeInstance {
     pub(crate) initial: bool,
 }
 
-/// All instances, containers before what they contain, in order of declaration. The first is the main reactor; behind
-/// all others come the [shares](Self::add_share) of federates.
+/// All instances, containers before their contents, in order of declaration. The first is the main reactor; the
+/// [shares](Self::add_share) of federates follow all others.
 #[derive(Debug, Default)]
 pub(crate) struct Tree {
     pub(crate) instances: Arena<InstanceId, ReactorInstance>,
     /// The modes of all instances, in their order.
     pub(crate) modes: Arena<ModeInstanceId, ModeInstance>,
-    /// The parameters of the main reactor on which widths or times depend that have been asked for.
+    /// The requested parameters of the main reactor on which widths or times depend.
     fixed: RefCell<BTreeMap<usize, Fixed>>,
 }
 
 impl Tree {
-    /// What is fixed when the program is compiled and follows from a parameter of the main reactor.
+    /// Returns the kind of values that are fixed at compile time and follow from a parameter of the main reactor.
     pub(crate) fn fixed(&self, parameter: usize) -> Option<Fixed> {
         self.fixed.borrow().get(&parameter).copied()
     }
@@ -95,23 +95,23 @@ impl Tree {
         }
     }
 
-    /// Adds what a federate has of the federated reactor, for the reactions of that: its state, its timers and actions,
-    /// and of what it contains only the federate's own instance.
+    /// Adds a federate's share of the federated reactor, for the reactions of that: its state, its timers and actions,
+    /// and of its contained reactors only the federate's own instance.
     pub(crate) fn add_share(&mut self, top: InstanceId) {
         let mut share = self.instances[InstanceId::MAIN].clone();
-        // No instance can be called so.
+        // No instance can have this name.
         share.path = format!("{}.federated", self.instances[top].path);
         share.children.iter_mut().for_each(|members| members.retain(|member| *member == top));
         self.instances.push(share);
     }
 
-    /// Whether an instance is the share of a federate.
+    /// Returns whether an instance is the share of a federate.
     pub(crate) fn is_share(&self, instance: InstanceId) -> bool {
         instance != InstanceId::MAIN && self.instances[instance].parent.is_none()
     }
 }
 
-/// What is to be added to the tree.
+/// An instance to add to the tree.
 struct Next {
     parent: Option<InstanceId>,
     child: Option<usize>,
@@ -122,7 +122,7 @@ struct Next {
 /// Builds the tree below the main reactor. The classes must not contain each other in a cycle.
 pub(crate) fn build(classes: &[Class<'_>], main: ClassId, diagnostics: &mut Diagnostics) -> Option<Tree> {
     let mut work = TreeBuilder { classes, diagnostics, tree: Tree::default() };
-    // What is to be added next stands last.
+    // The next one is the last.
     let mut open = vec![Next { parent: None, child: None, bank_index: None, class: main }];
     while let Some(next) = open.pop() {
         if work.tree.instances.len() >= INSTANCES_MAX {
@@ -226,16 +226,16 @@ impl TreeBuilder<'_> {
         instance
     }
 
-    /// The width of a bank in an instance.
+    /// Returns the width of a bank in an instance.
     fn width(&mut self, instance: InstanceId, width: &Width) -> Option<usize> {
-        // It goes back to where it is.
+        // The instances return to the tree below.
         let instances = std::mem::take(&mut self.tree.instances);
         let sum = self.sum(&instances[instance], width);
         self.tree.instances = instances;
         sum
     }
 
-    /// A width in the scope of an instance; reports one that is not known, or too large.
+    /// Returns a width in the scope of an instance; reports one that is unknown or too large.
     fn sum(&mut self, instance: &ReactorInstance, width: &Width) -> Option<usize> {
         let class = &self.classes[instance.class.0];
         let scope = Scope::new(class, &instance.numbers, &instance.origins);
@@ -273,18 +273,18 @@ fn as_number(index: usize) -> i64 {
 }
 
 impl Tree {
-    /// The innermost mode that something in an instance is in, which is declared in one of its modes or in none.
+    /// Returns the innermost mode of an element in an instance, which is declared in one of its modes or in none.
     pub(crate) fn mode_of(&self, instance: InstanceId, declared: Option<usize>) -> Option<ModeInstanceId> {
         let instance = &self.instances[instance];
         declared.map_or(instance.mode, |mode| Some(ModeInstanceId::at(instance.first_mode.position() + mode)))
     }
 
-    /// A mode and those that contain it, from the inside.
+    /// Returns a mode and those that contain it, from the inside.
     pub(crate) fn modes_around(&self, mode: Option<ModeInstanceId>) -> impl Iterator<Item = ModeInstanceId> {
         core::iter::successors(mode, |mode| self.instances[self.modes[*mode].instance].mode)
     }
 
-    /// Whether what is in the one mode and what is in the other one are never active at the same time.
+    /// Returns whether elements of the two modes are never active at the same time.
     pub(crate) fn exclude(&self, one: Option<ModeInstanceId>, other: Option<ModeInstanceId>) -> bool {
         let apart = |one: ModeInstanceId, other: ModeInstanceId| {
             one != other && self.modes[one].instance == self.modes[other].instance
@@ -292,14 +292,14 @@ impl Tree {
         self.modes_around(one).any(|one| self.modes_around(other).any(|other| apart(one, other)))
     }
 
-    /// The nanoseconds of a parameter of an instance, if they are known.
+    /// Returns the nanoseconds of a parameter of an instance, if they are known.
     pub(crate) fn parameter(&self, instance: InstanceId, parameter: usize) -> Option<i64> {
         let instance = &self.instances[instance];
         instance.origins.get(parameter).inspect(|origins| self.fix(origins, Fixed::Time));
         instance.numbers.get(parameter).copied().flatten()
     }
 
-    /// The nanoseconds of a value in the scope of an instance; reports a value that is not known at build time.
+    /// Returns the nanoseconds of a value in the scope of an instance; reports a value that is unknown at compile time.
     pub(crate) fn time(
         &self,
         instance: InstanceId,
@@ -325,7 +325,7 @@ struct Scope<'a> {
     class: &'a Class<'a>,
     numbers: &'a [Option<i64>],
     origins: &'a [Origins],
-    /// Where the values come from of the parameters that have been asked for.
+    /// The origins of the requested parameters.
     used: RefCell<Origins>,
 }
 
@@ -347,8 +347,8 @@ impl<'a> Scope<'a> {
         }
     }
 
-    /// A time or an integer. In what is given to a member of a bank, `bank_index` is its number, unless the container
-    /// has such a parameter.
+    /// Returns a time or an integer. In an argument of a bank's member, `bank_index` is the number of the member,
+    /// unless the container has such a parameter.
     fn number(&self, value: &Expression, bank_index: Option<usize>) -> Option<i64> {
         let named = |name: &str| {
             let own = self.class.parameters.iter().any(|parameter| parameter.name.text == name);

@@ -1,17 +1,17 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Lingua Franca source to plan to Rust crates, Kconfig fragments and overlays.
+//! Compiles Lingua Franca sources to a plan, and the plan to Rust crates, Kconfig fragments and overlays.
 //!
-//! Three functions answer what others ask of a program:
+//! Three functions answer questions about a program:
 //!
-//! - [`parse`] returns the tree of one file with all that is wrong in it. It never fails: what it cannot read becomes a
-//!   diagnostic, and the tree has the rest.
-//! - [`names`] returns what each name of a program means: where it is declared, as what, with which type and comment.
-//!   The program may be wrong in any way.
-//! - [`compile`] returns the [`plan`] of a program that is right, and all diagnostics of one that is not.
+//! - [`parse`] returns the tree of one file with all its errors. It never fails: unreadable code becomes a diagnostic,
+//!   and the tree has the rest.
+//! - [`names`] returns the meaning of each name in a program: its declaration, with kind, type and comment. The program
+//!   may have any errors.
+//! - [`compile`] returns the [`plan`] of a correct program, and all diagnostics of an incorrect one.
 //!
-//! The way of a program: `syntax` parses, `resolve` follows imports and checks every reactor by itself, `instances`
-//! builds the tree of instances, `federates` cuts it, `analysis` works out orders and capacities, and the result is
-//! a [`plan`]. Nothing in here reads or writes files: texts come from a [`SourceProvider`].
+//! The stages of a program: `syntax` parses, `resolve` follows imports and checks every reactor by itself, `instances`
+//! builds the tree of instances, `federates` partitions it, `analysis` computes orders and capacities, and the result
+//! is a [`plan`]. The crate neither reads nor writes files: texts come from a [`SourceProvider`].
 #![forbid(unsafe_code)]
 
 mod analysis;

@@ -1,14 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Stack for what recurses.
+//! Stack for recursive code.
 
 use std::panic::resume_unwind;
 use std::thread::{Builder, ScopedJoinHandle, scope};
 
-/// How many bytes of stack threads have that parse. The parser of Rust takes up to 40 KiB for a level of code without
-/// optimization, and code can have 256 of them. Memory is taken as the stack is used.
+/// The stack size in bytes of threads that parse. The parser of Rust takes up to 40 KiB for a level of code without
+/// optimization, and code can have 256 of them. The system allocates the memory as the stack is used.
 pub(crate) const STACK_BYTES: usize = 64 << 20;
 
-/// Runs this with [`STACK_BYTES`] of stack; with what there is, if there can be no more threads.
+/// Runs a closure with [`STACK_BYTES`] of stack; on the current stack if no thread can be created.
 pub(crate) fn with_stack<T: Send>(work: impl FnOnce() -> T + Send) -> T {
     let mut work = Some(work);
     let result = scope(|scope| {
@@ -22,7 +22,7 @@ pub(crate) fn with_stack<T: Send>(work: impl FnOnce() -> T + Send) -> T {
     }
 }
 
-/// What a thread has made.
+/// Returns the result of a thread.
 pub(crate) fn joined<T>(thread: ScopedJoinHandle<'_, T>) -> T {
     thread.join().unwrap_or_else(|panic| resume_unwind(panic))
 }

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-//! From a federate's plan to the tables of its program: what the engine and the event loop are told.
+//! Derives the tables of a federate's program, which the engine and the event loop read, from its plan.
 //!
-//! All that follows from the plan and does not stand in it is worked out here, once: which memory a trigger needs, who
-//! reads what an input brings, which inputs can be tardy. Emitters print these tables; the simulator builds real ones
-//! of them.
+//! This module derives, once, all that follows from the plan without being in it: the memory of each trigger, the
+//! readers of each input, the inputs that can be tardy. Emitters print these tables; the simulator builds real ones
+//! from them.
 
 use lf_model::time::Interval;
 use lf_model::{ActionTiming, ModeId, ModeTrigger, Policy, PortId, ReactionId, ReactionKind, TriggerId, TriggerKind};
@@ -15,32 +15,33 @@ use crate::plan::{self, Federate, Plan, SpacingPolicy, Type};
 pub struct Tables<'p> {
     /// The reactions in the order in which they run.
     pub reactions: Vec<ReactionRow<'p>>,
-    /// Everything that can put an event into the queue.
+    /// All sources of events.
     pub triggers: Vec<TriggerRow<'p>>,
     /// The ports that store a value.
     pub ports: Vec<PortRow<'p>>,
-    /// What leaves for other federates.
+    /// The connections to other federates.
     pub outputs: Vec<OutputRow<'p>>,
-    /// What arrives from other federates, by wire port.
+    /// The connections from other federates, by wire port.
     pub inputs: Vec<InputRow<'p>>,
     /// Port numbers that none of the inputs has.
     pub own_ports: &'p [u16],
-    /// The reactions that tell absence: they run at every tag.
+    /// The reactions that send absences: they run at every tag.
     pub absence: Vec<ReactionId>,
-    /// The modes, those of a container before those of what it contains.
+    /// The modes, those of a container before those of its contents.
     pub modes: Vec<ModeRow<'p>>,
     /// The federates that send to this one, each with the least delay in nanoseconds; `None` without `after`.
     pub upstream: Vec<(u16, Option<i64>)>,
-    /// The wire ports of which reactions wait until it is known what comes there, each with the least of their levels.
+    /// The wire ports whose reactions wait until the status of the input is known, each with the lowest of their
+    /// levels.
     pub awaited: Vec<(u16, u16)>,
 }
 
 /// A mode of an instance.
 #[derive(Clone, Debug)]
 pub struct ModeRow<'p> {
-    /// For people.
+    /// The name for messages.
     pub name: &'p str,
-    /// The instance that it belongs to.
+    /// The instance.
     pub instance: u16,
     /// The innermost mode that the instance is in.
     pub parent: Option<ModeId>,
@@ -48,10 +49,10 @@ pub struct ModeRow<'p> {
     pub initial: bool,
 }
 
-/// What a change of modes triggers.
+/// The triggers of a change of modes.
 #[derive(Clone, Copy, Debug)]
 pub struct ModeEvents<'t> {
-    /// The trigger that has an event where a mode is entered.
+    /// The trigger that has an event when a mode is entered.
     pub entry: TriggerId,
     /// The reactions to `startup`.
     pub startup: &'t [ReactionId],
@@ -64,26 +65,26 @@ pub struct ModeEvents<'t> {
 /// A reaction.
 #[derive(Clone, Debug)]
 pub struct ReactionRow<'p> {
-    /// For people.
+    /// The name for messages.
     pub name: &'p str,
     /// Its level.
     pub level: u16,
     /// Its deadline.
     pub deadline: Option<Interval>,
-    /// Whether it says what to do with tardy inputs.
+    /// Whether it has a rule for tardy inputs.
     pub tardy: bool,
     /// The innermost mode that it is in.
     pub mode: Option<ModeId>,
-    /// What it runs.
+    /// The kind.
     pub kind: ReactionKind,
 }
 
 /// A trigger.
 #[derive(Clone, Debug)]
 pub struct TriggerRow<'p> {
-    /// For people.
+    /// The name for messages.
     pub name: &'p str,
-    /// What it is.
+    /// The kind.
     pub kind: TriggerKind,
     /// The reactions that it triggers directly.
     pub reactions: Vec<ReactionId>,
@@ -91,9 +92,9 @@ pub struct TriggerRow<'p> {
     pub mode: Option<ModeId>,
     /// The memory for its events.
     pub cell: Cell,
-    /// How many pending events it can hold.
+    /// The maximum number of pending events.
     pub capacity: usize,
-    /// The port whose values it captures: of a connection with `after` that is not one of a port with itself.
+    /// The port whose values it captures: that of a connection with `after`, unless it connects a port with itself.
     pub captures: Option<PortId>,
 }
 
@@ -112,39 +113,39 @@ pub enum Cell {
     Physical,
     /// A queue with the port that it fills.
     Queued(PortId),
-    /// The same for messages that can come after their tag.
+    /// The same for messages that can arrive after their tag.
     Tardy(PortId),
 }
 
 /// A port.
 #[derive(Clone, Debug)]
 pub struct PortRow<'p> {
-    /// For people.
+    /// The name for messages.
     pub name: &'p str,
     /// The reactions that a value triggers.
     pub reactions: Vec<ReactionId>,
-    /// The triggers that carry a value on.
+    /// The triggers of delayed connections from it.
     pub delays: Vec<TriggerId>,
-    /// The trigger whose queue it lies in, if it does.
+    /// The trigger whose queue contains it, if there is one.
     pub filled_by: Option<TriggerId>,
 }
 
 /// A connection to another federate.
 #[derive(Clone, Debug)]
 pub struct OutputRow<'p> {
-    /// For people.
+    /// The name for messages.
     pub name: &'p str,
     /// The port whose values are sent.
     pub source: PortId,
     /// The type of the values.
     pub ty: &'p Type,
-    /// The federate that receives.
+    /// The receiving federate.
     pub federate: u16,
     /// The port on the wire.
     pub port: u16,
     /// The connection's `after`.
     pub delay: Option<Interval>,
-    /// Whether the receiver is told when there is no value.
+    /// Whether the federate sends absences to the receiver.
     pub tells_absence: bool,
     /// Whether the connection is physical.
     pub physical: bool,
@@ -153,36 +154,36 @@ pub struct OutputRow<'p> {
 /// A connection from another federate.
 #[derive(Clone, Debug)]
 pub struct InputRow<'p> {
-    /// For people.
+    /// The name for messages.
     pub name: &'p str,
-    /// The trigger that holds what has arrived.
+    /// The trigger that holds the received messages.
     pub trigger: TriggerId,
     /// The port that it fills.
     pub fills: PortId,
     /// The type of the values.
     pub ty: &'p Type,
-    /// The federate that sends.
+    /// The sending federate.
     pub federate: u16,
     /// The connection's `after`.
     pub delay: Option<Interval>,
-    /// The least level of the reactions that see what comes.
+    /// The lowest level of the reactions that see the input.
     pub level: u16,
-    /// Whether these reactions wait until it is known what comes.
+    /// Whether these reactions wait until the status of the input is known.
     pub awaited: bool,
     /// Whether the connection is physical.
     pub physical: bool,
-    /// Whether a message may come after its tag.
+    /// Whether a message may arrive after its tag.
     pub tardy: bool,
-    /// How long a tag waits for what may come here before it.
+    /// The time that a tag waits for earlier messages at this input.
     pub max_wait: Interval,
-    /// How much longer reactions wait for what may come at the tag.
+    /// The additional time that reactions wait for messages of the tag.
     pub absent_after: Interval,
-    /// Where messages can be tardy, the reactions that see what comes and are not triggered by it.
+    /// If messages can be tardy, the reactions that see the input and are not triggered by it.
     pub readers: Vec<ReactionId>,
 }
 
 impl<'p> Tables<'p> {
-    /// Works out the tables of a federate.
+    /// Derives the tables of a federate.
     ///
     /// # Panics
     /// If the federate is not one of this plan's.
@@ -195,7 +196,7 @@ impl<'p> Tables<'p> {
                 name: &port.path,
                 reactions: reaction_ids(&port.reactions),
                 delays: port.delays.iter().map(|delay| TriggerId(id(delay.0))).collect(),
-                // The last one, as a port has at most one.
+                // The last one; a port has at most one.
                 filled_by: triggers.iter().rposition(fills).map(|trigger| TriggerId(id(trigger))),
             }
         };
@@ -226,7 +227,7 @@ impl<'p> Tables<'p> {
         }
     }
 
-    /// The triggers in modes.
+    /// Returns the triggers in modes.
     pub fn mode_triggers(&self) -> Vec<ModeTrigger> {
         let of = |(id, row): (u16, &TriggerRow<'_>)| {
             let offset = match row.kind {
@@ -238,7 +239,7 @@ impl<'p> Tables<'p> {
         (0..).zip(&self.triggers).filter_map(of).collect()
     }
 
-    /// What a change of modes triggers.
+    /// Returns the triggers of a change of modes.
     pub fn mode_events(&self) -> ModeEvents<'_> {
         let position = |kind| self.triggers.iter().position(|trigger| trigger.kind == kind);
         let reactions = |kind| position(kind).map_or(&[][..], |trigger| &self.triggers[trigger].reactions);
@@ -251,7 +252,7 @@ impl<'p> Tables<'p> {
         }
     }
 
-    /// Whether a message can come after its tag at any input.
+    /// Returns whether a message can arrive after its tag at any input.
     pub fn has_tardy_inputs(&self) -> bool {
         self.inputs.iter().any(|input| input.tardy)
     }
@@ -358,7 +359,7 @@ fn input_row<'p>(plan: &Plan, federate: &Federate, input: &'p plan::NetworkInput
     }
 }
 
-/// The reactions that see a port and are not triggered by it.
+/// Returns the reactions that see a port and are not triggered by it.
 fn readers(federate: &Federate, port: plan::PortIndex) -> Vec<ReactionId> {
     let triggered = &federate.ports[port.0].reactions;
     let reads = |reaction: &plan::ScheduledReaction| match &reaction.kind {
@@ -378,7 +379,7 @@ fn port_id(port: plan::PortIndex) -> PortId {
     PortId(id(port.0))
 }
 
-/// The analysis has refused a federate with more of anything than an id can number.
+/// Converts an index to an id; the analysis has refused a federate whose lists exceed the range of ids.
 fn id(index: usize) -> u16 {
     u16::try_from(index).unwrap_or(u16::MAX)
 }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! The names for the numbers in recordings: a table that is written beside what a program is built into.
+//! The names for the numbers in recordings: a table beside the build output of a program.
 
 use std::path::Path;
 
@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::plan::{Federate, InputIndex, Plan, ReactionKind};
 
-/// How the table's file is called, beside what was built and in folders of recordings. It is JSON.
+/// The name of the table's file, beside the build output and in folders of recordings. It is JSON.
 pub const FILE: &str = "trace.json";
 
 /// The table of a program.
@@ -19,16 +19,16 @@ pub struct TraceNames {
     pub federates: Vec<TracedFederate>,
 }
 
-/// What a federate has.
+/// The names of a federate.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct TracedFederate {
     /// Its name.
     pub name: String,
-    /// In the order of the numbers in records.
+    /// The reactions, in the order of the numbers in records.
     pub reactions: Vec<TracedReaction>,
-    /// In the order of the numbers in records.
+    /// The inputs, in the order of the numbers in records.
     pub inputs: Vec<TracedInput>,
-    /// How many connections lead to others.
+    /// The number of connections to others.
     pub outputs: usize,
 }
 
@@ -41,7 +41,7 @@ pub struct TracedReaction {
     pub at: Option<String>,
 }
 
-/// What comes from another federate.
+/// An input from another federate.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct TracedInput {
     /// Its name.

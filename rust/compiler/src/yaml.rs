@@ -1,23 +1,23 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Files in YAML that stand beside a program, and what can be wrong with them.
+//! YAML files that belong to a program, and their errors.
 
 use core::fmt;
 
 use serde::de::DeserializeOwned;
 use serde_saphyr::Location;
 
-/// Something that is wrong with a file.
+/// An error in a file.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct FileError {
-    /// The file, as it was named.
+    /// The path, as the user gave it.
     pub path: String,
     /// The line, from 1.
     pub line: u64,
     /// The column, from 1.
     pub column: u64,
-    /// What is wrong.
+    /// The problem.
     pub message: String,
-    /// What to do about it.
+    /// The advice.
     pub hint: Option<String>,
 }
 
@@ -39,15 +39,15 @@ pub(crate) fn read<T: DeserializeOwned + Default>(path: &str, text: &str) -> Res
     serde_saphyr::from_str(text).map_err(|error| {
         let (line, column) = place(error.location().unwrap_or(Location::UNKNOWN));
         let rendered = error.without_snippet().to_string();
-        // The location is shown before the message, so it is taken off its end.
+        // The location is printed before the message, so this removes it from its end.
         let message = rendered.split(" at line ").next().unwrap_or(&rendered);
-        // And so is advice for the author of a program rather than of a file.
+        // The same for advice that addresses the author of a program rather than of a file.
         let message = message.split(", set DuplicateKeyPolicy").next().unwrap_or(message).to_owned();
         FileError { path: path.to_owned(), line, column, message, hint: None }
     })
 }
 
-/// Line and column; the beginning of the file where they are not known.
+/// Returns line and column; the beginning of the file if they are unknown.
 pub(crate) fn place(location: Location) -> (u64, u64) {
     (location.line().max(1), location.column().max(1))
 }

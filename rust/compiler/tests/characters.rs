@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Whatever bytes a file has, its text is read with the places that editors show, or an error says what it is.
+//! Whatever bytes a file has, the compiler reads its text with the places that editors show, or reports their encoding.
 
 use std::collections::BTreeMap;
 
@@ -12,7 +12,7 @@ const PROGRAM: &str = "target Rust\n\n// A reactor.\nimport B from \"b.lf\"\nrea
                        {\n  a = new A()\n  b = new B()\n  a.y -> b.z\n}\n";
 const IMPORTED: &str = "target Rust\nreactor B {\n  input x: u8\n}\n";
 
-/// Characters that nobody sees, and some that look like others.
+/// Invisible characters, and some that look like others.
 const STRANGE: &[char] = &[
     '\u{A0}',
     '\u{200B}',
@@ -38,7 +38,7 @@ fn compiled(main: &[u8], imported: &[u8]) -> Compilation {
     compile("a.lf", &BTreeMap::from([("a.lf".to_owned(), text(main)), ("b.lf".to_owned(), text(imported))]))
 }
 
-/// What is said, without excerpts, whose lines may end otherwise.
+/// Returns the messages, without excerpts, whose lines may end otherwise.
 fn said(compilation: &Compilation) -> Vec<String> {
     let text = compilation.diagnostics.render(Style::Plain);
     text.lines().filter(|line| line.contains(": error[")).map(str::to_owned).collect()
@@ -60,7 +60,7 @@ proptest! {
         let main = written(PROGRAM, ends[0], marks[0]);
         let imported = written(IMPORTED, ends[1], marks[1]);
         prop_assert_eq!(said(&compiled(&main, &imported)), plain);
-        // The same program without its mistake has a plan.
+        // The same program without its error has a plan.
         let right = written(&PROGRAM.replace("b.z", "b.x"), ends[0], marks[0]);
         prop_assert!(compiled(&right, &imported).plan.is_some());
     }
@@ -96,7 +96,7 @@ proptest! {
         prop_assert_eq!(decode(bytes), Err(expected));
     }
 
-    /// Wherever a character without a meaning stands, outside of strings and comments, it is named.
+    /// The compiler names a meaningless character at any place outside of strings and comments.
     #[test]
     fn a_strange_character_is_named_where_it_is(
         c in prop::sample::select(STRANGE),

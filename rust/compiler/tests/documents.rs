@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! The tables in the documents say what the compiler does, and which boards the tests run on.
+//! The tables in the documents match the compiler, and the boards on which the tests run.
 //!
 //! `cargo xtask bless -p lf-compiler documents::` rewrites them.
 
@@ -12,7 +12,7 @@ use lf_compiler::deployment::Platform;
 use lf_compiler::plan::Language;
 use lf_compiler::{PropertyScope, SourceProvider, Style, TargetProperty, compile, supported};
 
-/// A reactor in which the examples below make sense.
+/// A reactor in which the examples below are valid.
 const AROUND: &str = "reactor Child(gain: i32 = 1) { input x: i32  output y: i32 }
 reactor Parent {
   input x: i32
@@ -24,7 +24,7 @@ reactor Parent {
   b = new Child()
 ";
 
-/// Parts of the language that are there, each with how it is written. `…` stands for anything, or nothing.
+/// Supported parts of the language, each with its notation. `…` stands for anything, or nothing.
 const MEMBERS: &[(&str, &str)] = &[
     ("inputs and outputs", "output voltage: f64"),
     ("state variables", "state limit: u32 = 5"),
@@ -53,7 +53,7 @@ const MEMBERS: &[(&str, &str)] = &[
     ("how values between federates become bytes", "a.y -> b.x serializer \"postcard\""),
 ];
 
-/// The same of files.
+/// Supported parts of files.
 const FILES: &[(&str, &str)] = &[
     ("parameters of reactors", "reactor Sensor(period: time = 10 ms, unit: usize = 0) { … }"),
     ("inheritance", "reactor Base { input x: i32 }  reactor Derived extends Base { reaction(x) {= … =} }"),
@@ -62,7 +62,7 @@ const FILES: &[(&str, &str)] = &[
     ("programs of one reactor", "main reactor { … }"),
 ];
 
-/// The same of federations.
+/// Supported parts of federations.
 const FEDERATIONS: &[(&str, &str)] = &[
     ("federations", "federated reactor { a = new Child() }"),
     (
@@ -77,7 +77,7 @@ const FEDERATIONS: &[(&str, &str)] = &[
     ("where the RTI is", "federated reactor at 10.0.0.1:15045 { a = new Child() }"),
 ];
 
-/// The same of decentralized federations.
+/// Supported parts of decentralized federations.
 const DECENTRALIZED: &[(&str, &str)] = &[
     ("decentralized: how long a federate waits for inputs", "federated reactor { @maxwait(10 ms) a = new Child() }"),
     (
@@ -99,7 +99,7 @@ impl SourceProvider for OneFile {
     }
 }
 
-/// Compiles a program that has to be right.
+/// Compiles a program that has to be correct.
 fn check(program: &str) {
     let program = program.replace('…', "");
     let compilation = compile("Example.lf", &OneFile(program.clone()));
@@ -167,14 +167,14 @@ fn the_documents_have_the_tables_of_what_is_supported() {
 }
 
 fn properties(scope: PropertyScope) -> String {
-    let mut table = "| target property | values | what it says |\n|---|---|---|\n".to_owned();
+    let mut table = "| target property | values | meaning |\n|---|---|---|\n".to_owned();
     for TargetProperty { name, values, does, .. } in supported().properties.iter().filter(|it| it.scope == scope) {
         writeln!(table, "| `{name}` | `{}` | {does} |", values.join("`, `")).expect("a text takes all");
     }
     table
 }
 
-/// The boards that have a file of settings, with its first sentences, and what the tests do with each.
+/// Returns the boards that have a file of settings, with its first sentences, and the use of each in tests.
 fn boards() -> String {
     let suites = words(&texts(&["tests/zephyr", "applications"], &["testcase.yaml", "sample.yaml"]));
     let deployed = words(&texts(&["applications", "scripts/tests/programs"], &[".yaml"]));
@@ -195,14 +195,14 @@ fn boards() -> String {
     table
 }
 
-/// All files in these folders whose paths end so, one behind the other.
+/// Returns the joined texts of all files in these folders whose paths have such an end.
 fn texts(folders: &[&str], ends: &[&str]) -> String {
     let files = folders.iter().flat_map(|folder| files(&repository().join(folder)));
     let chosen = files.filter(|file| ends.iter().any(|end| file.to_string_lossy().ends_with(end)));
     chosen.map(|file| fs::read_to_string(file).expect("the file can be read")).collect()
 }
 
-/// What could be a board in the words of a text, by what it is called in file names: without revision.
+/// Returns the words of a text that could be boards, by their form in file names: without revision.
 fn words(text: &str) -> BTreeMap<String, String> {
     let words = text.split(|c: char| !(c.is_ascii_alphanumeric() || "_/@".contains(c)));
     let in_file_names = |word: &str| {
@@ -216,7 +216,7 @@ fn repository() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("../..")
 }
 
-/// All files below a folder, but for what was built there, sorted.
+/// Returns all files below a folder, except for build output, sorted.
 fn files(folder: &Path) -> Vec<PathBuf> {
     let entries = fs::read_dir(folder).expect("the folder is part of the repository");
     let mut paths: Vec<PathBuf> = entries.map(|entry| entry.expect("the folder can be listed").path()).collect();
@@ -225,7 +225,7 @@ fn files(folder: &Path) -> Vec<PathBuf> {
     kept.flat_map(|path| if path.is_dir() { files(&path) } else { vec![path] }).collect()
 }
 
-/// Compares what stands between the marks of this table with what it should be, or writes it.
+/// Compares the text between the marks of this table with the expected one, or writes it.
 fn rewrite(document: &str, table: &str, expected: &str) {
     let file = repository().join(document);
     let text = fs::read_to_string(&file).expect("the document is part of the repository");

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Programs that must not compile: what is said about each of them is kept beside it.
+//! Programs that must not compile; the file beside each has its messages.
 //!
 //! `cargo xtask bless -p lf-compiler fail::` rewrites the expected output.
 

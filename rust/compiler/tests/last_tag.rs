@@ -7,7 +7,7 @@ use std::collections::BTreeMap;
 use lf_compiler::plan::Plan;
 use lf_compiler::{Style, compile};
 
-/// The plan of a program with a reactor `F` and one that feeds it.
+/// Returns the plan of a program with a reactor `F` and one that sends to it.
 fn plan(f: &str, kind: &str) -> Result<Plan, String> {
     let text = format!(
         "target Rust\n\
@@ -22,7 +22,7 @@ fn plan(f: &str, kind: &str) -> Result<Plan, String> {
     compilation.plan.ok_or_else(|| compilation.diagnostics.render(Style::Plain))
 }
 
-/// The same, and what `f` sends comes back to it.
+/// Returns such a plan in which the outputs of `f` come back to it.
 fn plan_around(f: &str, kind: &str) -> Result<Plan, String> {
     let text = format!(
         "target Rust\nreactor Through {{ input i: u32 output o: u32 i -> o }}\n{f}\n\
@@ -33,8 +33,8 @@ fn plan_around(f: &str, kind: &str) -> Result<Plan, String> {
     compilation.plan.ok_or_else(|| compilation.diagnostics.render(Style::Plain))
 }
 
-/// In which order the steps of `f` run, federated; unfederated it has to be the same one. Of two in one level it is not
-/// said which is first, so there must not be any.
+/// Returns the order in which the steps of `f` run, federated; unfederated it has to be the same. The order within a
+/// level is undefined, so no two steps may share a level.
 fn order(f: &str) -> Vec<String> {
     let names = |kind: &str| -> Vec<String> {
         let plan = plan(f, kind).unwrap_or_else(|error| panic!("{error}"));
@@ -58,11 +58,11 @@ fn they_follow_each_other_as_declared() {
         initial mode A { reaction(t) -> B {= =} reaction(shutdown) {= =} } }";
     let plan = plan(behind, "main").expect("it compiles");
     let level = |name: &str| plan.federates[0].reactions.iter().find(|it| it.name == name).map(|it| it.level);
-    // The first two are never there at one tag.
+    // The first two never run at one tag.
     assert!(level("f.reaction_1") < level("f.reaction_3") && level("f.reaction_2") < level("f.reaction_3"));
 }
 
-/// A mode drives a contained reactor that another one listens to, which is declared before it.
+/// A mode drives a contained reactor whose output another one reads, and which is declared before it.
 #[test]
 fn data_flow_comes_before_declaration() {
     let driven = "reactor F { input x: u32 c = new C()
@@ -75,7 +75,7 @@ fn data_flow_comes_before_declaration() {
     assert_eq!(order(shared), ["f.reaction_3", "f.reaction_1", "f.reaction_2"]);
 }
 
-/// What feeds a port through connections alone is seen by reactions of other modes, too.
+/// Reactions of other modes also see a value that reaches a port through connections alone.
 #[test]
 fn what_is_set_is_there_before_it_is_seen() {
     let through = "reactor F { input x: u32 c = new Through()
@@ -92,7 +92,8 @@ fn a_connection_of_the_active_mode_sets_a_port_last() {
     assert_eq!(order(both), ["f.reaction_1", "f.x -> f.o"]);
 }
 
-/// Federated, nobody knows in which mode it was sent what comes back, and unfederated that is not forgotten.
+/// Federated, the mode at the time of sending is unknown when a message comes back, and unfederated the rule is the
+/// same.
 #[test]
 fn what_comes_back_through_others_is_data_flow() {
     let f = "reactor F { input x: u32 input y: u32 output z: u32
@@ -110,7 +111,7 @@ fn what_comes_back_through_others_is_data_flow() {
     }
 }
 
-/// Each of two sets what the other one sees at the last tag.
+/// Each of two reactions writes a port that the other one reads at the last tag.
 #[test]
 fn what_waits_for_each_other_at_the_last_tag_is_refused() {
     let loops = "reactor F { input x: u32 c = new Through() d = new Through()

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Programs with thousands of mistakes, or of channels in a connection, are told of in few words.
+//! The compiler's messages stay short for programs with thousands of errors, or of channels in a connection.
 
 use std::collections::BTreeMap;
 
@@ -22,7 +22,7 @@ fn the_first_hundred_mistakes_are_shown_and_all_are_counted() {
     );
 }
 
-/// Warnings come first in the text here.
+/// Warnings come first in this text.
 #[test]
 fn an_error_is_shown_however_many_warnings_there_are() {
     let older = "  state s@(1)\n";

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! What names mean, in programs that are right and in such that are not.
+//! The meanings of names, in correct and in incorrect programs.
 
 use std::collections::BTreeMap;
 
@@ -47,7 +47,7 @@ fn files(main: &str) -> BTreeMap<String, String> {
     [("main.lf", main), ("lib.lf", LIBRARY)].map(|(path, text)| (path.to_owned(), text.to_owned())).into()
 }
 
-/// All names as lines: where each is, and what it means.
+/// Returns all names as lines: the place and the meaning of each.
 fn listing(names: &ResolvedNames) -> String {
     let place = |span: lf_compiler::diagnostics::Span| {
         let file = names.sources().get(span.file).expect("the text is there");
@@ -68,7 +68,7 @@ fn each_name_means_what_declares_it() {
     insta::assert_snapshot!(listing(&names("main.lf", &files(MAIN))));
 }
 
-/// Where a program is wrong, all that can be read means what it did.
+/// In a program with errors, all readable names keep their meanings.
 #[test]
 fn names_in_a_wrong_program_have_their_meaning() {
     let wrong = MAIN

@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
-//! What is planned of programs in C beside what all programs have: files and macros, what bodies call the ports of
-//! contained reactors, and how wide those are.
+//! The plans of programs in C beyond those of all programs: files and macros, the names of contained reactors' ports in
+//! bodies, and their widths.
 
 use std::collections::BTreeMap;
 
 use lf_compiler::plan::{Argument, ChildPort, Plan, ReactionKind, Value};
 use lf_compiler::{Style, compile};
 
-/// The plan of the first of these files.
+/// Returns the plan of the first of these files.
 fn plan(files: &[(&str, &str)]) -> Plan {
     let texts: BTreeMap<String, String> =
         files.iter().map(|(path, text)| ((*path).to_owned(), (*text).to_owned())).collect();
@@ -113,7 +113,7 @@ fn initial_values_are_those_of_c() {
     assert_eq!(values.collect::<Vec<_>>(), ["{1, 2, 3}", "{1}", "\"a \\\"b\\\" c\"", "((interval_t)-1000000000LL)"]);
 }
 
-/// The macros of an heir's file take part in what it inherits, unless both files say the same.
+/// The macros of an heir's file affect inherited code, unless both files define the same.
 #[test]
 fn a_macro_of_an_heir_in_inherited_code_is_a_warning() {
     let base = |own: &str| {

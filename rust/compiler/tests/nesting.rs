@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-//! However deeply a program is nested, the compiler ends with an error that names the place, and not with its stack;
-//! and what it takes, all that reads it later takes, too.
+//! However deeply a program is nested, the compiler ends with an error that names the place, and not with a stack
+//! overflow; and all later stages accept the programs that the check accepts.
 
 use std::collections::BTreeMap;
 
@@ -8,7 +8,7 @@ use lf_compiler::deployment::Deployment;
 use lf_compiler::emit::{Settings, emit};
 use lf_compiler::{Code, Compilation, compile};
 
-/// What is opened, what is within, and what is closed.
+/// The opening, the inner and the closing text.
 type Pattern = (&'static str, &'static str, &'static str);
 
 /// Nested expressions of Rust.
@@ -123,7 +123,7 @@ fn compiled(text: String) -> Compilation {
     compile("p.lf", &BTreeMap::from([("p.lf".to_owned(), text)]))
 }
 
-/// The program with the code in all places that can have it.
+/// Returns programs with the code in all possible places.
 fn programs(times: usize) -> Vec<String> {
     let of_rust = |place: &str, code: String| {
         "target Rust\nreactor A(p: usize = 0) {\n  state s: usize = 0\n  ".to_owned()
@@ -158,12 +158,12 @@ fn what_is_nested_too_deeply_is_refused_and_nothing_overflows() {
     for program in programs(20_000) {
         let compilation = compiled(program.clone());
         let mut codes = compilation.diagnostics.iter().map(|entry| entry.code);
-        // What is wrong already before its end is not parsed any further, and says so.
+        // Code with an earlier error is not parsed any further, and reports that error.
         assert!(codes.any(|code| matches!(code, Code::NestingTooDeep | Code::CodeSyntax)), "{}", &program[..200]);
     }
 }
 
-/// The tests' threads have stacks of 2 MiB, a quarter of what the program has.
+/// The tests' threads have stacks of 2 MiB, a quarter of the program's.
 #[test]
 fn what_is_taken_by_the_check_all_that_follows_takes_too() {
     let deployment = Deployment::default();

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Programs that compile: what is planned for each of them, and the warnings, are kept beside it.
+//! Programs that compile; the files beside each have its plan and its warnings.
 //!
 //! `cargo xtask bless -p lf-compiler plans::` rewrites the expected output.
 

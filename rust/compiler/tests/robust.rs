@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Whatever the text, the compiler ends without a panic; and every plan that it makes is sound.
+//! The compiler ends without a panic for any text, and every plan is valid.
 
 use std::collections::BTreeMap;
 
@@ -21,7 +21,7 @@ fn files(main: String) -> BTreeMap<String, String> {
     BTreeMap::from([("main.lf".to_owned(), main), ("lib/parts.lf".to_owned(), parts)])
 }
 
-/// Compiles, renders what is said, and checks the plan if there is one.
+/// Compiles, renders the diagnostics, and checks the plan if there is one.
 fn compile_and_check(main: String) -> bool {
     let compilation = compile("main.lf", &files(main));
     let said = compilation.diagnostics.render(Style::Plain);
@@ -32,7 +32,7 @@ fn compile_and_check(main: String) -> bool {
     compilation.plan.is_some()
 }
 
-/// Every index is in range, and every reaction comes after those that write what it reads.
+/// Asserts that every index is in range, and that every reaction follows those that write its inputs.
 fn check(plan: &Plan) {
     for federate in &plan.federates {
         check_reactions(plan, federate);
@@ -65,7 +65,7 @@ fn check_reactions(plan: &Plan, federate: &Federate) {
                 written[to.0] = written[to.0].max(Some(reaction.level));
                 assert!(federate.ports[from.0].reactions.iter().any(|it| it.0 == position));
             }
-            // Those in different modes need no order.
+            // Reactions in different modes need no order.
             ReactionKind::Body { .. } if reaction.mode.is_some() => {}
             ReactionKind::Body { instance, reaction: number, arguments } => {
                 let class = plan.class(&federate.instances[instance.0]);
@@ -178,7 +178,7 @@ proptest! {
     }
 }
 
-/// Instances of a few reactors, connected at random; half of the connections are delayed.
+/// Returns instances of a few reactors, connected at random; half of the connections are delayed.
 fn network() -> impl Strategy<Value = String> {
     let connection = (0_usize..6, 0_usize..6, 0_usize..2, proptest::option::of(0_u32..30));
     let nodes = proptest::collection::vec(proptest::sample::select(&["Source", "Pass", "Relay", "Group"][..]), 6);

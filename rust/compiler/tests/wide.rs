@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Multiports and banks mean what the same program means in which every channel and member is written out.
+//! Multiports and banks have the same meaning as the program with every channel and member written out.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::fmt::Write as _;
@@ -8,12 +8,12 @@ use lf_compiler::plan::{Argument, Plan, ReactionKind, TriggerKind};
 use lf_compiler::{Style, compile};
 use proptest::prelude::*;
 
-/// An instance, or a bank of them, with an input and an output of so many channels.
+/// An instance, or a bank of them, with an input and an output of this width.
 #[derive(Clone, Debug)]
 struct Node {
     members: Option<usize>,
     width: Option<usize>,
-    /// What its inputs are connected to; nothing for none.
+    /// The connection to its input, if there is one.
     input: Option<Connection>,
 }
 
@@ -40,7 +40,7 @@ fn program() -> impl Strategy<Value = Vec<Node>> {
                 iterated,
                 delayed,
             });
-            // Single ports that do not go together are an error, and not only a warning.
+            // A mismatch of single ports is an error, and not only a warning.
             let width = width.or(members.is_none().then_some(1));
             Node { members, width, input }
         });
@@ -48,7 +48,7 @@ fn program() -> impl Strategy<Value = Vec<Node>> {
     })
 }
 
-/// The program with multiports and banks; widths are parameters of the main reactor here and there.
+/// Returns the program with multiports and banks; some widths are parameters of the main reactor.
 fn wide(nodes: &[Node]) -> String {
     let mut text = "target Rust\n".to_owned();
     for (index, node) in nodes.iter().enumerate() {
@@ -77,7 +77,7 @@ fn wide(nodes: &[Node]) -> String {
     text + "}\n"
 }
 
-/// The names of all channels of a node's port, in the order in which connections take them.
+/// Returns the names of all channels of a node's port, in the order in which connections take them.
 fn channels(node: &Node, index: usize, port: &str, interleaved: bool) -> Vec<String> {
     let name = |member: usize, channel: usize| {
         let member = node.members.map_or(String::new(), |_| format!("_{member}"));
@@ -94,7 +94,7 @@ fn channels(node: &Node, index: usize, port: &str, interleaved: bool) -> Vec<Str
     names
 }
 
-/// The same program with everything written out.
+/// Returns the same program with everything written out.
 fn narrow(nodes: &[Node]) -> String {
     let mut text = "target Rust\n".to_owned();
     let mut main = String::new();
@@ -131,8 +131,8 @@ fn narrow(nodes: &[Node]) -> String {
     text + "main reactor {\n" + &main + "}\n"
 }
 
-/// What of a plan has to be the same: of each reaction its level and its ports, the ports that trigger it, and all
-/// connections with a delay.
+/// Returns the part of a plan that has to be the same: of each reaction its level and its ports, the ports that trigger
+/// it, and all connections with a delay.
 fn meaning(program: &str) -> BTreeSet<String> {
     let sources = BTreeMap::from([("Main.lf".to_owned(), program.to_owned())]);
     let compilation = compile("Main.lf", &sources);

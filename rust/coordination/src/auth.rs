@@ -35,7 +35,7 @@ pub struct Authenticator {
 /// The [`Authenticator`] of the stock programs, by HMAC-SHA256.
 pub const AUTHENTICATOR: Authenticator = Authenticator { rti_proof, is_federate_proof };
 
-/// The [`Answer`] of the stock programs, by HMAC-SHA256.
+/// Answers the RTI as the stock programs do, by HMAC-SHA256: an [`Answer`].
 pub fn answer_rti(key: &[u8], federate: u16, own: Nonce, proof: &Proof, rti: Nonce) -> Option<Proof> {
     is_rti_proof(key, federate, own, proof).then(|| federate_proof(key, rti))
 }

@@ -6,7 +6,7 @@ use lf_model::time::{Instant, Interval};
 use proptest::collection::vec;
 use proptest::prelude::*;
 
-/// An exchange that begins at `t1` of the RTI's clock, which is `ahead` of the federate's.
+/// Returns an exchange that begins at `t1` of the RTI's clock, which is `ahead` of the federate's.
 fn exchange(t1: i64, ahead: i64, there: i64, hold: i64, back: i64) -> Exchange {
     let t2 = t1 - ahead + there;
     let t4 = t1 + there + hold + back;
@@ -80,7 +80,8 @@ fn any_error() -> impl Strategy<Value = i64> {
     prop_oneof![-20..20i64, -1_000_000_000..1_000_000_000i64]
 }
 
-/// Whether a clock with this error to make up for and this drift reaches a time so far ahead exactly when it says.
+/// Asserts that a clock with this remaining error and this drift reaches a time that is `ahead` exactly at the
+/// predicted one.
 fn is_exact(error: i64, drift: i32, ahead: i64) -> Result<(), String> {
     let mut clock = ClockCorrection::with_offset(Interval::from_nanos(1_790_000_000_000_000_000));
     clock.slew(Instant::from_nanos(0), Interval::from_nanos(error));

@@ -40,7 +40,7 @@ struct Watched {
 }
 
 impl Board {
-    /// The own clock at the beginning of each second.
+    /// Returns the time of the federate's clock at the beginning of each second.
     fn seconds(&self, random: &mut Random) -> Vec<i64> {
         let (mut shows, mut more) = (7 * SEC, 0);
         (0..LASTS + 2)
@@ -88,7 +88,7 @@ impl Board {
 }
 
 impl Watched {
-    /// The largest error from this second on.
+    /// Returns the largest error from this second on.
     fn worst_from(&self, second: i64) -> i64 {
         let later = self.errors.iter().filter(|(at, _)| *at >= second * SEC);
         later.map(|(_, error)| error.abs()).max().unwrap_or(0)

@@ -223,7 +223,7 @@ fn play(fates: &[Fate]) -> Vec<Round> {
     follower.rounds
 }
 
-/// A clock that gains `drift_ppb`, at a time of the RTI's.
+/// Returns the time of a clock that gains `drift_ppb`, at a time of the RTI's.
 fn own_clock(rti: i64, drift_ppb: i64) -> i64 {
     let drift = i128::from(rti) * i128::from(drift_ppb) / 1_000_000_000;
     rti + i64::try_from(drift).unwrap() - AHEAD

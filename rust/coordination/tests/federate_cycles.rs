@@ -32,7 +32,7 @@ fn grant(federate: &mut Federate<'static>, tag: Tag) {
     handle(federate, Message::TagGrant(to_wire(tag)));
 }
 
-/// An empty tag.
+/// Runs an empty tag.
 fn run(federate: &mut Federate<'static>, tag: Tag) {
     federate.begin(tag).unwrap();
     federate.complete(false);

@@ -72,7 +72,7 @@ impl Replay<'_> {
         }
     }
 
-    /// A datagram of the RTI, and the answer.
+    /// Delivers a datagram of the RTI, and takes the answer.
     fn send_datagram(&mut self, frame: &Frame, at: &str) {
         self.silence(at);
         let bytes = self.clock(frame);
@@ -85,7 +85,7 @@ impl Replay<'_> {
         }
     }
 
-    /// The federate sends this frame next; it runs its tags until it does.
+    /// Asserts that the federate sends this frame next; runs its tags until it does.
     fn recv(&mut self, frame: &Frame, at: &str) {
         let expected = self.expected(frame);
         if expected[0] == NET && expected == self.last_net {
@@ -121,7 +121,7 @@ impl Replay<'_> {
         }
     }
 
-    /// The frame with its tag in place.
+    /// Returns the frame with its tag in place.
     fn expected(&self, frame: &Frame) -> Vec<u8> {
         let time = frame.tag.map_or(0, |tag| self.start.as_nanos() + tag.time_ns);
         frame.bytes.fill_with(time.to_le_bytes())
@@ -207,7 +207,7 @@ fn replay(name: &str, program: Program, send_times_ms: &[i64], check: impl FnOnc
     check(&replay.driver);
 }
 
-/// The program's time-out, from its command line: `-o 500 msec`.
+/// Returns the program's time-out, from its command line: `-o 500 msec`.
 fn time_out(recording: &Recording) -> Interval {
     match recording.federate().unwrap().arguments.iter().map(String::as_str).collect::<Vec<_>>()[..] {
         ["-o", number, "msec"] => Interval::from_millis(number.parse().unwrap()),

@@ -44,7 +44,7 @@ fn skip_in_turn(federate: &mut Federate<'_>) {
     assert!(all.any(|message| message == IN_TURN));
 }
 
-/// The form of LF 0.13, which every RTI answers.
+/// Returns a query in the form of LF 0.13, which every RTI answers.
 fn query(federate: u16) -> Message<'static> {
     Message::AddressQuery { federate, is_transient: Some(false) }
 }

@@ -17,7 +17,7 @@ fn rig(federates: usize) -> Rig {
     rig
 }
 
-/// A federate that waits for its turn, or for the others.
+/// Connects a federate that waits for its turn, or for the others.
 fn come(rig: &mut Rig, id: u16, udp_port: u16) -> ConnectionId {
     let connection = rig.connect();
     rig.message(connection, &Message::FedIds { federate: id, federation_id: FEDERATION });

@@ -199,7 +199,7 @@ fn who_leaves_behind_what_is_held_agrees_to_a_stop() {
     assert_eq!(rig.rti.status(), Status::Finished(Outcome::Complete));
 }
 
-/// The sender of these is gone, and what it has said is passed on as its receiver gets on, to the last message.
+/// Asserts that the RTI forwards all messages of a sender that is gone, as the receiver completes their tags.
 fn assert_passed_on(rig: &mut Rig, receiver: ConnectionId, tags: impl IntoIterator<Item = i64>) {
     for ns in tags {
         assert!(read(rig, receiver).contains(&"message []".to_owned()), "at {ns}");

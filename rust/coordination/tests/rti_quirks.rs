@@ -35,7 +35,7 @@ fn play_in_pieces(recording: &Recording, piece: usize) -> Recorded {
     rti
 }
 
-/// Where a received message of this connection stands.
+/// Returns the position of a received message of this connection.
 fn received(recording: &Recording, connection: u16) -> usize {
     let is_it = |step: &Step| matches!(step, Step::Recv(frame) if frame.connection == connection);
     recording.steps.iter().position(is_it).expect("the recording has such a step")
@@ -184,13 +184,13 @@ fn a_transient_federate_is_refused_and_named() {
     assert!(rti.rig.outlet.notices[0].starts_with(told), "{:#?}", rti.rig.outlet.notices);
 }
 
-/// Where this connection is closed by the federate.
+/// Returns the position at which the federate closes this connection.
 fn closed(recording: &Recording, connection: u16) -> usize {
     let closed = recording.steps.iter().position(|step| *step == Step::Close(connection));
     closed.expect("the recording has such a step")
 }
 
-/// Where the second received message of this connection stands: the ACK of a federate that authenticates.
+/// Returns the position of the second received message of this connection: the ACK of a federate that authenticates.
 fn received_again(recording: &Recording, connection: u16) -> usize {
     let first = received(recording, connection) + 1;
     let is_it = |step: &Step| matches!(step, Step::Recv(frame) if frame.connection == connection);

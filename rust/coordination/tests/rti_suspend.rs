@@ -28,7 +28,7 @@ fn wires() -> Connections {
     wires
 }
 
-/// A chain with a way back, and then whatever the federates say.
+/// Returns the script of a chain with a connection back, followed by arbitrary messages of the federates.
 fn script(said: &[(usize, u8, i64)]) -> Vec<(usize, Vec<u8>)> {
     let upstream: [&[(u16, i64)]; FEDERATES] = [&[(2, 5)], &[(0, DELAY_NONE)], &[(1, 0)]];
     let mut script = Vec::new();
@@ -52,7 +52,7 @@ fn script(said: &[(usize, u8, i64)]) -> Vec<(usize, Vec<u8>)> {
     script
 }
 
-/// All that the RTI says to all of it, and what it knows in the end.
+/// Returns all answers of the RTI to a script, and its status at the end.
 fn play(script: &[(usize, Vec<u8>)], suspended: bool) -> (Vec<Vec<u8>>, Vec<String>, Memory, Suspended) {
     let (mut memory, mut outlet, now) = (memory(), wires(), Instant::from_nanos(0));
     let mut borrowed = memory.clone();
@@ -87,7 +87,7 @@ fn play(script: &[(usize, Vec<u8>)], suspended: bool) -> (Vec<Vec<u8>>, Vec<Stri
     (outlet.list.into_iter().map(|wire| wire.outgoing).collect(), uncounted(outlet.notices), memory, state)
 }
 
-/// A suspended RTI forgets how often something has been logged.
+/// Removes the counts, because a suspended RTI forgets how often an event has been logged.
 fn uncounted(notices: Vec<String>) -> Vec<String> {
     let without = |notice: String| notice.rsplit_once(" (").map_or(notice.clone(), |(words, _)| words.to_owned());
     notices.into_iter().filter(|notice| !notice.contains(" in all:")).map(without).collect()

@@ -66,7 +66,7 @@ fn chain() -> (Rig, [ConnectionId; 2]) {
     (rig, [connections[0], connections[1]])
 }
 
-/// All that is said until so much time has passed.
+/// Returns all messages until this much time has passed.
 fn said_within(rig: &mut Rig, seconds: i64) -> Vec<String> {
     let end = rig.now + Interval::from_secs(seconds);
     let mut all = Vec::new();

@@ -1,10 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Targets for fuzzers: each takes any bytes, does something with them, and panics if something does not hold that
-//! always has to hold.
+//! Targets for fuzzers: each accepts any bytes, acts on them, and panics if an invariant does not hold.
 //!
 //! `fuzz/` hands them to libFuzzer; a test of this crate runs each for a fixed number of inputs, so that they cannot
-//! rot. The *raw* targets take their input for bytes from a peer; the *structured* ones for a list of sensible steps,
-//! which get farther.
+//! rot. The *raw* targets treat their input as bytes from a peer; the *structured* ones as a list of sensible steps,
+//! which reach deeper states.
 #![forbid(unsafe_code)]
 
 mod rti;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-//! The RTI: whatever peers do, it ends each step, says once more what it waits for, and grants nothing that a message
-//! on its way contradicts; the rig asserts more.
+//! The RTI under arbitrary peers: it completes each step, names what it waits for when asked again, and grants nothing
+//! that a message in transit contradicts; the rig asserts more.
 
 use std::net::Ipv4Addr;
 
@@ -22,7 +22,7 @@ const IN_TRANSIT: usize = 20;
 /// An RTI with its connections.
 pub(crate) struct World<'s>(ObservedRig<'s, Oracle>);
 
-/// Makes an RTI, and does something with it.
+/// Makes an RTI, and calls `act` with it.
 pub(crate) fn with_world(federates: usize, config: Config<'_>, act: impl FnOnce(&mut World<'_>)) {
     let output = config.message_bytes_max(federates);
     let sizes = Sizes { federates, connections: CONNECTIONS, upstream: federates, in_transit: IN_TRANSIT, output };
@@ -33,7 +33,7 @@ pub(crate) fn with_world(federates: usize, config: Config<'_>, act: impl FnOnce(
     act(&mut World(rig));
 }
 
-/// The configuration that the first byte of the input chooses.
+/// Returns the configuration that the first byte of the input chooses.
 pub(crate) fn config(choice: u8) -> Config<'static> {
     Config {
         clock_sync: if choice & 1 == 0 { ClockSync::Off } else { ClockSync::Init { trials: 2 } },
@@ -45,8 +45,8 @@ pub(crate) fn config(choice: u8) -> Config<'static> {
     }
 }
 
-/// The first bytes choose the configuration and the number of federates; then come steps: a byte for what and where,
-/// then what it needs. [`RawStep`](crate::RawStep) writes them.
+/// Runs the steps in the input. The first bytes choose the configuration and the number of federates; each step is a
+/// byte for the kind and the connection, then its arguments. [`RawStep`](crate::RawStep) writes them.
 ///
 /// # Panics
 /// If something does not hold that has to.
@@ -80,7 +80,7 @@ impl World<'_> {
         self.0.rti.start_time().map_or(0, Instant::as_nanos)
     }
 
-    /// A peer connects, unless it is connected.
+    /// Connects a peer, unless it is connected.
     pub(crate) fn connect(&mut self, connection: usize) {
         if self.0.is_free(ConnectionId(connection)) {
             self.0.connect_as(ConnectionId(connection), IpAddress::V4(Ipv4Addr::LOCALHOST));
@@ -88,19 +88,19 @@ impl World<'_> {
         }
     }
 
-    /// A peer closes its connection. What it has said before is still taken, as far as it is whole.
+    /// Closes a peer's connection. The RTI still accepts the whole messages that the peer sent before.
     pub(crate) fn close(&mut self, connection: usize) {
         self.0.close(ConnectionId(connection));
         self.resume();
     }
 
-    /// A peer reads so many bytes.
+    /// Lets a peer read this many bytes.
     pub(crate) fn read(&mut self, connection: usize, bytes: usize) {
         self.0.take(ConnectionId(connection), bytes);
         self.resume();
     }
 
-    /// Time passes.
+    /// Lets time pass.
     pub(crate) fn pass(&mut self, ns: i64) {
         let ObservedRig { rti, outlet, now, .. } = &mut self.0;
         *now = *now + Interval::from_nanos(ns);
@@ -115,7 +115,8 @@ impl World<'_> {
         self.say(connection, &encoded(message));
     }
 
-    /// A peer says something. What the RTI cannot take yet stays where it is, and no more is said meanwhile.
+    /// Sends bytes of a peer. Bytes that the RTI cannot accept yet stay in the connection, and the peer sends nothing
+    /// more meanwhile.
     pub(crate) fn say(&mut self, connection: usize, bytes: &[u8]) {
         let wire = &self.0.outlet.list[connection];
         if wire.open && !wire.closing && (wire.blocked.is_none() || wire.reads_on) {
@@ -124,7 +125,7 @@ impl World<'_> {
         }
     }
 
-    /// All read all; nothing waits any more but what waits for somebody to get on.
+    /// Lets all peers read everything; afterwards only input that depends on another participant's progress waits.
     pub(crate) fn settle(&mut self) {
         for _ in 0..CONNECTIONS {
             for connection in 0..CONNECTIONS {
@@ -134,7 +135,8 @@ impl World<'_> {
         let _ = self.0.rti.status();
     }
 
-    /// Offers again what waits, also without a reason, until nothing more is taken, and sends the times that are due.
+    /// Offers waiting input again, even without a reason, until the RTI accepts nothing more, and sends the times that
+    /// are due.
     fn resume(&mut self) {
         loop {
             let ObservedRig { rti, outlet, now, .. } = &mut self.0;

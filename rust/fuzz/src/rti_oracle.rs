@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! What an RTI may not say whatever the peers say.
+//! The messages that an RTI may not send, whatever the peers send.
 
 use std::collections::BTreeSet;
 
@@ -9,22 +9,22 @@ use lf_model::time::{Instant, Interval, Tag};
 use lf_testkit::rti::Observer;
 use lf_wire::{DELAY_NONE, Message};
 
-/// More messages than one input can lead to.
+/// The limit of messages per input, above any that an input can cause.
 const ANSWERS_MAX: usize = 2_000;
 
 /// The federate on one connection.
 #[derive(Default)]
 struct Peer {
-    /// The RTI may send to it.
+    /// Whether the RTI may send to it.
     present: bool,
     federate: Option<u16>,
-    /// The last neighbor structure that it has sent: from whom, with what delay.
+    /// The last neighbor structure that it has sent: upstream federates and delays.
     upstream: Vec<(u16, i64)>,
     granted: Option<Tag>,
     provisional: Option<Tag>,
-    /// The latest tag that it says is complete.
+    /// The latest tag that it reported complete.
     completed: Option<Tag>,
-    /// Tags of messages that it has been sent, and that are not complete.
+    /// The tags of messages that the RTI forwarded to it and that it has not completed.
     unconsumed: BTreeSet<Tag>,
 }
 
@@ -32,7 +32,7 @@ struct Peer {
 pub(crate) struct Oracle {
     peers: Vec<Peer>,
     start: Option<i64>,
-    /// Messages since the last input.
+    /// The number of messages since the last input.
     answers: usize,
 }
 
@@ -41,12 +41,12 @@ impl Oracle {
         Self { peers: (0..connections).map(|_| Peer::default()).collect(), start: None, answers: 0 }
     }
 
-    /// A grant may not reach what a message on its way to a federate upstream can still cause.
+    /// Asserts that a grant stays before the tags of messages that a federate upstream can still cause.
     fn check_grant(&self, connection: usize, granted: Tag) {
         for (upstream, delay) in &self.peers[connection].upstream {
             let peer = self.peers.iter().find(|peer| peer.present && peer.federate == Some(*upstream));
             let Some(first) = peer.and_then(|peer| peer.unconsumed.first()) else { continue };
-            // The ends of time are no tags of events.
+            // NEVER and FOREVER are no tags of events.
             if first.time > Instant::NEVER && first.time < Instant::FOREVER {
                 let arrival = arrival(*first, *delay);
                 let never_comes = arrival == Tag::FOREVER;
@@ -59,7 +59,7 @@ impl Oracle {
     }
 }
 
-/// When a message can come that is sent at `tag`.
+/// Returns the tag at which a message sent at `tag` arrives.
 fn arrival(tag: Tag, delay: i64) -> Tag {
     match delay {
         DELAY_NONE => tag,
@@ -100,7 +100,7 @@ impl Observer for Oracle {
         match *message {
             Message::TagGrant(tag) => {
                 let tag = from_wire(tag);
-                // One without upstream federates needs no grant; what it announces counts as one.
+                // A federate without upstream federates needs no grant; its announcement counts as one.
                 let rises = Some(tag) > peer.granted && Some(tag) >= peer.provisional;
                 assert!(rises || peer.upstream.is_empty(), "grants rise");
                 peer.granted = Some(tag);
@@ -114,7 +114,7 @@ impl Observer for Oracle {
             Message::TaggedMessage { tag, federate, .. } => {
                 assert_eq!(Some(federate), peer.federate, "a message goes to its destination");
                 let tag = from_wire(tag);
-                // Nobody has an event before the start, so that is not told from no event at all.
+                // No federate has an event before the start, so such a tag equals the absence of events.
                 let counts = self.start.is_some_and(|start| tag.time >= Instant::from_nanos(start));
                 if counts && Some(tag) > peer.completed {
                     peer.unconsumed.insert(tag);

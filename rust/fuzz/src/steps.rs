@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Steps of peers that know how to begin, and the form in which `rti_raw` reads steps.
+//! Steps of peers that follow the handshake, and the encoding of steps that `rti_raw` reads.
 
 use arbitrary::{Arbitrary, Result, Unstructured};
 use lf_coordination::rti::FEDERATION_ID_DEFAULT;
@@ -9,7 +9,7 @@ use lf_wire::{Message, MessageType};
 
 use crate::rti::{CONNECTIONS, FEDERATES_MAX, World, config, with_world};
 
-/// What a joined federate says most.
+/// The most frequent messages of a joined federate.
 const USUAL: &[MessageType] = &[
     MessageType::NextEventTag,
     MessageType::NextEventTag,
@@ -25,7 +25,7 @@ const USUAL: &[MessageType] = &[
     MessageType::Resign,
 ];
 
-/// Federates of a graph that the input chooses join and start; then they do what it says.
+/// Lets federates of a graph that the input chooses join and start; then runs the steps in the input.
 ///
 /// # Panics
 /// If something does not hold that has to.
@@ -33,9 +33,9 @@ pub fn rti_structured(data: &[u8]) {
     let mut input = Unstructured::new(data);
     let Ok((choice, federates)) = <(u8, u8)>::arbitrary(&mut input) else { return };
     let federates = usize::from(federates) % FEDERATES_MAX + 1;
-    // With authentication or clock synchronization nobody could join blindly.
+    // With authentication or clock synchronization no federate could join blindly.
     with_world(federates, config(choice & !0b101), |world| {
-        // The end of the input ends the steps; there is nothing else that could go wrong in reading it.
+        // The end of the input ends the steps; reading it cannot fail otherwise.
         let _ = join(world, federates, &mut input).and_then(|()| run(world, &mut input));
         world.settle();
     });
@@ -92,9 +92,9 @@ pub enum RawStep {
     Connect(u8),
     /// A peer closes its connection.
     Close(u8),
-    /// A peer reads all that there is for it.
+    /// A peer reads all bytes that are available to it.
     Read(u8),
-    /// A peer says something.
+    /// A peer sends bytes.
     Say(u8, Vec<u8>),
 }
 

@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
-//! The decoder: whatever it takes for a message is that message, in whatever pieces the bytes come, and it never asks
-//! for more than the limits allow.
+//! The decoder: whatever it accepts is a valid message, independent of how the bytes are split, and it never asks for
+//! more than the limits allow.
 
 use arbitrary::Unstructured;
 use lf_testkit::messages::encoded;
 use lf_testkit::parts;
 use lf_wire::{DecodeError, Decoded, InBuffer, Limits, Message, QueryEnd, decode, message_bytes_max};
 
-/// The first bytes choose limits and the size of pieces, the rest comes from a peer.
+/// Decodes bytes from a peer. The first bytes of the input choose limits and the size of pieces.
 ///
 /// # Panics
 /// If something does not hold that has to.
@@ -23,7 +23,7 @@ pub fn wire_raw(data: &[u8]) {
     assert_eq!(whole, pieces, "the same messages, in whatever pieces they come");
 }
 
-/// A list of messages, which are encoded and come back as they were.
+/// Encodes a list of messages, and asserts that decoding returns the same messages.
 ///
 /// # Panics
 /// If something does not hold that has to.
@@ -37,7 +37,7 @@ pub fn wire_structured(data: &[u8]) {
         let one = encoded(&message);
         let mut behind = query_end;
         if behind.take(&one) > 0 {
-            // No federate says this behind a question.
+            // No federate sends this message after a query.
             if input.is_empty() {
                 break;
             }
@@ -57,14 +57,14 @@ pub fn wire_structured(data: &[u8]) {
     assert_eq!(decode_whole(&bytes, &Limits::NONE).lengths.len(), count);
 }
 
-/// What was found.
+/// The result of decoding a stream.
 #[derive(Debug, PartialEq, Eq)]
 struct Found {
     lengths: Vec<usize>,
     error: Option<DecodeError>,
 }
 
-/// Messages are taken as long as there are any; a byte that is no message is skipped, as the RTI does.
+/// Decodes messages as long as there are any; skips a byte that begins no message, as the RTI does.
 fn decode_whole(bytes: &[u8], limits: &Limits) -> Found {
     let mut found = Found { lengths: Vec::new(), error: None };
     let mut rest = bytes;

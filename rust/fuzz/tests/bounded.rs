@@ -1,16 +1,16 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Every target with a fixed number of inputs: recorded ones, changed ones, and random ones, always the same.
+//! Every target runs a fixed number of inputs: recorded, mutated and random ones, the same in every run.
 
 use lf_fuzz::{RawStep, TARGETS, Target};
 use lf_testkit::golden::{Fill, Recording, Step};
 use lf_testkit::random::Random;
 
-/// Inputs of each target.
+/// The number of inputs for each target.
 const RUNS: u64 = 60_000;
-/// Longest random input in bytes.
+/// The length of the longest random input in bytes.
 const BYTES_MAX: u64 = 600;
 
-/// What a tester of a recording sends, with whatever value where the recorded one varies.
+/// Returns the bytes that the tester of a recording sends, with arbitrary values for the masked ones.
 fn bytes(step: &Step) -> Option<(u8, Vec<u8>)> {
     let (Step::Send(frame) | Step::Recv(frame)) = step else { return None };
     let connection = u8::try_from(frame.connection % 8).unwrap_or_default();
@@ -21,7 +21,7 @@ fn bytes(step: &Step) -> Option<(u8, Vec<u8>)> {
     Some((connection, frame.bytes.fill_with(filled)))
 }
 
-/// A recording as the input of each target that it is good for.
+/// Returns a recording as the input of each target that can use it.
 fn corpus(recording: &Recording) -> Vec<(&'static str, Vec<u8>)> {
     let mut wire = vec![255, 255, 15, 7];
     let (mut rti, mut federate) = (vec![0, 3], vec![0b0100_1011]);
@@ -53,7 +53,7 @@ fn corpus(recording: &Recording) -> Vec<(&'static str, Vec<u8>)> {
     vec![("wire_raw", wire), ("rti_raw", rti), ("federate_raw", federate)]
 }
 
-/// Changes a few bytes, cuts, doubles or joins.
+/// Changes a few bytes, truncates, duplicates or joins inputs.
 fn mutate(random: &mut Random, input: &mut Vec<u8>, other: &[u8]) {
     for _ in 0..=random.below(6) {
         let at = random.index(input.len());

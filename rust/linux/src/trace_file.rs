@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-//! A file of what a participant records of itself: a header and records, as `lf_runtime::trace` has them.
+//! A file of a participant's events: a header and records, as `lf_runtime::trace` defines them.
 //!
-//! It has a limit. When it is full, it goes on at its beginning, in the place of the oldest records, with what all
-//! others have to be read with: how many records are lost, the start, and what the federation's clock shows. A
+//! The file has a limit. When it is full, it wraps around: newer records replace the oldest ones, after the records
+//! that all others depend on: the number of lost records, the start, and the current correction of the clock. An
 //! [`Event::Seam`] follows the newest record then.
 
 use std::fs::File;
@@ -16,42 +16,42 @@ use lf_runtime::trace::{Event, Header, RECORD_BYTES, Record, Recorder};
 use crate::clock::Clock;
 use crate::outside::HostOutside;
 
-/// How many bytes are written at once: whole records, so that a program that is killed leaves no part of one.
+/// The number of bytes in one write: whole records, so that a killed program leaves no partial one.
 const CHUNK_BYTES: usize = 2048 * RECORD_BYTES;
 
-/// Records that have not been written for so long are written at the next wait.
+/// The next wait writes records that have not been written for this time.
 const FLUSH_AFTER: Interval = Interval::from_millis(200);
 
-/// The limit of a file when nothing else is said, in MiB: some minutes of a busy federate.
+/// The default limit of a file, in MiB: some minutes of a busy federate.
 pub const TRACE_MIB: u32 = 256;
 
-/// How far a file goes back from behind a seam.
+/// The distance from behind a seam back to its beginning.
 const SEAM_BYTES: i64 = 32;
 const _: () = assert!(SEAM_BYTES.unsigned_abs() == RECORD_BYTES as u64, "a seam is a record");
 
-/// A file that is as long as it has to be.
+/// The limit of a file that may grow without end.
 pub const TRACE_UNLIMITED: u32 = u32::MAX;
 
-/// How many bytes of records a MiB of the limit stands for.
+/// The number of bytes of records per MiB of the limit.
 const MIB_BYTES: u64 = 1024 * 1024;
 
 /// The file, until it cannot be written.
 #[derive(Debug)]
 pub(crate) struct TraceFile {
     file: Option<File>,
-    /// What is to be written next.
+    /// The bytes to write next.
     buffer: Vec<u8>,
     clock: Clock,
     flushed: Instant,
-    /// How many records there may be in the file.
+    /// The maximum number of records in the file.
     capacity: u64,
-    /// How many records there are since the header, or since the file has gone on there.
+    /// The number of records since the header, or since the file last wrapped around.
     count: u64,
     /// Whether a seam has to follow the newest record, because older ones are behind it.
     has_seam: bool,
-    /// How many records were lost when the file went on at its beginning for the last time.
+    /// The number of records that were lost when the file last wrapped around.
     lost: u64,
-    /// How many records there were from there on that are behind the seam now.
+    /// The number of records from there on that are behind the seam now.
     behind: u64,
     /// The start of the federation, if it is known.
     start: Option<Record>,
@@ -69,7 +69,7 @@ impl TraceFile {
             buffer: Vec::with_capacity(CHUNK_BYTES + RECORD_BYTES),
             clock,
             flushed: clock.now(),
-            // The number of bytes of a record fits.
+            // The size of a record fits.
             capacity: u64::from(mib.max(1)) * MIB_BYTES / RECORD_BYTES as u64,
             count: 0,
             has_seam: false,
@@ -79,13 +79,13 @@ impl TraceFile {
         })
     }
 
-    /// Writes down whose records follow.
+    /// Writes the header of the records that follow.
     fn begin(&mut self, header: Header) {
         self.buffer.extend(header.to_bytes());
         self.note_clock();
     }
 
-    /// Room for the last clock and for the seam is left.
+    /// Adds a record, and leaves room for the last correction of the clock and for the seam.
     fn push(&mut self, record: Record) {
         if self.count + 2 >= self.capacity {
             self.go_on_at_the_beginning(record.at);
@@ -101,12 +101,12 @@ impl TraceFile {
         }
     }
 
-    /// The oldest records make way for those that follow, which begin with what is known of the lost ones.
+    /// Wraps around: new records replace the oldest ones, beginning with the state that the lost ones established.
     fn go_on_at_the_beginning(&mut self, at: Instant) {
         if self.file.is_some() && self.behind == 0 {
             log::warn!("the trace is full, and its oldest records are dropped from here on; see --trace-limit");
         }
-        // This takes the place of the seam: all that is in the file is in its order now.
+        // This replaces the seam: the whole file is in order now.
         self.has_seam = false;
         self.append(self.clock_record());
         self.flush();
@@ -120,7 +120,7 @@ impl TraceFile {
         self.append(self.clock_record());
     }
 
-    /// What the federation's clock shows.
+    /// Records the current correction of the federation's clock.
     fn note_clock(&mut self) {
         let record = self.clock_record();
         self.push(record);
@@ -138,7 +138,7 @@ impl TraceFile {
         let (mut buffer, has_seam) = (core::mem::take(&mut self.buffer), self.has_seam);
         self.use_file(|file| {
             file.write_all(&buffer)?;
-            // What follows takes the place of the seam.
+            // The next records replace the seam.
             if has_seam { file.seek(SeekFrom::Current(-SEAM_BYTES)).map(drop) } else { Ok(()) }
         });
         buffer.clear();
@@ -154,7 +154,7 @@ impl TraceFile {
 }
 
 impl Recorder for TraceFile {
-    /// Writes down what has happened, or keeps it to be written with what follows.
+    /// Writes an event, or buffers it for a later write.
     fn record(&mut self, at: Instant, event: Event) {
         let record = Record { at, event };
         match event {
@@ -163,7 +163,7 @@ impl Recorder for TraceFile {
             _ => {}
         }
         self.push(record);
-        // A wait is when nobody else needs the time, and what may last if nothing comes any more.
+        // During a wait no other work needs the time, and the wait may be long.
         if matches!(event, Event::WaitBegins(_)) && at.since(self.flushed) > FLUSH_AFTER {
             self.flushed = at;
             self.flush();
@@ -171,7 +171,7 @@ impl Recorder for TraceFile {
     }
 }
 
-/// Whatever ends the program, apart from a signal that kills it.
+/// Flushes the file at any end of the program, except for a signal that kills it.
 impl Drop for TraceFile {
     fn drop(&mut self) {
         self.note_clock();
@@ -198,8 +198,8 @@ mod tests {
         blocks.iter().skip(1).map(|block| Record::from_bytes(block).expect("it is a record")).collect()
     }
 
-    /// However many there are: all that is not said to be lost is there, in its order from the seam on, with the start
-    /// and the clock.
+    /// Whatever the number of records, the file has all that it does not report as lost, in order from the seam on,
+    /// with the start and the clock.
     #[test]
     fn a_full_file_keeps_the_newest_records_and_says_how_many_are_lost() {
         let capacity = i64::try_from(MIB_BYTES / RECORD_BYTES as u64).expect("it fits");
@@ -216,12 +216,12 @@ mod tests {
             assert!(in_order.iter().any(|it| matches!(it.event, Event::Starts(..))), "{count}");
             assert!(in_order.iter().any(|it| matches!(it.event, Event::Clock(_))), "{count}");
             assert_eq!(first > 1, seams.len() == 1, "{count}");
-            // Half of the file at least is there.
+            // At least half of the file remains.
             assert!(first == 1 || count - first >= capacity - 10, "{count}: from {first}");
             let lost = in_order.iter().find_map(|it| if let Event::Lost(lost) = it.event { Some(lost) } else { None });
             let told = lost
                 .map_or(0, |lost| i64::try_from(lost).expect("it fits") + i64::try_from(newer.len()).expect("it fits"));
-            // What begins a lap counts, too.
+            // The records at the beginning of a lap count, too.
             assert!((0..20).contains(&(told - (first - 1))), "{count}: {told} told, and {first} is the first");
         }
     }

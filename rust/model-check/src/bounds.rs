@@ -1,30 +1,30 @@
 // SPDX-License-Identifier: Apache-2.0
-//! How much can happen in one federation.
+//! The bounds of what can happen in one federation.
 
-/// How much can happen. All events lie at the times 0 to `time_max` and the microsteps 0 to `microstep_max`; a reaction
-/// that would cause more does not.
+/// The bounds of one federation. All events lie at the times 0 to `time_max` and the microsteps 0 to `microstep_max`; a
+/// reaction sends nothing beyond them.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Bounds {
     /// The last time, in ticks after the start.
     pub time_max: u8,
     /// The last microstep of each time.
     pub microstep_max: u8,
-    /// Events of their own that all federates together have besides the first ones, at the start.
+    /// The number of local events that all federates together have besides the first ones, at the start.
     pub own_events_max: u8,
-    /// Messages that all federates together send.
+    /// The number of messages that all federates together send.
     pub messages_max: u8,
-    /// Whether federates are told which of their next events nobody needs (DNET).
+    /// Whether the RTI sends DNET.
     pub dnet: bool,
-    /// How many federates may be lost, at any moment.
+    /// The number of federates that may be lost, at any point.
     pub losses_max: u8,
-    /// Tags of messages on their way to one federate that the RTI has room for.
+    /// The number of tags of messages in transit to one federate that the RTI has room for.
     pub in_transit: u8,
-    /// Tags with messages that a federate may have before it that are earlier than what a sender has announced, before
-    /// that sender is not heard any more.
+    /// The number of tags with messages before a receiver and earlier than the sender's announced tag, from which on
+    /// the RTI no longer reads that sender.
     pub window: usize,
-    /// Whether orders that cannot make a difference are left out. Only tests of that want them all.
+    /// Whether orders that cannot make a difference are left out. Only tests of the reduction want them all.
     pub reduced: bool,
-    /// What is done wrong, to see that it is found.
+    /// The fault to inject, to see that the check finds it.
     pub fault: Option<Fault>,
 }
 
@@ -45,15 +45,15 @@ impl Default for Bounds {
     }
 }
 
-/// What can be done wrong on purpose: a check that finds none of these would be worth nothing.
+/// The faults that can be injected: a check that misses any of them would be worthless.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Fault {
-    /// The RTI is told that every connection takes one tick longer than it does.
+    /// The RTI assumes a delay one tick longer than the true one for every connection.
     DelaysTooLong,
-    /// Nobody says that it has completed a tag.
+    /// No federate sends LTC.
     NoCompletion,
-    /// Nobody says that there will be no message.
+    /// No federate sends PORT_ABSENT.
     NoAbsence,
-    /// A message is put into the connection behind the next event that is announced.
+    /// A federate sends a message after it has announced its next event.
     LateMessages,
 }

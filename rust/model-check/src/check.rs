@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Looks at all states of a model, and says what is wrong so that people can follow it.
+//! Visits all states of a model, and reports violations as a readable sequence of steps.
 
 use std::fmt::Write as _;
 
@@ -10,21 +10,21 @@ use crate::graph::{Graph, permutations};
 use crate::model::{LIVENESS, Model};
 use crate::step::Action;
 
-/// What was looked at.
+/// The extent and the findings of a check.
 #[derive(Clone, Debug, Default)]
 pub struct Report {
-    /// Models: graphs, each with every order of reactions that was looked at.
+    /// The number of models: graphs, each with every order of reactions that was checked.
     pub models: u64,
-    /// Different states.
+    /// The number of different states.
     pub states: u64,
-    /// Most states of one model.
+    /// The number of states of the largest model.
     pub states_max: u64,
-    /// What is wrong.
+    /// The violations.
     pub findings: Vec<Finding>,
 }
 
 impl Report {
-    /// Takes another report into this one.
+    /// Adds another report to this one.
     pub fn add(&mut self, other: Self) {
         self.models += other.models;
         self.states += other.states;
@@ -33,19 +33,19 @@ impl Report {
     }
 }
 
-/// Something that is wrong in one graph.
+/// A violation in one graph.
 #[derive(Clone, Debug)]
 pub struct Finding {
     /// The graph.
     pub graph: Graph,
     /// The rank of each federate's reactions.
     pub ranks: Vec<usize>,
-    /// What is wrong and how it comes to that, step by step.
+    /// The violation and the steps that lead to it.
     pub story: String,
 }
 
-/// Looks at everything that can happen in a graph. A graph with a cycle without delay is looked at in so many orders of
-/// its federates' reactions, at most all.
+/// Checks all behaviors of a graph. If it has a cycle without delay, checks at most `orders_max` orders of its
+/// federates' reactions.
 pub fn check(graph: Graph, bounds: Bounds, orders_max: usize) -> Report {
     let mut orders = permutations(graph.federates());
     if !graph.has_zero_delay_cycle() {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! A federate that keeps the protocol and nothing else: what its reactions do is free.
+//! A federate that keeps the protocol and is free otherwise: its reactions may do anything.
 
 use std::fmt;
 
@@ -14,25 +14,25 @@ use crate::world::World;
 /// The state of one federate.
 #[derive(Clone, PartialEq, Eq, Hash)]
 pub(crate) struct Federate {
-    /// Lost, or not part of the graph.
+    /// Whether it is lost, or not part of the graph.
     pub(crate) gone: bool,
-    /// The next event of its own.
+    /// Its next local event.
     own: Option<Moment>,
-    /// When messages that have come are to be handled.
+    /// The tags of messages that have arrived and wait for their reactions.
     inputs: Moments,
-    /// The last tag that is complete.
+    /// The last completed tag.
     completed: Option<Moment>,
-    /// The tag that has been begun: reactions that may cause messages within the cycle have run, others wait.
+    /// The open tag: reactions that may cause messages within the cycle have run, others wait.
     open: Option<Moment>,
-    /// The last TAG, or what a later PTAG says of the tags before it.
+    /// The last granted tag; a PTAG implies a grant of all tags before it.
     granted: Tag,
     provisional: Tag,
-    /// Up to when it is known what comes from each federate, where that is awaited.
+    /// For each federate whose inputs are awaited, the tag up to which its messages are known.
     known: [Tag; FEDERATES_MAX],
     next: NextEventRules,
 }
 
-/// What it has told about its next event, and what it was told that nobody needs.
+/// The state of the rules for NET: the announced next event, and the RTI's answer in DNET.
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
 struct NextEventRules {
     /// The last NET, as the RTI knows it.
@@ -43,17 +43,17 @@ struct NextEventRules {
     downstream: Option<Tag>,
 }
 
-/// What its reactions are about to do.
+/// The reactions that are about to run.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub(crate) enum Phase {
-    /// At a tag that is granted provisionally, what causes messages within the cycle.
+    /// At a provisionally granted tag: those that cause messages within the cycle.
     Within,
-    /// All that is left; then the tag is complete.
+    /// All others; then the tag is complete.
     Rest,
 }
 
 impl Federate {
-    /// One that has told its first event, at the start.
+    /// Returns a federate that has announced its first event, at the start.
     pub(crate) fn new(gone: bool) -> Self {
         let first = Moment::FIRST;
         Self {
@@ -69,12 +69,12 @@ impl Federate {
         }
     }
 
-    /// Whether no event is left and no tag is open.
+    /// Returns whether no event is left and no tag is open.
     pub(crate) fn is_idle(&self) -> bool {
         self.gone || (self.open.is_none() && self.own.is_none() && self.inputs.first().is_none())
     }
 
-    /// Whether a reaction can have a further event of its own after this tag.
+    /// Returns whether a reaction can schedule a further local event after this tag.
     pub(crate) fn may_plan(&self, at: Moment) -> bool {
         self.is_triggered(at) && self.own.is_none_or(|own| own <= at)
     }
@@ -86,39 +86,39 @@ impl Federate {
         }
     }
 
-    /// What it can do now by itself, if anything.
+    /// Returns the step that it can take by itself now, if any.
     pub(crate) fn can_run(&self, id: usize, world: &World) -> Option<(Moment, Phase)> {
         if self.gone {
             return None;
         }
         let next = self.next();
         let provisional = world.moment(self.provisional).filter(|tag| self.completed.is_none_or(|done| *tag > done));
-        // It goes to a tag that is granted provisionally even without an event, for others wait to hear of it.
+        // It begins a provisionally granted tag even without an event, because others wait for its answer.
         let tag = self.open.or_else(|| provisional.filter(|tag| next.is_none_or(|next| *tag <= next))).or(next)?;
         if !world.has_upstream(id) || tag.tag() <= self.granted {
             return Some((tag, Phase::Rest));
         }
-        // A tag that is open goes on, also when a later one has been granted provisionally meanwhile.
+        // An open tag continues, even if a later one has been granted provisionally meanwhile.
         if self.open.is_none() && Some(tag) != provisional {
             return None;
         }
         let is_known = |from: &usize| self.known[*from] >= tag.tag();
         let mut awaited = world.awaited(id);
         if self.open.is_none() {
-            // Reactions are in the order of the federates' ranks: these wait for what comes from lower ones only.
+            // Reactions are in the order of the federates' ranks: these wait only for messages from lower ranks.
             let lower = |from: &usize| world.rank(*from) < world.rank(id);
             return awaited.filter(lower).all(|from| is_known(&from)).then_some((tag, Phase::Within));
         }
         awaited.all(|from| is_known(&from)).then_some((tag, Phase::Rest))
     }
 
-    /// Whether something is present at this tag, as far as is known. Otherwise no reaction runs, and the federate goes
-    /// through the tag only to say that nothing comes.
+    /// Returns whether something is known to be present at this tag. Otherwise no reaction runs, and the federate goes
+    /// through the tag only to report that it sends nothing.
     pub(crate) fn is_triggered(&self, at: Moment) -> bool {
         self.own == Some(at) || self.inputs.contains(at)
     }
 
-    /// The federates to which the reactions of a phase may send something.
+    /// Returns the federates to which the reactions of a phase may send messages.
     pub(crate) fn may_send(&self, id: usize, phase: Phase, world: &World, to: usize) -> bool {
         match (phase, world.is_awaited(id, to)) {
             (Phase::Within, awaited) => awaited,
@@ -127,7 +127,7 @@ impl Federate {
         }
     }
 
-    /// Its reactions run: `sends` are the federates to which they send a message, `plan` is the next event of its own.
+    /// Runs its reactions: `sends` are the federates that get a message, `plan` is its next local event.
     pub(crate) fn run(
         &mut self,
         id: usize,
@@ -171,7 +171,7 @@ impl Federate {
         let mut said = Vec::new();
         self.open = None;
         self.completed = Some(at);
-        // What came for tags that are over makes no difference any more.
+        // Inputs at completed tags no longer make a difference.
         self.known = self.known.map(|known| if known <= at.tag() { Tag::NEVER } else { known });
         let had_input = self.inputs.remove(at);
         self.own = self.own.filter(|own| *own != at);
@@ -185,7 +185,7 @@ impl Federate {
         said
     }
 
-    /// It hears something from the RTI.
+    /// Handles a message from the RTI.
     pub(crate) fn hear(&mut self, id: usize, message: Down, world: &World) -> (Vec<Up>, Option<Broken>) {
         if self.gone {
             return (Vec::new(), None);
@@ -201,7 +201,7 @@ impl Federate {
             Down::Provisional(tag) => {
                 let old = tag <= self.granted || tag <= self.provisional;
                 self.provisional = tag;
-                // Nothing earlier can come any more.
+                // No earlier message can arrive any more.
                 self.granted = self.granted.max(tag.before());
                 if let Some(past) = world.moment(tag).filter(|tag| self.completed.is_some_and(|done| *tag <= done)) {
                     said.push(Up::Complete(past));
@@ -255,7 +255,7 @@ impl Federate {
         }
     }
 
-    /// Tells its next event, if the rules say so.
+    /// Returns a NET for its next event, if the rules demand one.
     fn announce(&mut self, id: usize, world: &World) -> Option<Up> {
         let next = next_tag(self.next());
         let needed = match self.next.downstream {
@@ -297,7 +297,7 @@ impl NextEventRules {
         (!told).then_some(Up::Next(next))
     }
 
-    /// A message has come: the RTI takes its tag for the next event, if it is earlier.
+    /// Notes a received message: the RTI takes its tag for the next event, if it is earlier.
     fn lowered(&mut self, tag: Tag) {
         if tag < self.sent {
             (self.sent, self.certain) = (tag, false);

@@ -8,13 +8,13 @@ use lf_wire::DELAY_NONE;
 
 use crate::moment::Moment;
 
-/// Most federates of a graph.
+/// The maximum number of federates of a graph.
 pub const FEDERATES_MAX: usize = 4;
 
 /// The delay of a connection.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum Delay {
-    /// None: the message arrives at the tag at which it is sent.
+    /// No delay: the message arrives at the tag at which it is sent.
     Zero,
     /// `after 0`.
     Microstep,
@@ -23,7 +23,7 @@ pub enum Delay {
 }
 
 impl Delay {
-    /// As it stands in a neighbor structure, in nanoseconds.
+    /// Returns the delay as in a neighbor structure, in nanoseconds.
     pub(crate) fn wire(self) -> i64 {
         match self {
             Self::Zero => DELAY_NONE,
@@ -32,7 +32,7 @@ impl Delay {
         }
     }
 
-    /// When a message arrives that is sent at `moment`.
+    /// Returns the tag at which a message sent at `moment` arrives.
     pub(crate) fn after(self, moment: Moment) -> Moment {
         match self {
             Self::Zero => moment,
@@ -42,16 +42,16 @@ impl Delay {
     }
 }
 
-/// Which federate sends to which, and with what delay.
+/// The connections between federates, with their delays.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct Graph {
     federates: usize,
-    /// From, then to.
+    /// The delays by sender, then receiver.
     delays: [[Option<Delay>; FEDERATES_MAX]; FEDERATES_MAX],
 }
 
 impl Graph {
-    /// A graph with these connections: from, to, delay.
+    /// Returns a graph with these connections: from, to, delay.
     ///
     /// # Panics
     /// If there are more than [`FEDERATES_MAX`] federates, or a connection names another one.
@@ -65,27 +65,27 @@ impl Graph {
         Self { federates, delays }
     }
 
-    /// Number of federates.
+    /// Returns the number of federates.
     pub fn federates(&self) -> usize {
         self.federates
     }
 
-    /// The delay of the connection between two federates, if there is one.
+    /// Returns the delay of the connection between two federates, if there is one.
     pub fn delay(&self, from: usize, to: usize) -> Option<Delay> {
         self.delays[from][to]
     }
 
-    /// The connections into a federate: from whom, with what delay.
+    /// Returns the connections into a federate: the sender and the delay of each.
     pub(crate) fn upstream(&self, to: usize) -> impl Iterator<Item = (usize, Delay)> {
         (0..self.federates).filter_map(move |from| self.delays[from][to].map(|delay| (from, delay)))
     }
 
-    /// The connections from a federate: to whom, with what delay.
+    /// Returns the connections from a federate: the receiver and the delay of each.
     pub(crate) fn downstream(&self, from: usize) -> impl Iterator<Item = (usize, Delay)> {
         (0..self.federates).filter_map(move |to| self.delays[from][to].map(|delay| (to, delay)))
     }
 
-    /// For each two federates, whether a path without delay leads from one to the other.
+    /// Returns, for each pair of federates, whether a path without delay leads from one to the other.
     fn zero_delay_paths(&self) -> [[bool; FEDERATES_MAX]; FEDERATES_MAX] {
         let mut paths = self.delays.map(|row| row.map(|delay| delay == Some(Delay::Zero)));
         for middle in 0..self.federates {
@@ -98,7 +98,8 @@ impl Graph {
         paths
     }
 
-    /// For each connection, whether it is one without delay between two federates of the same cycle without delay.
+    /// Returns, for each connection, whether it has no delay and connects two federates of the same cycle without
+    /// delay.
     pub(crate) fn awaited(&self) -> [[bool; FEDERATES_MAX]; FEDERATES_MAX] {
         let paths = self.zero_delay_paths();
         let mut awaited = [[false; FEDERATES_MAX]; FEDERATES_MAX];
@@ -110,18 +111,18 @@ impl Graph {
         awaited
     }
 
-    /// Whether there is a cycle without delay.
+    /// Returns whether there is a cycle without delay.
     pub fn has_zero_delay_cycle(&self) -> bool {
         let paths = self.zero_delay_paths();
         (0..self.federates).any(|federate| paths[federate][federate])
     }
 
-    /// Whether there is a connection with the delay of a microstep.
+    /// Returns whether there is a connection with the delay of a microstep.
     pub fn has_microstep_delay(&self) -> bool {
         self.delays.iter().flatten().any(|delay| *delay == Some(Delay::Microstep))
     }
 
-    /// The same graph with other names: federate `i` is called `names[i]`.
+    /// Returns the same graph with other names: federate `i` is called `names[i]`.
     #[must_use]
     pub fn renamed(&self, names: &[usize]) -> Self {
         let mut delays = [[None; FEDERATES_MAX]; FEDERATES_MAX];
@@ -133,12 +134,14 @@ impl Graph {
         Self { federates: self.federates, delays }
     }
 
-    /// Whether no other names make this graph a lesser one: true for one of all graphs that differ by names only.
+    /// Returns whether no permutation of the names makes this graph a lesser one, which is true for exactly one of the
+    /// graphs that differ only in names.
     fn is_canonical(&self, permutations: &[Vec<usize>]) -> bool {
         permutations.iter().all(|names| *self <= self.renamed(names))
     }
 
-    /// Whether all federates hang together. Others are several graphs, each of which is looked at on its own.
+    /// Returns whether the graph is connected. The parts of another one are graphs of their own, which are checked
+    /// separately.
     fn is_connected(&self) -> bool {
         let mut reached = 1u8;
         for _ in 0..self.federates {
@@ -172,13 +175,13 @@ impl fmt::Debug for Graph {
     }
 }
 
-/// How many graphs of so many federates there are, with names: each of the n(n − 1) connections is one of four.
+/// Returns the number of named graphs with this many federates: each of the n(n − 1) connections is one of four.
 fn numbers(federates: usize) -> u32 {
     4u32.pow(u32::try_from(federates * federates.saturating_sub(1)).unwrap_or(u32::MAX))
 }
 
-/// Some graphs of so many federates in which all hang together, always the same for the same seed: among all that have
-/// names, each is as likely as any other. Federates have the names that [`all_graphs`] gives them.
+/// Returns a random selection of connected graphs with this many federates, the same for the same seed: each of all
+/// named graphs is equally likely. Federates have the names that [`all_graphs`] gives them.
 pub fn some_graphs(federates: usize, seed: u64) -> impl Iterator<Item = Graph> {
     let permutations = permutations(federates);
     let numbers = (0u64..)
@@ -187,7 +190,7 @@ pub fn some_graphs(federates: usize, seed: u64) -> impl Iterator<Item = Graph> {
     graphs.filter_map(move |graph| permutations.iter().map(|names| graph.renamed(names)).min())
 }
 
-/// All graphs of so many federates in which all hang together, each once up to the names of the federates.
+/// Returns all connected graphs with this many federates, each once up to the names of the federates.
 pub fn all_graphs(federates: usize) -> impl Iterator<Item = Graph> {
     let permutations = permutations(federates);
     (0..numbers(federates))
@@ -209,7 +212,7 @@ fn decode(federates: usize, mut number: u32) -> Graph {
     graph
 }
 
-/// All orders of the first so many numbers.
+/// Returns all orders of the numbers below `count`.
 pub(crate) fn permutations(count: usize) -> Vec<Vec<usize>> {
     let mut all = vec![Vec::new()];
     for _ in 0..count {
@@ -226,8 +229,8 @@ pub(crate) fn permutations(count: usize) -> Vec<Vec<usize>> {
 mod tests {
     use super::*;
 
-    /// The number of connected graphs of three federates follows from counting orbits by hand: of the 4^6 graphs with
-    /// names, those that are not connected, divided by what the six permutations leave as it is.
+    /// The number of connected graphs of three federates follows from counting orbits by hand: of the 4^6 named graphs,
+    /// subtract the disconnected ones, and divide by the symmetries under the six permutations.
     #[test]
     fn graphs_are_counted_once() {
         assert_eq!(all_graphs(1).count(), 1);
@@ -239,7 +242,7 @@ mod tests {
                 let mut others: Vec<_> = permutations(3).iter().map(|names| graph.renamed(names)).collect();
                 others.sort_unstable();
                 others.dedup();
-                // Each orbit is met as often as it has members.
+                // Each orbit is visited once for each of its members.
                 60 / others.len()
             })
             .sum();

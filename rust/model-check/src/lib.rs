@@ -2,16 +2,16 @@
 //! A model check of the RTI's grants: the RTI of `lf-coordination` itself, together with federates that keep the
 //! protocol and choose freely what the protocol leaves open, in every order in which their messages can arrive.
 //!
-//! One [`Model`] is one graph of up to four federates. What is checked in every state that can be reached:
+//! One [`Model`] is one graph of up to four federates. The check examines in every reachable state:
 //!
-//! - **safety**: no message comes for a tag that its receiver has been granted; a provisional grant leaves open only
-//!   what the same cycle without delay can still cause; grants rise;
-//! - **liveness**: whatever happens, every event is handled in the end. No federate runs for ever, so this is: a state
-//!   from which nothing leads on has no event left;
-//! - **memory**: no more tags of messages are under way than the RTI was given room for.
+//! - **safety**: no message arrives for a tag that its receiver has been granted; a provisional grant leaves open only
+//!   messages of the same cycle without delay; grants rise;
+//! - **liveness**: the federates handle every event eventually. All runs are finite, so the check is: a state without
+//!   successors has no event left;
+//! - **memory**: the tags of messages in transit fit into the memory of the RTI.
 //!
-//! The states are found by [stateright]; [`Model::actions`](stateright::Model::actions) leaves out orders that cannot
-//! make a difference.
+//! [stateright] explores the states; [`Model::actions`](stateright::Model::actions) leaves out orders that cannot make
+//! a difference.
 #![forbid(unsafe_code)]
 
 mod bounds;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Checks all graphs of so many federates, as many at once as there are processors; says from time to time how far it
-//! is, and in the end how much it has looked at. `cargo xtask model-check` runs it.
+//! Checks all graphs with up to this many federates, one per processor at a time; reports its progress from time to
+//! time, and the number of graphs and states at the end. `cargo xtask model-check` runs it.
 #![forbid(unsafe_code)]
 
 use std::process::ExitCode;
@@ -12,31 +12,31 @@ use std::time::{Duration, Instant};
 use clap::Parser;
 use lf_model_check::{Bounds, Graph, Report, all_graphs, check, some_graphs};
 
-/// How often it is said how far it is.
+/// The period of progress reports.
 const PROGRESS_EVERY: Duration = Duration::from_secs(10);
 
-/// Checks the RTI's grants in everything that can happen in small federations.
+/// Checks the RTI's grants in all reachable states of small federations.
 #[derive(Parser)]
 struct Arguments {
     /// Number of federates of each graph, at most 4.
     #[arg(long, default_value_t = 4, value_parser = clap::value_parser!(u8).range(1..=4))]
     federates: u8,
-    /// So many graphs chosen at random instead of all.
+    /// Check this number of random graphs instead of all.
     #[arg(long, value_name = "COUNT")]
     sample: Option<usize>,
-    /// Which random choice.
+    /// The seed of the random choice.
     #[arg(long, default_value_t = 1)]
     seed: u64,
-    /// Only every so many graphs.
+    /// Check only every N-th graph.
     #[arg(long, value_name = "STEP", default_value_t = 1, value_parser = clap::value_parser!(u64).range(1..))]
     every: u64,
-    /// End after so many seconds, whatever is left.
+    /// End after this many seconds, even if graphs are left.
     #[arg(long, value_name = "SECONDS")]
     time_limit: Option<u64>,
-    /// Graphs that are looked at at once.
+    /// The number of graphs to check in parallel.
     #[arg(long)]
     jobs: Option<usize>,
-    /// In how many orders the reactions of a cycle without delay are looked at.
+    /// The number of orders in which to check the reactions of a cycle without delay.
     #[arg(long, default_value_t = 1)]
     orders: usize,
     /// Last time, in ticks after the start, at most 2.
@@ -48,13 +48,13 @@ struct Arguments {
     /// Messages that all federates together send.
     #[arg(long, default_value_t = 1)]
     messages: u8,
-    /// Events of their own that all federates together have besides the first ones.
+    /// Local events that all federates together have besides the first ones.
     #[arg(long, default_value_t = 0)]
     own_events: u8,
     /// Federates that may be lost.
     #[arg(long, default_value_t = 0)]
     losses: u8,
-    /// Tags with messages before a receiver up to which a sender is heard.
+    /// The number of tags with messages before a receiver up to which the RTI reads a sender.
     #[arg(long, default_value_t = Bounds::default().window)]
     window: usize,
     /// Only graphs without `after 0`, and nothing but the first microstep of each time.
@@ -90,7 +90,7 @@ impl Arguments {
     }
 }
 
-/// What the threads share.
+/// The state that the threads share.
 struct Run {
     graphs: Mutex<Box<dyn Iterator<Item = Graph> + Send>>,
     total: Mutex<Total>,

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! All that can happen in one federation.
+//! The behaviors of one federation, as a model for stateright.
 
 use stateright::Property;
 
@@ -19,15 +19,15 @@ pub(crate) const SAFETY: &str = "no promise is broken";
 /// Name of the property that all events are handled.
 pub(crate) const LIVENESS: &str = "every event is handled";
 
-/// All that can happen in one federation. See the [crate's description](crate).
+/// All behaviors of one federation. See the [crate's description](crate).
 #[derive(Clone, Debug)]
 pub struct Model {
     world: World,
 }
 
 impl Model {
-    /// All that can happen in this graph within these bounds. In a cycle without delay, the reactions of the federates
-    /// come in the order of `ranks`: those of a lower one wait for nothing that those of a higher one send.
+    /// Returns the model of this graph within these bounds. In a cycle without delay, the reactions of the federates
+    /// run in the order of `ranks`: those of a lower one do not wait for messages of a higher one.
     ///
     /// # Panics
     /// If there are not as many ranks as federates, or a bound is greater than the tags can say: times up to 2,

@@ -3,10 +3,10 @@
 
 use lf_model::time::{Instant, Microstep, Tag};
 
-/// When every federation starts: the federates' clocks show 0 before.
+/// The start time of every federation: the federates' clocks show 0 before.
 pub(crate) const START: Instant = Instant::from_nanos(1_000_000_000);
 
-/// Microsteps that each time can have.
+/// The number of microsteps of each time.
 const MICROSTEPS: u8 = 4;
 
 /// A tag within the bounds. Later ones are greater.
@@ -17,22 +17,22 @@ impl Moment {
     /// The first tag.
     pub const FIRST: Self = Self(0);
 
-    /// The tag so many ticks after the start. `microstep` is at most 3.
+    /// Returns the tag `time` ticks after the start. `microstep` is at most 3.
     pub(crate) const fn new(time: u8, microstep: u8) -> Self {
         Self(time * MICROSTEPS + microstep)
     }
 
-    /// Ticks after the start.
+    /// Returns the ticks after the start.
     pub const fn time(self) -> u8 {
         self.0 / MICROSTEPS
     }
 
-    /// Its microstep.
+    /// Returns the microstep.
     pub const fn microstep(self) -> u8 {
         self.0 % MICROSTEPS
     }
 
-    /// This tag as the RTI knows it: a tick is a nanosecond, so that no tag is between two times.
+    /// Returns the tag that the RTI sees: a tick is a nanosecond, so that no tag is between two times.
     pub fn tag(self) -> Tag {
         Tag::new(Instant::from_nanos(START.as_nanos() + i64::from(self.time())), Microstep(self.microstep().into()))
     }
@@ -48,7 +48,7 @@ impl std::fmt::Debug for Moment {
     }
 }
 
-/// A tag as people read it: as a moment, if it is near one.
+/// A tag in readable form: as a moment, if it is near one.
 #[derive(Clone, Copy)]
 pub(crate) struct Short(pub(crate) Tag);
 
@@ -72,7 +72,7 @@ impl Moments {
         self.0 |= moment.bit();
     }
 
-    /// Whether it was there.
+    /// Removes a tag, and returns whether it was in the set.
     pub(crate) fn remove(&mut self, moment: Moment) -> bool {
         let there = self.0 & moment.bit() != 0;
         self.0 &= !moment.bit();
@@ -94,7 +94,7 @@ impl std::fmt::Debug for Moments {
     }
 }
 
-/// Where a federate's next event is that has none: NEVER would be unknown.
+/// Returns the tag to announce for a next event; FOREVER without one, because NEVER would mean unknown.
 pub(crate) fn next_tag(next: Option<Moment>) -> Tag {
     next.map_or(Tag::FOREVER, Moment::tag)
 }

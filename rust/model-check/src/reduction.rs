@@ -1,20 +1,20 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Which of all steps are looked at.
+//! The selection of steps to explore.
 //!
-//! Steps of different federates, and steps of a federate and of the RTI, do not disturb each other: one takes messages
-//! from the front of a connection, the other puts messages behind them. Only the order matters in which the RTI hears
-//! the federates, and, for each federate, the order of what it hears and what it does. So it suffices to look at a
-//! *persistent* set of steps: whatever the others do, they neither disturb nor replace a step of the set. (Godefroid,
-//! "Partial-Order Methods for the Verification of Concurrent Systems", 1996; it keeps all states from which nothing
-//! leads on, and a broken promise stays broken.) In this order:
+//! Steps of different federates, and steps of a federate and of the RTI, are independent: one reads messages from the
+//! front of a connection, the other appends messages. Only two orders matter: the order in which the RTI reads the
+//! federates' messages, and, for each federate, the order of its own steps. So it suffices to explore a *persistent*
+//! set of steps: whatever the others do, they neither disturb nor replace a step of the set. (Godefroid, "Partial-Order
+//! Methods for the Verification of Concurrent Systems", 1996; the reduction preserves all deadlocks, and a violation is
+//! permanent.) In this order:
 //!
-//! 1. A federate that can do nothing but hear the RTI hears it: it can do something else only because of that.
-//! 2. A federate with something to hear and nothing to say: all its steps. What comes later comes behind what it hears.
-//! 3. The RTI hears somebody, if everybody that can do something has said something already: what they do now comes
-//!    behind it. The steps of those that have said nothing yet are added, for they can be heard first.
+//! 1. If a federate can only read a message of the RTI, it reads it: nothing else can enable another step of it.
+//! 2. If a federate has a message to read and has sent none, all its steps: later messages queue behind that one.
+//! 3. If every federate that can act has already sent a message, the RTI reads one of them: further messages queue
+//!    behind it. The steps of federates that have sent nothing yet are added, because the RTI can read those first.
 //!
-//! A message that the RTI leaves for later changes nothing about that: whether it is heard depends on what the RTI has
-//! heard, and on nothing that a federate does by itself.
+//! A message that the RTI holds back does not change that: whether the RTI accepts it depends on the messages that the
+//! RTI has read, and not on anything that a federate does by itself.
 
 use crate::state::State;
 use crate::step::{Action, number, runs};

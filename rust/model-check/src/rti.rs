@@ -18,17 +18,17 @@ use crate::moment::START;
 use crate::words::{Broken, Down, Up};
 
 const FEDERATION_ID: &[u8] = b"model";
-/// Messages carry nothing: the RTI does not look at what they carry.
+/// Messages carry no payload, because the RTI does not look at it.
 const PAYLOAD_BYTES_MAX: usize = 0;
 const NOW: Instant = Instant::from_nanos(0);
-/// The same in every run, so that every run is the same.
+/// The fixed seeds of hashes, which make runs reproducible.
 const HASHES: RandomState = RandomState::with_seeds(1, 2, 3, 4);
 
-/// A suspended RTI. It is shared by the states between which it hears nothing.
+/// A suspended RTI. All states share it between which it reads nothing.
 #[derive(Clone)]
 pub(crate) struct Suspension {
     contents: Arc<Contents>,
-    /// Of the contents, so that it is not made anew for every state.
+    /// The hash of the contents, computed once rather than for every state.
     hash: u64,
 }
 
@@ -44,7 +44,7 @@ impl Contents {
         Self { memory: Memory::new(sizes), rest: None }
     }
 
-    /// Lets the RTI do something.
+    /// Resumes the RTI, calls `act` with it, and suspends it again.
     fn with<R>(&mut self, bounds: &Bounds, act: impl FnOnce(&mut Rti<'_>) -> R) -> R {
         let Bounds { dnet, window, .. } = *bounds;
         let config =
@@ -54,7 +54,7 @@ impl Contents {
             Some(rest) => Rti::resume(config, storage, rest),
             None => Rti::new(config, storage),
         };
-        let mut rti = rti.expect("the storage is made for so many federates");
+        let mut rti = rti.expect("the storage is made for this number of federates");
         let result = act(&mut rti);
         self.rest = Some(rti.suspend());
         result
@@ -66,10 +66,10 @@ impl Contents {
 }
 
 impl Suspension {
-    /// An RTI that has just started the federation.
+    /// Returns an RTI that has just started the federation.
     ///
     /// # Panics
-    /// If the RTI does not start the federation, which would be a mistake in it or here.
+    /// If the RTI does not start the federation, which would be a defect in it or here.
     pub(crate) fn started(graph: &Graph, bounds: &Bounds) -> Self {
         let federates = graph.federates();
         let mut contents = Contents::new(federates, bounds.in_transit.into());
@@ -101,8 +101,8 @@ impl Suspension {
         contents.suspend()
     }
 
-    /// The RTI hears the next message of a federate. Returns nothing if that has to wait; else what it is afterwards,
-    /// and what it says.
+    /// Lets the RTI read the next message of a federate. Returns `None` if the message has to wait, else the RTI's new
+    /// state and the messages that it sent.
     pub(crate) fn hear(&self, from: usize, message: Up, bounds: &Bounds) -> Option<(Self, Collected)> {
         let mut contents = Contents::clone(&self.contents);
         let mut outlet = Collected::new(contents.memory.federates());
@@ -126,7 +126,7 @@ impl Suspension {
         let verdict = contents.with(bounds, |rti| rti.handle_input(NOW, ConnectionId(from), &bytes, &mut outlet));
         match verdict {
             Verdict::Consumed(len) if len == bytes.len() => Some((contents.suspend(), outlet)),
-            // Nothing has changed, so nothing has happened.
+            // Nothing has changed, so this is no step.
             Verdict::Held(_) | Verdict::HeldReadOn(_) => None,
             Verdict::Consumed(_) | Verdict::Incomplete(_) | Verdict::Blocked(_) | Verdict::Closed => {
                 outlet.broken = Some(Broken::Refused { from: from.try_into().unwrap_or(u8::MAX) });
@@ -156,7 +156,7 @@ impl std::fmt::Debug for Suspension {
     }
 }
 
-/// What the RTI has said to each federate.
+/// The messages of the RTI to each federate.
 pub(crate) struct Collected {
     pub(crate) said: Vec<Vec<Down>>,
     pub(crate) broken: Option<Broken>,
@@ -181,7 +181,7 @@ impl Outlet for Collected {
             Message::DownstreamNextEventTag(tag) => Down::DownstreamNext(from_wire(tag)),
             Message::TaggedMessage { port, tag, .. } => Down::Message { from: sender(port), tag: from_wire(tag) },
             Message::PortAbsent { port, tag, .. } => Down::Absent { from: sender(port), tag: from_wire(tag) },
-            // The way to the start is the same for all.
+            // The handshake is the same for all.
             _ => return,
         };
         self.said[to].push(said);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! One state of a federation: the RTI, the federates, and what is under way between them.
+//! One state of a federation: the RTI, the federates, and the messages in transit between them.
 
 use std::fmt;
 
@@ -13,26 +13,26 @@ use crate::words::{Broken, Down, Up};
 pub struct State {
     pub(crate) rti: Suspension,
     pub(crate) federates: [Federate; FEDERATES_MAX],
-    /// To the RTI, in order.
+    /// The messages to the RTI, in order.
     pub(crate) up: [Vec<Up>; FEDERATES_MAX],
-    /// From the RTI, in order.
+    /// The messages from the RTI, in order.
     pub(crate) down: [Vec<Down>; FEDERATES_MAX],
-    /// Events of their own that the federates can still plan.
+    /// The local events that the federates can still schedule.
     pub(crate) own_events_left: u8,
-    /// Messages that they can still send.
+    /// The messages that they can still send.
     pub(crate) messages_left: u8,
-    /// Losses that can still come.
+    /// The losses that can still occur.
     pub(crate) losses_left: u8,
     pub(crate) broken: Option<Broken>,
 }
 
 impl State {
-    /// The first promise that was broken on the way here.
+    /// Returns the first violation on the path to this state.
     pub fn broken(&self) -> Option<Broken> {
         self.broken
     }
 
-    /// Whether nothing is left to be done: no event, and nothing under way.
+    /// Returns whether no work is left: no event, and no message in transit.
     pub fn is_done(&self) -> bool {
         let quiet = self.up.iter().all(Vec::is_empty) && self.down.iter().all(Vec::is_empty);
         quiet && self.federates.iter().all(Federate::is_idle)

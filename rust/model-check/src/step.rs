@@ -12,9 +12,9 @@ use crate::world::World;
 /// One step of one participant.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Action {
-    /// The RTI hears the next message of a federate.
+    /// The RTI reads the next message of a federate.
     Rti(u8),
-    /// A federate hears the next message of the RTI.
+    /// A federate reads the next message of the RTI.
     Hear(u8),
     /// The reactions of a federate run.
     Run {
@@ -22,7 +22,7 @@ pub enum Action {
         federate: u8,
         /// The federates that get a message, as bits.
         sends: u8,
-        /// The next event of its own that it plans.
+        /// The next local event that it schedules.
         plan: Option<Moment>,
     },
     /// A federate is lost: its connection ends.
@@ -44,7 +44,7 @@ impl fmt::Display for Action {
     }
 }
 
-/// All that the reactions of a federate can do now.
+/// Adds all steps of a federate's reactions that are possible now.
 pub(crate) fn runs(world: &World, state: &State, id: usize, actions: &mut Vec<Action>) {
     let federate = &state.federates[id];
     let Some((at, phase)) = federate.can_run(id, world) else { return };

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! What RTI and federates say to each other, and what they must not.
+//! The messages between RTI and federates, and the violations.
 
 use std::fmt;
 
@@ -7,7 +7,7 @@ use lf_model::time::Tag;
 
 use crate::moment::{Moment, Short};
 
-/// What a federate says to the RTI.
+/// A message of a federate to the RTI.
 #[derive(Clone, Copy, PartialEq, Eq, Hash)]
 pub(crate) enum Up {
     /// NET.
@@ -22,7 +22,7 @@ pub(crate) enum Up {
     End,
 }
 
-/// What the RTI says to a federate.
+/// A message of the RTI to a federate.
 #[derive(Clone, Copy, PartialEq, Eq, Hash)]
 pub(crate) enum Down {
     /// TAG.
@@ -37,7 +37,7 @@ pub(crate) enum Down {
     Absent { from: u8, tag: Tag },
 }
 
-/// A promise that was broken.
+/// A violation of the protocol.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Broken {
     /// A message came for a tag that its receiver had been granted.
@@ -49,7 +49,7 @@ pub enum Broken {
         /// The message's tag.
         tag: Tag,
     },
-    /// A message came for a tag that was granted provisionally, from outside the cycle or at a port that was known.
+    /// A message arrived for a provisionally granted tag, from outside the cycle or at a port whose status was known.
     AfterProvisional {
         /// The receiver.
         federate: u8,
@@ -58,31 +58,31 @@ pub enum Broken {
         /// The message's tag.
         tag: Tag,
     },
-    /// A grant, provisional or not, that is not later than what was granted before.
+    /// A grant, provisional or not, was no later than the previous one.
     OldGrant {
-        /// Who got it.
+        /// The receiver of the grant.
         federate: u8,
-        /// What was granted.
+        /// The granted tag.
         tag: Tag,
     },
-    /// A provisional grant for a federate that is in no cycle without delay.
+    /// A federate that is in no cycle without delay got a provisional grant.
     NeedlessProvisional {
-        /// Who got it.
+        /// The receiver of the grant.
         federate: u8,
-        /// What was granted.
+        /// The granted tag.
         tag: Tag,
     },
-    /// The RTI had too little room for the tags of messages under way.
+    /// The RTI had too little room for the tags of messages in transit.
     InTransitFull {
         /// The receiver.
         federate: u8,
     },
-    /// The RTI took a message for one that comes too late.
+    /// The RTI reported a message as late.
     CalledLate {
         /// The receiver.
         federate: u8,
     },
-    /// The RTI did not take what a federate said by the protocol.
+    /// The RTI refused a valid message of a federate.
     Refused {
         /// The federate.
         from: u8,

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! What does not change while a federation runs.
+//! The constant part of a federation.
 
 use lf_model::time::Tag;
 
@@ -7,7 +7,7 @@ use crate::bounds::Bounds;
 use crate::graph::{Delay, FEDERATES_MAX, Graph};
 use crate::moment::{Moment, START};
 
-/// A federation, apart from its state.
+/// A federation without its state.
 #[derive(Clone, Debug)]
 pub(crate) struct World {
     pub(crate) graph: Graph,
@@ -21,7 +21,7 @@ impl World {
         self.graph.upstream(id).next().is_some()
     }
 
-    /// The federates whose messages a federate may have to wait for within a tag.
+    /// Returns the federates whose messages a federate may have to wait for within a tag.
     pub(crate) fn awaited(&self, to: usize) -> impl Iterator<Item = usize> {
         (0..self.graph.federates()).filter(move |from| self.awaited[*from][to])
     }
@@ -30,12 +30,12 @@ impl World {
         self.awaited[from][to]
     }
 
-    /// The place of a federate's reactions among those of its cycle.
+    /// Returns the rank of a federate's reactions among those of its cycle.
     pub(crate) fn rank(&self, id: usize) -> usize {
         self.ranks[id]
     }
 
-    /// This tag, if it is within the bounds.
+    /// Returns this tag as a moment, if it is within the bounds.
     pub(crate) fn moment(&self, tag: Tag) -> Option<Moment> {
         let Bounds { time_max, microstep_max, .. } = self.bounds;
         let time = u8::try_from(tag.time.as_nanos().checked_sub(START.as_nanos())?).ok()?;
@@ -43,12 +43,12 @@ impl World {
         (time <= time_max && microstep <= microstep_max).then(|| Moment::new(time, microstep))
     }
 
-    /// A tag that is later than all within the bounds: which one it is makes no difference to anybody.
+    /// Returns the tag that stands for all tags beyond the bounds, which are equivalent.
     pub(crate) fn end(&self) -> Tag {
         Moment::new(self.bounds.time_max + 1, 0).tag()
     }
 
-    /// When a message arrives that is sent at `at`, if that is within the bounds.
+    /// Returns the tag at which a message sent at `at` arrives, if it is within the bounds.
     pub(crate) fn arrival(&self, delay: Delay, at: Moment) -> Option<Moment> {
         let within = match delay {
             Delay::Zero => true,

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! What is done wrong is found; and what the reduction leaves out makes no difference.
+//! The check finds injected faults; the reduction does not change its verdict.
 
 use lf_model_check::{Bounds, Delay, Fault, Graph, all_graphs, check};
 
@@ -7,7 +7,7 @@ fn small() -> Bounds {
     Bounds { messages_max: 1, own_events_max: 1, ..Bounds::default() }
 }
 
-/// Whether a message came too late, and whether somebody waits for ever.
+/// Returns whether a message arrived too late, and whether a federate waits without end.
 fn wrong(graph: Graph, bounds: Bounds) -> (bool, bool) {
     let findings = check(graph, bounds, usize::MAX).findings;
     let is = |what: &str| findings.iter().any(|finding| finding.story.starts_with(&format!("violated: {what}")));
@@ -28,9 +28,9 @@ fn messages_behind_the_next_event_come_too_late() {
     assert!(wrong(graph, Bounds { fault: Some(Fault::LateMessages), ..small() }).0);
 }
 
-/// Only a completed tag takes a message out of those that are under way.
+/// Only LTC removes a message from those in transit.
 #[test]
-fn without_completion_somebody_waits_for_ever() {
+fn without_completion_a_federate_waits_forever() {
     let graph = Graph::new(3, &[(0, 1, Delay::Zero), (1, 2, Delay::Zero), (2, 1, Delay::Tick)]);
     assert!(wrong(graph, Bounds { fault: Some(Fault::NoCompletion), ..small() }).1);
 }
@@ -41,7 +41,7 @@ fn without_word_of_absence_a_cycle_without_delay_waits_for_ever() {
     assert!(wrong(graph, Bounds { fault: Some(Fault::NoAbsence), ..small() }).1);
 }
 
-/// The same is found with and without the reduction, whatever is done wrong, and with it in fewer states.
+/// The check finds the same with and without the reduction, whatever the fault, and with it in fewer states.
 #[test]
 fn the_reduction_hides_nothing() {
     let faults = [Fault::DelaysTooLong, Fault::NoCompletion, Fault::NoAbsence, Fault::LateMessages];

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Everything that can happen in all graphs of up to three federates, and in some of four.
+//! The check passes for all graphs of up to three federates, and for some of four.
 
 use lf_model_check::{Bounds, Delay, Graph, Report, all_graphs, check, some_graphs};
 
-/// Looks at all these graphs, and shows what is wrong with the first that has something wrong.
+/// Checks all these graphs, and prints the violation of the first that has one.
 fn check_all(graphs: impl Iterator<Item = Graph>, bounds: Bounds, orders_max: usize) -> Report {
     let mut report = Report::default();
     for graph in graphs {
@@ -31,7 +31,7 @@ fn two_federates_over_two_ticks() {
     check_all(all_graphs(2), bounds, usize::MAX);
 }
 
-/// Each federate may be lost at any moment, in all orders.
+/// Each federate may be lost at any point, in all orders.
 #[test]
 fn two_federates_of_which_one_is_lost() {
     let bounds = Bounds { losses_max: 1, messages_max: 2, ..Bounds::default() };
@@ -90,8 +90,8 @@ fn some_of_four_federates() {
     check_all(some_graphs(4, 1).take(60), bounds, 1);
 }
 
-/// Two federates of a cycle wait at one tag for the same one, of which the RTI once remembered only the first; and
-/// that one, once granted the tag, passed by it without a word.
+/// Two federates of a cycle wait at one tag for the same one, of which the RTI once remembered only the first; and that
+/// one, once granted the tag, completed it without a message.
 #[test]
 fn several_wait_for_one() {
     use Delay::{Microstep, Tick, Zero};
@@ -111,7 +111,7 @@ fn several_wait_for_one() {
     check_all([Graph::new(4, &connections)].into_iter(), bounds, 2);
 }
 
-/// A federate of a cycle without delay is lost while the other waits for its word, or before that.
+/// A federate of a cycle without delay is lost while the other waits for its message, or before that.
 #[test]
 fn the_other_one_of_a_cycle_is_lost() {
     use Delay::{Tick, Zero};

@@ -56,7 +56,8 @@ fn the_last_mode_that_is_set_at_a_tag_counts() {
     assert!(bench.program.cells.resets.is_empty(), "two is entered by history");
 }
 
-/// The timer, the action and the delayed connection of mode 0 each have an event 7 ms, or a microstep, ahead.
+/// Returns a program in which the timer, the action and the delayed connection of mode 0 each have an event 7 ms, or a
+/// microstep, ahead.
 fn with_events(to_zero: Transition) -> Builder {
     two_modes(10, HISTORY(1), to_zero)
         .timer(1, 17, 100)
@@ -119,7 +120,7 @@ fn a_timer_at_the_tag_of_its_mode_comes_a_microstep_later() {
     }
 }
 
-/// A watchdog of 15 ms in mode 0, which is left 10 ms after it has been started there, and entered again at 20 ms.
+/// Runs a watchdog of 15 ms in mode 0, which is left 10 ms after the watchdog's start, and entered again at 20 ms.
 fn with_watchdog(to_zero: Transition) -> Vec<(String, i64, u32)> {
     let mut bench = two_modes(10, RESET(1), to_zero)
         .watchdog(15)

@@ -33,7 +33,7 @@ payload! {
     struct Nothing {}
 }
 
-/// The value's bytes; checks that it comes back, and that no other number of bytes is taken.
+/// Returns the value's bytes; asserts that they decode to the value, and that no other number of bytes is accepted.
 fn round_trip<T: Payload + PartialEq + Debug>(value: &T) -> Vec<u8> {
     let mut bytes = vec![0xAA; T::MAX_LEN];
     let len = value.encode(&mut bytes).unwrap();
@@ -48,7 +48,7 @@ fn round_trip<T: Payload + PartialEq + Debug>(value: &T) -> Vec<u8> {
     bytes
 }
 
-/// That a value of a fixed size is not read from fewer or more bytes.
+/// Asserts that a value of a fixed size is not read from fewer or more bytes.
 fn refuses_other_lengths<T: FixedPayload + Debug>(_: &T, bytes: &[u8]) {
     let mut longer = bytes.to_vec();
     longer.push(0);

@@ -9,7 +9,7 @@ thread_local! {
         const { std::cell::RefCell::new(None) };
 }
 
-/// A program whose startup hands a link and the physical action out, as to a thread, and that logs the action.
+/// Returns a program whose startup hands a link and the physical action out, as to a thread, and that logs the action.
 fn with_link() -> Builder {
     bench()
         .reaction(0, &[By::Startup], |cells, ctx| {

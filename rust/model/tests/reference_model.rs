@@ -53,7 +53,7 @@ impl Run {
         Self { program, engine, host: Host::new(Clock::new_static(START)), failed: false }
     }
 
-    /// Whether the queue was full.
+    /// Delivers a message; returns whether the queue was full.
     fn deliver(&mut self, &(input, tag, value): &(usize, TagPair, u32)) -> bool {
         let input = InputId(input as u16);
         self.engine.deliver(&mut self.program, input, tag_of(tag), &u32::to_le_bytes(value)).is_err()
@@ -97,7 +97,7 @@ impl Run {
     }
 }
 
-/// All messages first, then tag by tag.
+/// Delivers all messages first, then runs tag by tag.
 fn run_whole(plan: &Plan) -> Outcome {
     let mut run = Run::new(plan);
     let full = plan.messages.iter().map(|message| run.deliver(message)).collect();
@@ -120,8 +120,8 @@ struct Pieces {
     empty: Vec<i64>,
 }
 
-/// The messages of some inputs come while their tag is open, each before the reactions that see it, as the federation
-/// would have it: reactions from the least level of an input on of which nothing is known yet have to wait.
+/// Delivers the messages of some inputs while their tag is open, each before the reactions that see it, as a federation
+/// does: reactions from the lowest level of an unknown input on have to wait.
 fn run_in_pieces(plan: &Plan, pieces: &Pieces) -> Outcome {
     let mut run = Run::new(plan);
     let mut coming: BTreeMap<TagPair, Vec<&(usize, TagPair, u32)>> = BTreeMap::new();
@@ -202,7 +202,8 @@ fn plan() -> impl Strategy<Value = Plan> {
         })
 }
 
-/// A plan in which all messages fit into their queues, and no two are for one input and tag, as one sender has it.
+/// Returns a plan in which all messages fit into their queues, and no two are for one input and tag, as with one
+/// sender.
 fn quiet_plan() -> impl Strategy<Value = Plan> {
     plan().prop_map(|mut plan| {
         let mut kept: Vec<(usize, TagPair, u32)> = Vec::new();

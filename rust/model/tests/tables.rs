@@ -46,7 +46,7 @@ const GOOD: Tables = Tables {
 };
 const _: () = GOOD.check();
 
-/// The sentence with which the tables are refused.
+/// Returns the sentence with which the tables are refused.
 fn refusal(tables: Tables) -> String {
     let panic = std::panic::catch_unwind(std::panic::AssertUnwindSafe(move || tables.check())).unwrap_err();
     (*panic.downcast::<&str>().unwrap()).to_string()

@@ -3,7 +3,7 @@
 use crate::bench::{Builder, By, at, bench, entries};
 use lf_model::prelude::*;
 
-/// A watchdog of 10 ms, and what it says when it expires.
+/// Returns a program with a watchdog of 10 ms that logs when it expires.
 fn watched() -> Builder {
     bench().watchdog(10).reaction(1, &[By::Watchdog], |cells, ctx| {
         assert!(ctx.is_present(&cells.watchdog));

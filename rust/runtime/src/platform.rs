@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-//! What the event loops ask of the system they run on. Linux and Zephyr each implement it once.
+//! The operations of the system that the event loops need. Linux and Zephyr each implement them once.
 //!
-//! All calls but [`Platform::wait`] return at once. Sockets are non-blocking, TCP but for those of [`Platform::bind`];
-//! they are named by [`SocketId`], whose generation makes a stale id an error and never another socket. A listener and
-//! a UDP port take what comes over any family of IP that the system has.
+//! All calls but [`Platform::wait`] return at once. Sockets are non-blocking, TCP except for those of
+//! [`Platform::bind`]; their name is a [`SocketId`], whose generation makes a stale id an error and never another
+//! socket. A listener and a UDP port accept every family of IP that the system has.
 
 use core::fmt;
 
@@ -14,16 +14,16 @@ use lf_model::Outside;
 use lf_model::time::Instant;
 use lf_texts::say;
 
-/// A socket of the platform: a place in its table, and how many sockets have had this place before.
+/// A socket of the platform: an index into its table, and the number of earlier sockets with this index.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Debug)]
 pub struct SocketId {
-    /// The place in the platform's table, from 0; below the number of sockets that the platform was given.
+    /// The index in the platform's table, from 0; below the number of sockets that the platform was given.
     pub index: u16,
-    /// Counts the uses of this place, so that an id outlives its socket without naming the next one.
+    /// The number of earlier uses of this index, so that an id outlives its socket without naming the next one.
     pub generation: u16,
 }
 
-/// What an event loop waits for on one socket.
+/// The events that an event loop waits for on one socket.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
 pub struct Interest {
     /// Bytes, a connection to accept, or the end of the connection.
@@ -33,7 +33,7 @@ pub struct Interest {
 }
 
 impl Interest {
-    /// Neither; an error of the socket is then not reported either.
+    /// Neither; the platform then reports no error of the socket either.
     pub const NONE: Self = Self { readable: false, writable: false };
     /// Reading only.
     pub const READ: Self = Self { readable: true, writable: false };
@@ -44,18 +44,18 @@ impl Interest {
 /// The outcome of one read or write.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum Transfer {
-    /// So many bytes, at least one.
+    /// This number of bytes, at least one.
     Bytes(usize),
     /// Nothing now; wait for the socket.
     WouldBlock,
-    /// The peer has closed its direction (reading), or takes nothing more (writing).
+    /// The peer has closed its direction (reading), or accepts no more bytes (writing).
     Closed,
 }
 
 /// An error of the network, as the system reports it.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum NetError {
-    /// Nobody listens at that address.
+    /// No program listens at that address.
     Refused,
     /// The peer reset the connection, or it timed out.
     Reset,
@@ -67,7 +67,7 @@ pub enum NetError {
     NoSocketLeft,
     /// The id names a socket that has been closed.
     Stale,
-    /// Anything else: the system's error number.
+    /// Any other error: the system's error number.
     Os(i32),
 }
 
@@ -87,7 +87,7 @@ impl fmt::Display for NetError {
 
 impl core::error::Error for NetError {}
 
-/// The system has no random numbers to give: its error number.
+/// The system has no random numbers available: its error number.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub struct RandomError(pub i32);
 
@@ -99,27 +99,26 @@ impl fmt::Display for RandomError {
 
 impl core::error::Error for RandomError {}
 
-/// The system under an event loop: its clock, and its way to others.
+/// The system under an event loop: its clock, and its network.
 pub trait Platform {
-    /// Whether it has UDP. Where it has not, nothing that synchronizes clocks while the federation runs is linked.
+    /// Whether it has UDP. Without UDP, no code that synchronizes clocks during the run is linked.
     const DATAGRAMS: bool = true;
-    /// Whether hosts have names, and with them several addresses. Where they have not, only one is tried.
+    /// Whether hosts have names, and with them several addresses. Otherwise only one is tried.
     const NAMES: bool = true;
 
-    /// Physical time: nanoseconds of this platform's clock, uncorrected, never running backwards.
+    /// Returns the physical time: nanoseconds of this platform's clock, uncorrected, never running backwards.
     ///
     /// Its epoch is the platform's own: 1970 on Linux, the boot on Zephyr.
     fn now(&mut self) -> Instant;
 
-    /// What other threads of this participant may use: the federation's clock, the wake-up of [`Platform::wait`] and
-    /// the mailbox.
+    /// Returns the state that other threads of this participant may use: the federation's clock, the wake-up of
+    /// [`Platform::wait`] and the mailbox.
     fn outside(&self) -> &'static dyn Outside;
 
-    /// From now on the federation's physical time, which [`Platform::outside`] shows, is [`Platform::now`] with this
-    /// correction.
+    /// Makes [`Platform::now`] with this correction the federation's physical time, which [`Platform::outside`] shows.
     fn set_correction(&mut self, correction: ClockCorrection);
 
-    /// Fills the buffer with numbers that nobody can predict.
+    /// Fills the buffer with unpredictable numbers.
     ///
     /// # Errors
     /// When the system has no source of them.
@@ -131,7 +130,7 @@ pub trait Platform {
     /// When the system refuses at once.
     fn connect(&mut self, address: Endpoint) -> Result<SocketId, NetError>;
 
-    /// The outcome of [`Platform::connect`], once the socket is writable.
+    /// Returns the outcome of [`Platform::connect`], once the socket is writable.
     ///
     /// # Errors
     /// The reason why it did not connect; the socket then has to be closed.
@@ -143,27 +142,27 @@ pub trait Platform {
     /// [`NetError::AddressInUse`] when the port is taken.
     fn listen(&mut self, port: u16) -> Result<SocketId, NetError>;
 
-    /// Opens a UDP port of all interfaces; port 0 lets the system choose. To be used with [`Platform::receive_from`]
-    /// and [`Platform::send_to`] only.
+    /// Opens a UDP port of all interfaces, for [`Platform::receive_from`] and [`Platform::send_to`] only; port 0 lets
+    /// the system choose.
     ///
     /// # Errors
     /// [`NetError::AddressInUse`] when the port is taken.
     fn bind(&mut self, port: u16) -> Result<SocketId, NetError>;
 
-    /// Takes one datagram that has come: how many bytes of the buffer it fills, and who sent it. What does not fit is
-    /// lost. `None` when there is none.
+    /// Takes a received datagram: returns the number of bytes in the buffer, and the sender. The rest of a longer
+    /// datagram is lost. Returns `None` if there is none.
     ///
     /// # Errors
     /// When the system reports an error of the port; the next call may succeed.
     fn receive_from(&mut self, socket: SocketId, buffer: &mut [u8]) -> Result<Option<(usize, Endpoint)>, NetError>;
 
-    /// Sends a datagram, which may get lost without anybody noticing.
+    /// Sends a datagram, which may get lost without a report.
     ///
     /// # Errors
-    /// When the system does not take it; it is then lost.
+    /// When the system does not accept it; it is then lost.
     fn send_to(&mut self, socket: SocketId, to: Endpoint, bytes: &[u8]) -> Result<(), NetError>;
 
-    /// The port on which a listener listens, or a UDP port that was bound.
+    /// Returns the port of a listener, or of a bound UDP port.
     ///
     /// # Errors
     /// When the id is stale.
@@ -172,16 +171,16 @@ pub trait Platform {
     /// Takes one waiting connection from a listener, or `None` when there is none.
     ///
     /// # Errors
-    /// [`NetError::NoSocketLeft`] when there is one, but no place for it; it then waits.
+    /// [`NetError::NoSocketLeft`] when there is one, but no free socket for it; it then waits.
     fn accept(&mut self, listener: SocketId) -> Result<Option<(SocketId, IpAddress)>, NetError>;
 
-    /// Reads what has come, at most `buffer.len()` bytes.
+    /// Reads the received bytes, at most `buffer.len()`.
     ///
     /// # Errors
     /// When the connection broke.
     fn read(&mut self, socket: SocketId, buffer: &mut [u8]) -> Result<Transfer, NetError>;
 
-    /// Writes as much as the system takes now.
+    /// Writes as many bytes as the system accepts now.
     ///
     /// # Errors
     /// When the connection broke.
@@ -190,24 +189,24 @@ pub trait Platform {
     /// Closes the writing direction of a connection; what was written still reaches the peer.
     fn shut_down_writing(&mut self, socket: SocketId);
 
-    /// Closes a socket and frees its place. A stale id is ignored.
+    /// Closes a socket and frees its index. Ignores a stale id.
     fn close(&mut self, socket: SocketId);
 
-    /// Says for what [`Platform::wait`] waits on this socket; a new socket has [`Interest::NONE`].
+    /// Sets the events that [`Platform::wait`] waits for on this socket; a new socket has [`Interest::NONE`].
     fn set_interest(&mut self, socket: SocketId, interest: Interest);
 
-    /// Is told when something is likely to come, for the next [`Platform::wait`] only. A platform that takes long to
-    /// wake may be awake then.
+    /// Announces the time of the next likely event, for the next [`Platform::wait`] only. A platform that takes long to
+    /// wake may spin at that time.
     fn expect(&mut self, _time: Deadline) {}
 
-    /// Waits until a socket is as its interest says, or another thread wakes the loop, or `until` has come on
-    /// [`Platform::now`]'s clock; calls `ready` for each socket that is. An error or end of a connection counts as
+    /// Waits until a socket matches its interest, or another thread wakes the loop, or `until` has come on
+    /// [`Platform::now`]'s clock; calls `ready` for each socket that matches. An error or end of a connection counts as
     /// readable and writable, whichever the interest asks for.
     ///
     /// May return early; must not return later than the platform's timer resolution after `until`.
     fn wait(&mut self, until: Deadline, ready: &mut dyn FnMut(SocketId, Interest));
 
-    /// Whether somebody (^C, a shutdown of the system) has asked this program to end.
+    /// Returns whether the user (^C) or the system (a shutdown) has asked this program to end.
     fn interrupted(&mut self) -> bool {
         false
     }

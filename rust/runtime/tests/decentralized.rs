@@ -109,7 +109,7 @@ fn sufficient_waits(count: usize, edges: &[Edge], hop: Interval) -> Vec<Interval
     waits
 }
 
-/// A program: timers and relays, edges without delay to higher numbers, edges with much delay anywhere.
+/// Returns programs: timers and relays, edges without delay to higher numbers, edges with a long delay anywhere.
 fn programs() -> impl Strategy<Value = (Vec<Behavior>, Vec<Edge>)> {
     let node = prop_oneof![
         3 => (0..4i64, 3..12i64).prop_map(|(offset, period)| timer(offset, period)),

@@ -18,7 +18,7 @@ const MS: fn(i64) -> Interval = Interval::from_millis;
 /// The RTI's start delay and the time for the handshakes, roughly.
 const START: i64 = 1_600;
 
-/// A sender, a relay and a receiver, over connections past the RTI: logical ones, or physical ones.
+/// Returns a sender, a relay and a receiver, over connections past the RTI: logical ones, or physical ones.
 fn chain(is_physical: bool, waits: (Interval, Interval), capacity: usize) -> Plan {
     let relay = Behavior { relay: true, ..Behavior::default() };
     let source = Behavior { timer: Some((Interval::ZERO, MS(5))), ..Behavior::default() };

@@ -28,7 +28,7 @@ fn timer(period: i64) -> Behavior {
     Behavior { timer: Some((Interval::ZERO, MS(period))), ..Behavior::default() }
 }
 
-/// A sender, a relay and a receiver, without an end of their own.
+/// Returns a sender, a relay and a receiver, without an end of their own.
 fn endless() -> Plan {
     let relay = Behavior { relay: true, ..Behavior::default() };
     Plan::new(vec![timer(10), relay, Behavior::default()], vec![edge(0, 1), edge(1, 2)])

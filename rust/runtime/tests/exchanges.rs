@@ -14,7 +14,7 @@ fn trials() -> Config<'static> {
     Config { clock_sync: ClockSync::Init { trials: TRIALS }, ..config() }
 }
 
-/// A network that takes no time.
+/// Returns a network that takes no time.
 fn at_once(seed: u64) -> Conditions {
     Conditions { latency_ns_max: 0, whole: true, ..Conditions::seeded(seed) }
 }
@@ -36,7 +36,7 @@ fn answer_all(tester: &mut Tester, connections: &[usize]) {
     }
 }
 
-/// The connections on which T1 and T4 were said, each as often as it was at a stretch.
+/// Returns the connections on which T1 and T4 were sent, each with the length of its uninterrupted sequence.
 fn stretches(moves: &[Move]) -> Vec<(usize, usize)> {
     let mut stretches: Vec<(usize, usize)> = Vec::new();
     for one in moves {

@@ -28,19 +28,19 @@ fn from_timer(period: i64, delay: i64, until: i64, input: usize) -> Log {
     (1..).zip(times).map(|(count, ms)| ((ms + delay) * 1_000_000, 0, input, count)).collect()
 }
 
-/// The same from several senders, in order of tag and input.
+/// Returns the expected messages of several senders, in order of tag and input.
 fn merged(logs: &[Log]) -> Log {
     let mut all = logs.concat();
     all.sort_unstable();
     all
 }
 
-/// A sender and a receiver.
+/// Returns a sender and a receiver.
 fn pair() -> Plan {
     Plan { timeout: Some(MS(50)), ..Plan::new(vec![timer(5), Behavior::default()], vec![edge(0, 1)]) }
 }
 
-/// A fast sender, one whose reaction takes its time, and a receiver of both.
+/// Returns a fast sender, one whose reaction takes time, and a receiver of both.
 fn fan_in(delay: Option<Interval>, work: Interval) -> Plan {
     let slow = Behavior { work, ..timer(25) };
     let edges = vec![Edge { delay, ..edge(0, 2) }, edge(1, 2)];

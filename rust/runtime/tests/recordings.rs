@@ -121,14 +121,14 @@ impl Tester {
         self.me.say_bytes(self.connections[&frame.connection], &bytes);
     }
 
-    /// The frame with its tag in place.
+    /// Returns the frame with its tag in place.
     fn expected(&self, frame: &Frame) -> Vec<u8> {
         let time = frame.tag.map_or(0, |tag| self.start.as_nanos() + tag.time_ns);
         frame.bytes.fill_with(time.to_le_bytes())
     }
 
-    /// The recorded federate is of LF 0.12. Where 0.13 says in one byte more whether a federate is transient, ours does
-    /// so, too, and that byte is not compared.
+    /// Receives a frame. The recorded federate is of LF 0.12. In 0.13, and in our federate, one more byte says whether a
+    /// federate is transient; that byte is not compared.
     fn receive(&mut self, frame: &Frame, at: &str) {
         const ADVERTISEMENT: u8 = 15;
         const WITH_KIND: [u8; 2] = [13, 16];

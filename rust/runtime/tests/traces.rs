@@ -20,7 +20,7 @@ fn timer(period: i64) -> Behavior {
     Behavior { timer: Some((Interval::ZERO, MS(period))), ..Behavior::default() }
 }
 
-/// A sender, one that passes on what comes from it, and a receiver of both.
+/// Returns a sender, one that forwards its messages, and a receiver of both.
 fn triangle(waits: Interval) -> Plan {
     let edge = |from, to| Edge { waits: (waits, Interval::ZERO), ..edge(from, to) };
     let relay = Behavior { relay: true, ..Behavior::default() };
@@ -58,7 +58,7 @@ fn assert_all_that_begins_ends(records: &[Record]) {
 /// The identity of a message among others of its sender and receiver, and its number.
 type Messages = BTreeMap<(u8, (u16, u16), Option<(i64, u32)>), usize>;
 
-/// The messages of a participant to (`true`) or from another one.
+/// Returns the messages of a participant to (`true`) or from another one.
 fn messages(records: &[Record], peer: u16, sent: bool) -> Messages {
     let mut all = Messages::new();
     for Record { event, .. } in records {
@@ -130,7 +130,7 @@ proptest! {
 /// A message as a node has noted it, and as it was recorded: its tag since the start, its input, its value.
 type Given = (i64, u32, usize, u32);
 
-/// The events of a federate with their values.
+/// Returns the events of a federate with their values.
 fn events(records: &[Record]) -> Vec<(Event, Option<u32>)> {
     let value = |bytes: Vec<u8>| u32::from_le_bytes(bytes.try_into().unwrap());
     with_values(records.iter().copied()).into_iter().map(|(it, bytes)| (it.event, bytes.map(value))).collect()
@@ -144,7 +144,7 @@ fn start(records: &[Record]) -> Instant {
     starts.next().unwrap()
 }
 
-/// The values that a federate has received at tags, as its stream has them.
+/// Returns the values that a federate has received at tags, according to its recording.
 fn received(records: &[Record]) -> Vec<Given> {
     let start = start(records);
     let mut all: Vec<_> = events(records)
@@ -167,7 +167,7 @@ fn sorted(log: &[Given]) -> Vec<Given> {
     log
 }
 
-/// The values of the physical action, each with the tag at which it happened.
+/// Returns the values of the physical action, each with the tag at which it happened.
 fn physical(records: &[Record]) -> Vec<(i64, u32, u32)> {
     let (start, mut tag, mut all) = (start(records), Tag::NEVER, Vec::new());
     for (event, value) in events(records) {

@@ -18,7 +18,7 @@ fn awaited(from: u16, to: u16) -> Edge {
     Edge { waits: (Interval::FOREVER, Interval::ZERO), ..edge(from, to) }
 }
 
-/// A sender and a receiver, which has a timer of its own.
+/// Returns a sender and a receiver, which has a timer of its own.
 fn pair(sender: Behavior) -> Plan {
     let receiver = Behavior { timer: Some((Interval::ZERO, MS(10))), ..Behavior::default() };
     Plan { timeout: Some(MS(3_000)), ..Plan::new(vec![sender, receiver], vec![awaited(0, 1)]) }

@@ -56,7 +56,7 @@ fn complaint(lie: impl FnOnce(&mut Liar<'_>) + Send) -> String {
     complaint_with(&[], lie)
 }
 
-/// The same, where some numbers of ports are left out.
+/// Returns the complaint of a federate that leaves out some numbers of ports.
 fn complaint_with(own_ports: &'static [u16], lie: impl FnOnce(&mut Liar<'_>) + Send) -> String {
     let nodes = vec![Behavior::default(); 2];
     let plan = Plan { trials: TRIALS, keepalive: true, own_ports, ..Plan::new(nodes, vec![edge(0, 1)]) };

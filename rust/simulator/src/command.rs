@@ -15,7 +15,7 @@ use crate::trial::{Trial, print_messages, try_scenario, write_traces};
 use crate::with_stack;
 use crate::workers::{all, option, try_safely, worker};
 
-/// So many violations are made smaller at most.
+/// The maximum number of violations that are shrunk.
 const SHRUNK_MAX: usize = 3;
 
 /// Runs random federations in virtual time, and checks them.
@@ -26,31 +26,31 @@ struct Arguments {
     /// The seeds to run: `A..B`, B not included.
     #[arg(long, value_name = "A..B", default_value = "0..1000", value_parser = range)]
     seeds: Range<u64>,
-    /// Run federations with decentralized coordination, which are others for the same seeds.
+    /// Run federations with decentralized coordination, which differ for the same seeds.
     #[arg(long)]
     decentralized: bool,
-    /// Run the seeds so far beyond these whose programs have banks, multiports, modes and watchdogs, too.
+    /// Add this offset to the seeds: programs of seeds beyond it have banks, multiports, modes and watchdogs, too.
     #[arg(long)]
     rich: bool,
-    /// Run this seed only, and tell all about it.
+    /// Run this seed only, and print all details of it.
     #[arg(long, value_name = "N")]
     seed: Option<u64>,
-    /// With --seed: leave out what was left out to make the scenario smaller, as a list of numbers.
+    /// With --seed: apply these reductions, a list of numbers as --shrink prints it.
     #[arg(long, value_name = "LIST", value_delimiter = ',')]
     cuts: Vec<usize>,
-    /// With --seed: make the scenario smaller as long as it violates the same invariant.
+    /// With --seed: shrink the scenario as long as it violates the same invariant.
     #[arg(long)]
     shrink: bool,
     /// With --seed: print all messages.
     #[arg(long)]
     messages: bool,
-    /// With --seed: write what all participants record, with values, into this folder, for `lfz trace`.
+    /// With --seed: write the recordings of all participants, with values, into this folder, for `lfz trace`.
     #[arg(long, value_name = "FOLDER")]
     trace: Option<PathBuf>,
-    /// How many processes run at once.
+    /// Number of processes to run in parallel.
     #[arg(long, value_name = "N", default_value_t = 1)]
     jobs: usize,
-    /// Run the seeds in this process, and print what came of them for another process.
+    /// Run the seeds in this process, and print the results for another process.
     #[arg(long, hide = true)]
     worker: bool,
 }
@@ -112,7 +112,7 @@ fn one(seed: u64, arguments: &Arguments) -> ExitCode {
     if trial.violation.is_some() { ExitCode::FAILURE } else { ExitCode::SUCCESS }
 }
 
-/// Prints all that a run follows from, and what came of it.
+/// Prints all inputs of a run, and its results.
 fn describe(scenario: &Scenario, trial: &Trial, seed: u64, cuts: &[usize]) {
     println!("{}", source(scenario, true));
     println!("{:#?}", scenario.conditions);

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-//! The compiler, for sources that are made here.
+//! Compiles generated sources.
 
 use std::collections::BTreeMap;
 
 use lf_compiler::plan::Plan;
 use lf_compiler::{Code, Style, compile};
 
-/// The plan, or whether the reason why there is none is a loop, and what was said.
+/// Returns the plan; or whether the reason of the failure is a loop, and the messages.
 pub(crate) fn compile_text(text: &str) -> Result<Plan, (bool, String)> {
     let files = BTreeMap::from([("Simulated.lf".to_owned(), text.to_owned())]);
     let compilation = compile("Simulated.lf", &files);

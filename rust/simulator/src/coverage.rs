@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! What the runs had in them, so that it shows that no feature is only thought to be tried.
+//! Counts the features that occurred in runs, which shows that each feature is really tested.
 
 use std::collections::BTreeMap;
 use std::fmt;
@@ -10,12 +10,12 @@ use crate::check::{self, LateCounts};
 use crate::run::{FederateEnd, Report};
 use crate::scenario::{FaultKind, Reactor, Scenario, has_cycle};
 
-/// How many runs had what.
+/// The number of runs by feature.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Coverage(pub(crate) BTreeMap<String, u64>);
 
 impl Coverage {
-    /// Counts what a run had.
+    /// Counts the features of a run.
     pub(crate) fn count(&mut self, scenario: &Scenario, report: &Report) {
         self.count_program(scenario);
         let counts = &report.counts;
@@ -54,18 +54,18 @@ impl Coverage {
         }
     }
 
-    /// Counts what became of the messages of a federation with decentralized coordination.
+    /// Counts the outcomes of the messages of a federation with decentralized coordination.
     pub(crate) fn count_late(&mut self, scenario: &Scenario, report: &Report, counts: &LateCounts) {
         let is_safe = scenario.decentralized.is_some_and(|it| it.is_safe);
         let connections = &scenario.connections;
         let count = scenario.federates.len();
         let has_rounds = scenario.target.rounds.is_some();
-        let waits_for_ever =
+        let waits_forever =
             connections.iter().any(|one| one.max_wait.or(scenario.federates[one.to.0].max_wait).is_none());
         for (name, has) in [
             ("decentralized: waits suffice", is_safe),
             ("decentralized: waits suffice, in a cycle", is_safe && has_cycle(count, connections, false)),
-            ("decentralized: waits suffice, some are for ever", is_safe && waits_for_ever),
+            ("decentralized: waits suffice, some are infinite", is_safe && waits_forever),
             ("decentralized: waits suffice, and a stop was granted", is_safe && report.granted_stop().is_some()),
             ("decentralized: waits suffice, with physical actions", is_safe && scenario.has_physical_actions()),
             ("decentralized: waits suffice, with clocks synchronized all the time", is_safe && has_rounds),

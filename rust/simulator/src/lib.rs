@@ -3,21 +3,22 @@
 //!
 //! A seed stands for a random federation as LF source text, and for a world: clocks that differ and drift, a network
 //! with delays and pieces and small buffers, programs that vanish. The compiler makes a plan of the text, as for any
-//! program; here the plan is interpreted instead of emitted, with the model's own engine, ports and queues, and with
-//! reactions that do what a hash says. The real event loops of federates and RTI run it, all in one thread.
+//! program; the simulator interprets the plan instead of emitting code, with the model's own engine, ports and queues,
+//! and with reactions whose effects follow from a hash. The real event loops of federates and RTI run it, all in one
+//! thread.
 //!
-//! What must hold is checked from outside: see `check`. The reference for what a program does is the same text with
-//! `main` for `federated`, run by the same engine; what chance decided (when physical actions happened, and which stop
-//! was granted) is taken over from the federated run.
+//! The checks look from outside: see `check`. The reference of a program's behavior is the same text with `main` for
+//! `federated`, run by the same engine; the decisions of chance (the times of physical actions, and the granted stop)
+//! are taken from the federated run.
 //!
-//! The tables that both runs interpret are the compiler's own derivation ([`lf_compiler::tables`]), the same that
-//! generated code is printed from: so they are not a reference for each other. The oracle is the run alone. It has no
-//! federates, so none of what the derivation says of the network (inputs, outputs, levels across federates, readers,
-//! what can be tardy) takes part in it, and a mistake there shows as another trace. What the text means otherwise,
-//! `check` takes from the scenario and from the bytes on the wire.
+//! Both runs interpret tables of the compiler's own derivation ([`lf_compiler::tables`]), from which generated code is
+//! printed too: so they are not a reference for each other. The oracle is the run alone. It has no federates, so the
+//! network part of the derivation (inputs, outputs, levels across federates, readers, inputs that can be tardy) does
+//! not affect it, and a mistake there shows as another trace. `check` takes all else about the program from the
+//! scenario and from the bytes on the wire.
 //!
-//! One seed is one run, bit for bit. A run that violates something is made smaller, and printed with the command that
-//! repeats it.
+//! One seed is one run, bit for bit. If a run violates an invariant, the simulator shrinks it, and prints it with the
+//! command that repeats it.
 #![forbid(unsafe_code)]
 
 mod check;
@@ -37,10 +38,10 @@ pub use command::main;
 pub use lf_runtime::Coordination;
 pub use scenario::RICH;
 
-/// Runs the scenarios of these seeds, and gives the hash of each run, or what was violated.
+/// Runs the scenarios of these seeds, and returns the hash of each run.
 ///
 /// # Errors
-/// What the first run violated, with the command that repeats it.
+/// Returns the violation of the first failed run, with the command that repeats it.
 pub fn try_seeds(coordination: Coordination, seeds: std::ops::Range<u64>) -> Result<Vec<u64>, String> {
     let try_seed = |seed| {
         let (_, trial) = trial::try_seed(coordination, seed);
@@ -55,7 +56,7 @@ pub fn try_seeds(coordination: Coordination, seeds: std::ops::Range<u64>) -> Res
     with_stack(|| seeds.map(try_seed).collect())
 }
 
-/// Runs something with a stack on which the largest queues can be made, also without optimization.
+/// Runs a closure with a stack that is large enough to construct the largest queues, even without optimization.
 fn with_stack<R: Send>(run: impl FnOnce() -> R + Send) -> R {
     const STACK_BYTES: usize = 64 << 20;
     std::thread::scope(|scope| {

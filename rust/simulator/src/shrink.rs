@@ -1,14 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Makes a scenario that violates something as small as it gets.
+//! Shrinks a scenario that violates an invariant.
 
 use crate::check::Violation;
 use crate::scenario::{Scenario, reductions};
 use crate::trial::{Trial, try_scenario};
 
-/// So many smaller scenarios are tried at most.
+/// The maximum number of smaller scenarios to try.
 const TRIALS_MAX: usize = 3000;
 
-/// The scenario after these cuts: each is the number of one of the reductions of what the cuts before have left.
+/// Returns the scenario after these cuts: each is the number of one of the reductions of the scenario that the previous
+/// cuts leave.
 pub(crate) fn cut(scenario: &Scenario, cuts: &[usize]) -> Option<Scenario> {
     let mut smaller = scenario.clone();
     for number in cuts {
@@ -17,15 +18,15 @@ pub(crate) fn cut(scenario: &Scenario, cuts: &[usize]) -> Option<Scenario> {
     Some(smaller)
 }
 
-/// The smallest scenario found that violates the same invariant, and the cuts that lead to it.
+/// Returns the smallest scenario found that violates the same invariant, and the cuts that lead to it.
 pub(crate) fn shrink(scenario: &Scenario, violation: &Violation) -> (Scenario, Vec<usize>) {
     let (mut smallest, mut cuts) = (scenario.clone(), Vec::new());
     let (mut trials, mut from) = (0, 0);
     loop {
         let candidates = reductions(&smallest);
         let count = candidates.len();
-        // What could not be left out before hardly ever can be now, so that the search goes on where it is, and comes
-        // back to the beginning once.
+        // An element that could not be removed before hardly ever can be now. So the search continues at its position,
+        // and returns to the beginning once.
         let order = (from..count).chain(0..from.min(count));
         let found = order.into_iter().find_map(|number| {
             trials += 1;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! A trial: a scenario is compiled, run, run unfederated, and judged.
+//! A trial: compiles a scenario, runs it, runs it unfederated, and judges the results.
 
 use std::path::Path;
 use std::{fs, io};
@@ -17,16 +17,16 @@ use crate::run::{Decided, FederateEnd, Report, Telling, run, run_alone};
 use crate::scenario::{Decentralized, RICH, Scenario, source};
 use crate::waits;
 
-/// What came of a trial.
+/// The results of a trial.
 #[derive(Debug)]
 pub(crate) struct Trial {
     pub(crate) violation: Option<Violation>,
     pub(crate) coverage: Coverage,
-    /// Reactions that ran, in all federates.
+    /// The number of reactions that ran, in all federates.
     pub(crate) events: u64,
-    /// Messages on all connections.
+    /// The number of messages on all connections.
     pub(crate) messages: u64,
-    /// A hash of all that happened.
+    /// A hash of the whole run.
     pub(crate) digest: u64,
 }
 
@@ -42,7 +42,7 @@ pub(crate) fn try_seed(coordination: Coordination, seed: u64) -> (Scenario, Tria
     (scenario, trial)
 }
 
-/// The scenario of a seed, as yet without waits.
+/// Returns the scenario of a seed, before it gets its waits.
 pub(crate) fn made(coordination: Coordination, seed: u64) -> Scenario {
     let mut scenario = match coordination {
         Coordination::Centralized => Scenario::from_seed(seed),
@@ -59,7 +59,7 @@ pub(crate) fn try_scenario(scenario: &Scenario) -> Trial {
     judge(scenario, compile_text(&source(scenario, true)).map_err(|error| error.1))
 }
 
-/// Runs a scenario once more, and prints all messages, what the RTI has to tell, and how all end.
+/// Runs a scenario once more, and prints all messages, the log events of the RTI, and all ends.
 pub(crate) fn print_messages(scenario: &Scenario) {
     let Ok(plan) = compile_text(&source(scenario, true)) else { return };
     let Ok(report) = run(scenario, &plan, Telling { prints: true, ..Telling::default() }) else { return };
@@ -68,10 +68,10 @@ pub(crate) fn print_messages(scenario: &Scenario) {
     }
 }
 
-/// Runs a scenario once more, and writes what all participants record into a folder, for `lfz trace`.
+/// Runs a scenario once more, and writes the recordings of all participants into a folder, for `lfz trace`.
 ///
 /// # Errors
-/// Why it cannot be written.
+/// If it cannot be written.
 pub(crate) fn write_traces(scenario: &Scenario, folder: &Path) -> io::Result<()> {
     let plan = compile_text(&source(scenario, true)).map_err(|(_, error)| io::Error::other(error))?;
     let telling = Telling { records: true, ..Telling::default() };
@@ -86,7 +86,7 @@ pub(crate) fn write_traces(scenario: &Scenario, folder: &Path) -> io::Result<()>
     Ok(())
 }
 
-/// Compiles a scenario. Where its reactions make a loop without delay, connections that lead back are delayed one by
+/// Compiles a scenario. If its reactions make a loop without delay, adds delays to connections that lead back, one by
 /// one, until there is none.
 fn compiled(scenario: &mut Scenario) -> Result<Plan, String> {
     loop {
@@ -142,7 +142,7 @@ fn judge(scenario: &Scenario, plan: Result<Plan, String>) -> Trial {
     trial
 }
 
-/// What must hold with decentralized coordination, however long the waits are.
+/// Checks the invariants of decentralized coordination, whatever the waits.
 fn judge_waits(scenario: &Scenario, plan: &Plan, report: &Report, coverage: &mut Coverage) -> Option<Violation> {
     if report.counts.centralized > 0 {
         return Some(Violation::Centralized { messages: report.counts.centralized });
@@ -155,7 +155,7 @@ fn judge_waits(scenario: &Scenario, plan: &Plan, report: &Report, coverage: &mut
     violation.or_else(|| check::in_order(&report.traces))
 }
 
-/// Compares with the same program unfederated.
+/// Compares with the same program run unfederated.
 fn same_as_alone(scenario: &Scenario, federated: &Plan, report: &Report) -> Option<Violation> {
     let start = report.started()?;
     let plan = match compile_text(&source(scenario, false)) {
@@ -184,17 +184,18 @@ fn same_as_alone(scenario: &Scenario, federated: &Plan, report: &Report) -> Opti
     check::traces(&report.traces, &alone, &expected)
 }
 
-/// A trace in which each instance's records stand together, in their order. Those of different instances have one only
-/// where one depends on the other.
+/// Returns a trace in which each instance's records stand together, in their order. Those of different instances have
+/// an order only if one depends on the other.
 fn by_instance(trace: &[Record]) -> Vec<Record> {
     let mut sorted = trace.to_vec();
     sorted.sort_by_key(|record| record.instance);
     sorted
 }
 
-/// How much of each trace is to be as unfederated. What somebody sent who was struck counts as far as it was announced
-/// to the RTI; what came later may be missing everywhere. With decentralized coordination nothing is announced, and it
-/// may be missing where something can come from who was struck.
+/// Returns the part of each trace that has to match the unfederated one. Messages of a federate with a fault count as
+/// far as the federate announced them to the RTI; the effects of later ones may be missing in all traces. With
+/// decentralized coordination nothing is announced, and effects may be missing in each federate that such a federate
+/// reaches.
 fn expectations(scenario: &Scenario, report: &Report) -> Vec<Expected> {
     let lost = |federate: usize| !matches!(report.ends[federate], FederateEnd::Ended(Ok(())));
     let victims: Vec<_> = (0..report.ends.len()).filter(|it| lost(*it) || report.is_struck(*it)).collect();
@@ -202,7 +203,8 @@ fn expectations(scenario: &Scenario, report: &Report) -> Vec<Expected> {
     let is_decentralized = scenario.decentralized.is_some();
     let affected = if is_decentralized { scenario.reached(&victims) } else { Vec::new() };
     let stop = report.granted_stop().unwrap_or(Tag::FOREVER);
-    // Who was at its own end already has done what the others were spared, and does nothing at their stop.
+    // A federate that had ended before the stop has run the reactions to it already, and does nothing at the stop of
+    // the others.
     let has_left = (0..report.ends.len()).any(|federate| report.left_before_stop(federate));
     let until = if has_left { stop } else { Tag::FOREVER };
     let before = |federate: usize| match affected.get(federate) {

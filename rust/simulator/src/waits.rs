@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-//! How long the federates of a scenario wait: as long as all that can delay a message there, or not.
+//! The waits of the federates of a scenario: long enough for all delays of a message there, or not.
 //!
-//! The bounds are those of the scenario's world, and what reactions take is known from a run of the unfederated
-//! program. The waits follow as in `lf_compiler::maxwait`, but for how long a federate with much to do is behind.
+//! The bounds are those of the scenario's world, and a run of the unfederated program shows the work of reactions. The
+//! waits follow as in `lf_compiler::maxwait`, except for the lag of a federate with much work.
 
 use std::collections::BTreeMap;
 
@@ -14,28 +14,29 @@ use crate::program::{CAPACITY_MAX, Played};
 use crate::run::{Report, Telling, run, work_alone};
 use crate::scenario::{Connection, Host, MS, Nanos, SEC, Scenario, US};
 
-/// No scenario takes longer than this, in virtual time.
+/// The longest duration of a scenario, in virtual time.
 const LONGEST: Nanos = 5 * SEC;
-/// No wait ends as late.
+/// A time later than the end of any wait.
 const FOREVER: Nanos = Nanos::MAX / 4;
-/// Turns of the event loop for one tag: the time has come, something was read, nothing more was.
+/// Turns of the event loop for one tag: the time has come, input was read, no more input was read.
 const TURNS_PER_TAG: Nanos = 6;
-/// Tags that an event loop runs in one turn at most. What comes meanwhile, it sees only after the turn.
+/// The maximum number of tags that an event loop runs in one turn. It reads input that arrives meanwhile only after the
+/// turn.
 const TAGS_PER_TURN: usize = 16;
-/// Turns that anything else takes at one time.
+/// The number of turns for all other work at one time.
 const TURNS_BESIDES: Nanos = 40;
-/// Bytes of a message at most, and how many of those that find no room in their queues the buffers between two
-/// federates hold in scenarios whose waits suffice.
+/// The maximum number of bytes of a message, and the number of messages without room in their queues that the buffers
+/// between two federates hold in scenarios whose waits suffice.
 const MESSAGE: usize = 360;
 const BUFFERED: usize = 1 << 16;
-/// Bytes that are written at once at most.
+/// The maximum number of bytes in one write.
 const PIECE: Nanos = 6_000;
 
-/// Gives a scenario its waits. Where none are long enough, it is one with too short ones.
+/// Sets the waits of a scenario. If none are long enough, it becomes one with waits that are too short.
 pub(crate) fn assign(scenario: &mut Scenario) {
     let before = scenario.clone();
     assign_with(scenario, None);
-    // When physical actions happen is known from a run, though in the next one they may happen otherwise.
+    // A run shows the times of physical actions, though they may differ in the next run.
     if scenario.decentralized.is_some_and(|it| it.is_safe)
         && scenario.has_physical_actions()
         && let Ok(plan) = compile_text(&crate::scenario::source(scenario, true))
@@ -46,7 +47,7 @@ pub(crate) fn assign(scenario: &mut Scenario) {
     }
 }
 
-/// Whether the waits of a scenario sufficed for what physical actions did in its run.
+/// Returns whether the waits of a scenario sufficed for the physical actions of its run.
 pub(crate) fn suffice(scenario: &Scenario, report: &Report) -> bool {
     Bounds::of(scenario, Some(report)).is_some_and(|bounds| {
         let mut roomy = scenario.clone();
@@ -94,22 +95,22 @@ fn assign_with(scenario: &mut Scenario, report: Option<&Report>) {
     scenario.decentralized = Some(decentralized);
 }
 
-/// All wait as long as they need, some for ever where nothing has to come.
+/// Makes all waits as long as needed, and some infinite where no message has to arrive.
 fn wait_enough(scenario: &mut Scenario, needed: &[Nanos], grouped: &[bool], random: &mut Random) {
     let count = scenario.federates.len();
-    let mut for_ever: Vec<_> = (0..count).map(|_| random.percent(4)).collect();
+    let mut forever: Vec<_> = (0..count).map(|_| random.percent(4)).collect();
     if crate::scenario::has_cycle(count, &scenario.connections, false) {
-        for_ever.fill(false);
+        forever.fill(false);
     }
-    // Who hears from one that waits for ever has to wait for ever, too.
+    // A receiver of a federate that waits without end has to wait without end, too.
     for _ in 0..count {
         for one in &scenario.connections {
-            for_ever[one.to.0] |= for_ever[one.from.0];
+            forever[one.to.0] |= forever[one.from.0];
         }
     }
     for (connection, needed) in scenario.connections.iter_mut().zip(needed) {
         let to = connection.to.0;
-        if for_ever[to] {
+        if forever[to] {
             continue;
         }
         if grouped[to] {
@@ -120,18 +121,18 @@ fn wait_enough(scenario: &mut Scenario, needed: &[Nanos], grouped: &[bool], rand
     }
 }
 
-/// What can delay a message in a scenario.
+/// The bounds of all delays of a message in a scenario.
 struct Bounds {
-    /// By federate: how long after it may begin a tag it has sent the messages of it.
+    /// By federate: the time from the earliest begin of a tag until it has sent the messages of the tag.
     lag: Vec<Nanos>,
-    /// By connection: from sending to where the receiver sees it, and between the clocks.
+    /// By connection: the time from sending until the receiver sees the message, and the difference between the clocks.
     flight: Vec<Nanos>,
-    /// By federate: how many tags it has at which time after the start.
+    /// By federate: the number of its tags at each time after the start.
     tags: Vec<BTreeMap<Nanos, usize>>,
 }
 
 impl Bounds {
-    /// Nothing, when the program cannot be run.
+    /// Returns the bounds; `None` if the program cannot be run.
     fn of(scenario: &Scenario, report: Option<&Report>) -> Option<Self> {
         let hosts = &scenario.conditions.hosts;
         let plan = compile_text(&crate::scenario::source(scenario, false)).ok()?;
@@ -143,7 +144,7 @@ impl Bounds {
         let asks = |federate: &crate::scenario::Reactor| {
             federate.reactions.iter().any(|reaction| reaction.script.stop_at.is_some())
         };
-        // Who has named a tag to stop at waits for the answers of all others, which may be busy.
+        // A federate that has proposed a stop tag waits for the answers of all others, which may be busy.
         let answer = |host: &Host| 4 * (flight(host) + TURNS_BESIDES * turn(host));
         let stop = if scenario.federates.iter().any(asks) {
             hosts.iter().map(answer).max().unwrap_or(0) + 2 * lags.iter().copied().max().unwrap_or(0)
@@ -160,14 +161,14 @@ impl Bounds {
         Some(Self { lag: lags.iter().map(|lag| lag + stop).collect(), flight, tags })
     }
 
-    /// Allows for another course of things.
+    /// Allows for other physical actions in the next run.
     fn widen(&mut self) {
         for time in self.lag.iter_mut().chain(&mut self.flight) {
             *time += *time / 2;
         }
     }
 
-    /// Whether all waits are as long as they need to be.
+    /// Returns whether all waits are long enough.
     fn are_kept(&self, scenario: &Scenario) -> bool {
         let wait = |one: &Connection| one.max_wait.or(scenario.federates[one.to.0].max_wait).unwrap_or(FOREVER);
         let release = |federate: usize| {
@@ -181,12 +182,12 @@ impl Bounds {
         })
     }
 
-    /// By connection: how long its receiver has to wait; nothing, where a cycle has no end of it.
+    /// Returns, by connection, the wait that its receiver needs; `None` if a cycle makes it infinite.
     fn needed(&self, scenario: &Scenario, grouped: &[bool]) -> Option<Vec<Nanos>> {
         let connections = &scenario.connections;
         let count = scenario.federates.len();
         let mut waits = vec![0; connections.len()];
-        // By federate: how long after a tag's time the last reaction may have to wait.
+        // By federate: the longest time after a tag's time that the last reaction may have to wait.
         let mut release = vec![0; count];
         for _ in 0..=count {
             let before = (waits.clone(), release.clone());
@@ -210,8 +211,9 @@ impl Bounds {
         None
     }
 
-    /// While a federate waits, messages go on to come. What its queues and buffers cannot hold of them holds up those
-    /// that send, which are late elsewhere then. So queues get the room that is needed; `false` where it is too much.
+    /// Makes the queues large enough for the messages that arrive while a federate waits. Messages that exceed its
+    /// queues and buffers would block their senders, whose other messages would then be late. Returns `false` if the
+    /// queues would become too large.
     fn make_room(&self, scenario: &mut Scenario) -> bool {
         let count = scenario.federates.len();
         for (from, to) in (0..count).flat_map(|from| (0..count).map(move |to| (from, to))) {
@@ -231,21 +233,21 @@ impl Bounds {
         true
     }
 
-    /// Each connection that has a delay gets as much more as any cycle can need.
+    /// Adds to each connection with a delay as much as any cycle can need.
     fn lengthen_cycles(&self, scenario: &mut Scenario, random: &mut Random) {
         let absences = scenario.connections.iter().map(|one| one.absent_after.unwrap_or(0)).sum::<Nanos>();
         let needed = self.lag.iter().sum::<Nanos>() + self.flight.iter().sum::<Nanos>() + absences;
         for connection in &mut scenario.connections {
             if let Some(after) = connection.after.filter(|after| *after >= MS) {
                 connection.after = Some(after.max(needed + random.one_of(&[0, 1, MS])));
-                // What can be on its way in so long a time may be more than a queue can hold.
+                // The messages in transit during such a delay may exceed the default queue.
                 connection.capacity = connection.capacity.or(Some(512));
             }
         }
     }
 }
 
-/// How long a federate waits before a tag and in it, at most.
+/// Returns the longest wait of a federate before a tag and in it.
 fn longest_wait(scenario: &Scenario, federate: usize) -> Nanos {
     let into = scenario.connections.iter().filter(|one| one.to.0 == federate);
     let wait = |one: &Connection| {
@@ -254,7 +256,7 @@ fn longest_wait(scenario: &Scenario, federate: usize) -> Nanos {
     into.map(wait).max().unwrap_or(0)
 }
 
-/// How many of these tags there are at most in so long a time.
+/// Returns the maximum number of these tags within a time.
 fn most_within(tags: &BTreeMap<Nanos, usize>, within: Nanos) -> usize {
     let (mut most, mut held) = (0, 0);
     let mut first = tags.iter().peekable();
@@ -268,33 +270,33 @@ fn most_within(tags: &BTreeMap<Nanos, usize>, within: Nanos) -> usize {
     most
 }
 
-/// What one turn of an event loop takes, with how late it is woken.
+/// Returns the duration of one turn of an event loop, with the delay of the wake-up.
 fn turn(host: &Host) -> Nanos {
     host.turn_ns + host.wake_ns
 }
 
-/// From writing something to its arrival.
+/// Returns the time from a write to its arrival.
 fn flight(host: &Host) -> Nanos {
     let link = &host.link;
     let jitter = if link.slow_percent > 0 { 10 * link.jitter } else { link.jitter };
     link.latency + jitter + link.ns_per_byte * PIECE
 }
 
-/// How far two clocks are apart at most.
+/// Returns the maximum difference between two clocks.
 fn clock_error(scenario: &Scenario, one: &Host, other: &Host) -> Nanos {
     let drift = |host: &Host| host.clock_drift_ppb.abs() * (LONGEST / SEC);
     if scenario.target.clock_sync.is_none() {
         return (one.clock_offset - other.clock_offset).abs() + drift(one) + drift(other);
     }
-    // An exchange is wrong by half of what its two ways differ, turns of both sides included.
+    // The error of an exchange is half the difference of its two latencies, turns of both sides included.
     let rti = &scenario.conditions.hosts[0];
     let sync = |host: &Host| flight(host) + TURNS_PER_TAG * (turn(host) + turn(rti)) + drift(host) + drift(rti);
-    // With rounds all the time, the line through past exchanges may be wrong by more where it is drawn out to now.
+    // With continuous rounds, the extrapolated line through past exchanges may have a larger error.
     let line = if scenario.target.rounds.is_some() { 4 } else { 1 };
     line * (sync(one) + sync(other))
 }
 
-/// How far a federate is behind at most that does so much work at these times.
+/// Returns the maximum lag of a federate that does this work at these times.
 fn behind(work: &BTreeMap<Nanos, Vec<Nanos>>, host: &Host) -> Nanos {
     let (mut through, mut most) = (0, 0);
     for (time, tags) in work {
@@ -306,7 +308,7 @@ fn behind(work: &BTreeMap<Nanos, Vec<Nanos>>, host: &Host) -> Nanos {
     most + TURNS_BESIDES * turn(host)
 }
 
-/// How long one turn of the event loop of a federate can take that does so much work at these times.
+/// Returns the longest turn of a federate's event loop that does this work at these times.
 fn longest_turn(work: &BTreeMap<Nanos, Vec<Nanos>>) -> Nanos {
     let tags: Vec<_> = work.values().flatten().copied().collect();
     let windows = tags.windows(TAGS_PER_TURN.min(tags.len().max(1)));

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Many seeds in many processes. What a run keeps for ever (its tables) is gone with its process.
+//! Many seeds in many processes. The memory that a run leaks (its tables) ends with its process.
 
 use std::io::{BufRead, BufReader, Write as _};
 use std::ops::Range;
@@ -15,21 +15,21 @@ use crate::coverage::Coverage;
 use crate::scenario::Scenario;
 use crate::trial::{Trial, made, try_seed};
 
-/// How many seeds one process runs.
+/// The number of seeds of one process.
 const CHUNK: u64 = 500;
 
-/// What came of many seeds.
+/// The results of many seeds.
 #[derive(Debug, Default)]
 pub(crate) struct Summary {
     pub(crate) seeds: u64,
     pub(crate) events: u64,
     pub(crate) messages: u64,
     pub(crate) coverage: Coverage,
-    /// Seeds, and what each violated.
+    /// Seeds with the violation of each.
     pub(crate) violations: Vec<(u64, String)>,
 }
 
-/// Runs seeds in this process, and prints what came of them for [`all`] to read.
+/// Runs seeds in this process, and prints the results for [`all`] to read.
 pub(crate) fn worker(coordination: Coordination, seeds: Range<u64>) {
     let mut coverage = Coverage::default();
     let (mut events, mut messages) = (0, 0);
@@ -47,7 +47,7 @@ pub(crate) fn worker(coordination: Coordination, seeds: Range<u64>) {
     println!("done {} {events} {messages}", seeds.end - seeds.start);
 }
 
-/// The option, with a space before it, that makes the scenarios have this coordination.
+/// Returns the option, with a space before it, that selects this coordination.
 pub(crate) fn option(coordination: Coordination) -> &'static str {
     match coordination {
         Coordination::Centralized => "",
@@ -64,7 +64,7 @@ pub(crate) fn try_safely(coordination: Coordination, seed: u64) -> (Scenario, Tr
     })
 }
 
-/// Runs all seeds in worker processes, as many at once as `jobs` says.
+/// Runs all seeds in worker processes, `jobs` at a time.
 pub(crate) fn all(coordination: Coordination, seeds: Range<u64>, jobs: usize) -> std::io::Result<Summary> {
     let program = std::env::current_exe()?;
     let chunks = Mutex::new(seeds.clone().step_by(usize::try_from(CHUNK).unwrap_or(1)));
@@ -104,7 +104,7 @@ fn progress(summary: &Summary, seeds: &Range<u64>, started: Instant) {
     let _ = std::io::stderr().flush();
 }
 
-/// The lines that a worker prints.
+/// Returns the lines that a worker prints.
 fn run_chunk(program: &std::path::Path, coordination: Coordination, range: &Range<u64>) -> Vec<String> {
     let seeds = format!("{}..{}", range.start, range.end);
     let child = Command::new(program)

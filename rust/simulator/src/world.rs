@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! The world of a scenario: its participants, what the network between them is like, and who reads along.
+//! The world of a scenario: its participants, the properties of the network between them, and the observer.
 
 use lf_testkit::network::{Event, Medium};
 use lf_testkit::random::Random;
@@ -12,7 +12,7 @@ pub(crate) type World = lf_testkit::world::World<Cables>;
 /// One participant's view of the world.
 pub(crate) type Virtual = lf_testkit::world::Virtual<Cables>;
 
-/// The world of these conditions, in which the seed decides what they leave open.
+/// Returns the world with these conditions; the seed decides all that they leave open.
 pub(crate) fn world(conditions: &Conditions, seed: u64) -> Shared<Cables> {
     let mut random = Random::new(seed);
     let keep = |host: &Host| Side::keep(host.clock_offset, host.clock_drift_ppb);
@@ -26,7 +26,7 @@ pub(crate) fn world(conditions: &Conditions, seed: u64) -> Shared<Cables> {
     Shared::new(world)
 }
 
-/// Something goes wrong, at this virtual time.
+/// Executes a fault at this virtual time.
 pub(crate) fn strike(world: &mut World, fault: &Fault, at: u64) {
     world.advance_to(at);
     match fault.kind {
@@ -36,7 +36,7 @@ pub(crate) fn strike(world: &mut World, fault: &Fault, at: u64) {
     }
 }
 
-/// How many datagrams of a hundred are lost, and how many of the others come twice.
+/// The percentage of datagrams that are lost, and of the others that arrive twice.
 const LOST_PERCENT: u64 = 5;
 const DOUBLE_PERCENT: u64 = 2;
 
@@ -46,15 +46,15 @@ pub(crate) struct Cables {
     wires: Vec<Wire>,
     pieces: bool,
     random: Random,
-    /// How far each participant has come.
+    /// The progress of each participant.
     sides: Vec<&'static Side>,
     /// By connection: both participants.
     ends: Vec<[usize; 2]>,
-    /// Sees all bytes that are written.
+    /// The observer of all written bytes.
     pub(crate) watch: Watch,
-    /// How often a write found no room.
+    /// The number of writes that found no room.
     pub(crate) refused_writes: u64,
-    /// How many turns datagrams can account for: one that sends, and one at each arrival.
+    /// The number of turns that datagrams can account for: one that sends, and one at each arrival.
     pub(crate) datagram_turns: u64,
 }
 

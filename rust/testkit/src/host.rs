@@ -5,7 +5,7 @@ use std::sync::atomic::{AtomicI64, AtomicUsize, Ordering};
 
 use lf_model::{Engine, Env, Instant, Mailbox, NetworkOutput, Outgoing, Outside, Program, Progress, SendError, Tag};
 
-/// Physical time, set by hand.
+/// Physical time that the test sets.
 #[derive(Debug)]
 pub struct Clock {
     now: AtomicI64,
@@ -14,17 +14,17 @@ pub struct Clock {
 }
 
 impl Clock {
-    /// A clock that shows so many nanoseconds.
+    /// Returns a clock that shows this number of nanoseconds.
     pub fn new_static(now: i64) -> &'static Self {
         Box::leak(Box::new(Self { now: AtomicI64::new(now), wakes: AtomicUsize::new(0), mailbox: Mailbox::new() }))
     }
 
-    /// From now on, it shows this.
+    /// Sets the time that the clock shows.
     pub fn set(&self, now: Instant) {
         self.now.store(now.as_nanos(), Ordering::SeqCst);
     }
 
-    /// How often the event loop was woken.
+    /// Returns how often the event loop was woken.
     pub fn wakes(&self) -> usize {
         self.wakes.load(Ordering::SeqCst)
     }
@@ -52,16 +52,16 @@ pub type Absent = (u16, u16, Tag);
 pub struct Host {
     /// Physical time.
     pub clock: &'static Clock,
-    /// What was sent.
+    /// The sent values.
     pub sent: Vec<Sent>,
-    /// What was told to have no value.
+    /// The sent absences.
     pub absent: Vec<Absent>,
-    /// Messages that fit until the test makes room again.
+    /// The number of messages that fit until the test makes room again.
     pub room: usize,
 }
 
 impl Host {
-    /// A host with room for all.
+    /// Returns a host with room for all messages.
     pub fn new(clock: &'static Clock) -> Self {
         Self { clock, sent: Vec::new(), absent: Vec::new(), room: usize::MAX }
     }
@@ -71,8 +71,8 @@ impl Host {
         self.room += 1;
     }
 
-    /// Runs a program that has started until it has nothing left to do: physical time is that of each tag, and `after`
-    /// is called when a tag is complete.
+    /// Runs a started program until it has nothing left to do: physical time is that of each tag, and `after` is called
+    /// when a tag is complete.
     ///
     /// # Panics
     /// If a reaction fails.
@@ -84,7 +84,7 @@ impl Host {
     ) {
         while !engine.is_done() {
             engine.drain_physical(program, self);
-            // A federate asks the RTI here: NET(next_tag), and waits for a TAG.
+            // A federate asks the RTI at this point: NET(next_tag), and waits for a TAG.
             let Some(tag) = engine.next_tag() else { break };
             self.clock.set(tag.time);
             engine.begin(program, tag).expect("it is the next tag");
@@ -95,7 +95,7 @@ impl Host {
                     other => panic!("{other:?}"),
                 }
             }
-            // A federate tells the RTI here: LTC, or a request to stop, which the RTI grants.
+            // A federate informs the RTI at this point: LTC, or a request to stop, which the RTI grants.
             if let Some(tag) = engine.take_stop_request() {
                 engine.set_stop_tag(tag);
             }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! What the tests and tools of several crates share, and no product contains.
+//! Code that the tests and tools of several crates share, and that no product contains.
 #![forbid(unsafe_code)]
 
 #[cfg(feature = "coordination")]

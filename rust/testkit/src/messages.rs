@@ -1,30 +1,30 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Messages that own what they are made of, and their bytes, for tests and tools: a [`Message`] only borrows.
+//! Messages that own their contents, and their bytes, for tests and tools: a [`Message`] only borrows.
 
 use lf_wire::{Message, MessageType, NeighborStructure, RejectCode, Tag, UDP_PORT_CLOCK_SYNC_OFF};
 
-/// What any message can be made of; each takes what it needs.
+/// The fields of any message; each message uses those that it needs.
 #[derive(Clone, Debug)]
 pub struct Parts {
-    /// Which message it is.
+    /// The type of the message.
     pub message_type: MessageType,
-    /// Why something is refused, or what kind of federate joins.
+    /// The reason of a rejection, or the kind of a joining federate.
     pub code: u8,
-    /// A federate's port; in `UDP_PORT`, one of the network.
+    /// A federate's port; in `UDP_PORT`, a network port.
     pub port: u16,
     /// A federate.
     pub federate: u16,
-    /// A tag; messages with a time take its time.
+    /// A tag; messages with a time use its time.
     pub tag: Tag,
-    /// A port of the network, as addresses have it.
+    /// A network port, as in addresses.
     pub int: i32,
     /// An IP address.
     pub address: [u8; 4],
-    /// What authentication is asked to prove.
+    /// The challenge of authentication.
     pub nonce: [u8; 8],
-    /// The proof.
+    /// The proof in authentication.
     pub hmac: [u8; 32],
-    /// Whether a federate says, or is said, to be transient, in messages that may leave it out.
+    /// Whether a federate is transient, in messages in which that is optional.
     pub is_transient: Option<bool>,
     /// The federation's id; the wire carries at most 255 bytes.
     pub id: Vec<u8>,
@@ -37,7 +37,7 @@ pub struct Parts {
 }
 
 impl Parts {
-    /// The message that these parts make.
+    /// Returns the message with these fields.
     pub fn message(&self) -> Message<'_> {
         let Self { code, port, federate, tag, int, address, nonce, hmac, is_transient, .. } = *self;
         let (federation_id, payload) = (&self.id[..], &self.payload[..]);
@@ -63,7 +63,7 @@ impl Parts {
             }
             MessageType::AddressAdvertisement => Message::AddressAdvertisement { port: int },
             MessageType::P2pSendingFedId => {
-                // An id of one byte could be taken for what is left out.
+                // An id of one byte could be mistaken for the optional byte.
                 let is_transient = is_transient.or((federation_id.len() <= 1).then_some(false));
                 Message::P2pSendingFedId { federate, is_transient, federation_id }
             }
@@ -89,7 +89,7 @@ impl Parts {
         }
     }
 
-    /// The bytes of that message.
+    /// Returns the bytes of that message.
     ///
     /// # Panics
     /// As [`encoded`].
@@ -98,7 +98,7 @@ impl Parts {
     }
 }
 
-/// The messages by which a federate without clock synchronization introduces itself to an RTI.
+/// Returns the messages by which a federate without clock synchronization joins an RTI.
 pub fn introduction<'a>(
     federate: u16,
     federation_id: &'a [u8],
@@ -112,10 +112,10 @@ pub fn introduction<'a>(
     ]
 }
 
-/// The bytes of a message.
+/// Returns the bytes of a message.
 ///
 /// # Panics
-/// If the wire cannot carry it, because a length is more than its field can say.
+/// If the wire cannot carry it, because a length exceeds its field.
 pub fn encoded(message: &Message<'_>) -> Vec<u8> {
     let mut bytes = vec![0; message.encoded_len()];
     let len = message.encode(&mut bytes).expect("the wire can carry it, and there is as much room as it is long");

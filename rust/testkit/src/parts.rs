@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Messages of which a fuzzer chooses the parts.
+//! Messages with fields that a fuzzer chooses.
 
 use arbitrary::{Arbitrary, Result, Unstructured};
 use lf_coordination::to_wire;
@@ -51,12 +51,12 @@ pub fn of_type(input: &mut Unstructured<'_>, message_type: MessageType, start: i
     Ok(parts)
 }
 
-/// The first bytes, and zeros if there are not as many.
+/// Returns the first bytes, padded with zeros.
 fn array<const N: usize>(bytes: &[u8]) -> [u8; N] {
     std::array::from_fn(|index| bytes.get(index).copied().unwrap_or_default())
 }
 
-/// Mostly one of the first few.
+/// Returns a number that is mostly small.
 fn small(input: &mut Unstructured<'_>) -> Result<u16> {
     let number = u16::arbitrary(input)?;
     Ok(if number % 16 == 15 { number } else { number % 5 })

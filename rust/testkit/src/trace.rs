@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Recordings with values, as those read them who want to know what a participant was given.
+//! Recordings with values, in the form that a replay reads.
 
 use std::cell::RefCell;
 use std::rc::Rc;
@@ -7,7 +7,7 @@ use std::rc::Rc;
 use lf_model::time::Instant;
 use lf_runtime::trace::{Event, Record, Recorder};
 
-/// Keeps all records in memory; its copies have the same.
+/// A recorder that keeps all records in memory; its clones share them.
 #[derive(Clone, Debug, Default)]
 pub struct Records(Rc<RefCell<Vec<Record>>>);
 
@@ -33,7 +33,7 @@ impl Records {
 /// lost is left out, with one whose end is.
 pub fn with_values(records: impl IntoIterator<Item = Record>) -> Vec<(Record, Option<Vec<u8>>)> {
     let mut found: Vec<(Record, Option<Vec<u8>>)> = Vec::new();
-    // Where the parts belong that follow, and those that have come.
+    // The event of the parts that follow, and the parts so far.
     let mut open: Option<(usize, Vec<u8>)> = None;
     for record in records {
         match record.event {
@@ -46,7 +46,7 @@ pub fn with_values(records: impl IntoIterator<Item = Record>) -> Vec<(Record, Op
                     open = Some((index, bytes));
                 }
             }
-            // These can stand between parts, where a file goes on at its beginning.
+            // These records can stand between parts, where a file wraps around.
             Event::Clock(_) | Event::Starts(..) | Event::Lost(_) | Event::Seam => found.push((record, None)),
             _ => {
                 open = Some((found.len(), Vec::new()));

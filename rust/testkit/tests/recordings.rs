@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! All recordings of the repository load, and what does not follow the format is refused with a reason.
+//! All recordings of the repository load, and the loader rejects files that violate the format, with a reason.
 
 use lf_testkit::golden::{Coordination, Fill, RelativeTag, Step, load, load_all, parse};
 
@@ -41,7 +41,7 @@ fn a_missing_recording_is_named() {
     assert!(load("99-nothing").unwrap_err().to_string().contains("99-nothing.json"));
 }
 
-/// A recording with this one step.
+/// Returns a recording with this one step.
 fn with_step(step: &str) -> String {
     format!(
         r#"{{"name": "n", "description": "d", "source": "s", "role": "rti", "rti_exit_code": null, "steps": [{step}],

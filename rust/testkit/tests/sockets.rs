@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! The network does what TCP and UDP do.
+//! The network behaves as TCP and UDP do.
 #![allow(clippy::unwrap_used, reason = "a failed unwrap in a helper is that test's failure")]
 
 use lf_runtime::platform::{Endpoint, Interest, NetError, SocketId, Transfer};
@@ -12,7 +12,7 @@ const LATENCY: u64 = 10;
 const ROOM: usize = 4;
 const BOTH: Interest = Interest { readable: true, writable: true };
 
-/// All takes the same time, and a datagram comes so often.
+/// A medium in which everything takes the same time, and each datagram arrives this often.
 struct Wire(usize);
 
 impl Medium for Wire {
@@ -37,7 +37,7 @@ impl Medium for Wire {
     }
 }
 
-/// A server (0) that listens, and a client (1).
+/// Returns a network with a server (0) that listens, and a client (1).
 fn network() -> (Network<Wire>, SocketId) {
     let mut network = Network::new(Wire(1));
     assert_eq!((network.join(), network.join()), (0, 1));
@@ -51,7 +51,7 @@ fn connect(network: &mut Network<Wire>, to: usize) -> SocketId {
     socket
 }
 
-/// A connection that is open on both sides at the time 20: the server's socket and the client's.
+/// Returns a connection that is open on both sides at the time 20: the server's socket and the client's.
 fn connection() -> (Network<Wire>, SocketId, SocketId) {
     let (mut network, listener) = network();
     let client = connect(&mut network, 0);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Virtual time goes on as participants have reasons to run, and a seed decides the rest.
+//! Virtual time advances as participants have reasons to run, and a seed decides the rest.
 #![allow(clippy::unwrap_used, reason = "a failed unwrap in a helper is that test's failure")]
 
 use std::sync::Mutex;
@@ -20,7 +20,7 @@ fn world(seed: u64) -> World<Wires> {
     World::new(Wires::new(Conditions::seeded(seed)), Random::new(seed))
 }
 
-/// Three that begin at once, and one later.
+/// Returns the order of turns of three participants that begin at once, and one that begins later.
 fn order(seed: u64) -> Vec<usize> {
     let mut world = world(seed);
     for begins in [10, 10, 10, 20] {
@@ -69,7 +69,7 @@ fn who_computes_sees_nothing_meanwhile_and_is_late_for_its_next_turn() {
 
 #[test]
 fn a_clock_shows_its_offset_and_drift_and_a_deadline_is_when_it_shows_it() {
-    // A thousandth too fast.
+    // The second clock gains a thousandth.
     let (one, other) = (Side::keep(0, 0), Side::keep(500, 1_000_000));
     let begins = one.local();
     let shown = |side: &Side| side.local().since(begins).as_nanos();
@@ -104,7 +104,7 @@ fn threads_of_a_program_act_on_the_way_each_at_its_time() {
     assert_eq!(*SEEN.lock().unwrap(), [(1, begins + Interval::from_nanos(10))], "the program was no more");
 }
 
-/// What a participant does.
+/// The behavior of a participant.
 type Act = Box<dyn FnOnce(&mut Virtual) + Send>;
 
 /// Runs these participants, each with a clock of its own, to their ends.
@@ -129,7 +129,7 @@ fn pass(platform: &mut Virtual, time: Interval) {
     }
 }
 
-/// Asks again and again, as sockets become ready, until there is something.
+/// Repeats the question whenever sockets become ready, until there is an answer.
 fn ask<T>(platform: &mut Virtual, mut question: impl FnMut(&mut Virtual) -> Option<T>) -> T {
     loop {
         if let Some(found) = question(platform) {

@@ -46,7 +46,7 @@ enum Odd {
     Unknown { byte: u8, then: usize },
 }
 
-/// The bytes with something deterministic, different at every place, where they vary.
+/// Returns the bytes with deterministic values, different at every place, where they vary.
 fn fill(frame: &Frame) -> Vec<u8> {
     match (&frame.fill, frame.tag) {
         (Some(Fill::P2pPort), _) => frame.bytes.fill(&15_046_i32.to_le_bytes()).unwrap(),
@@ -114,7 +114,7 @@ fn check_odd(odd: Odd, bytes: &[u8], counts: &mut BTreeMap<u8, usize>) {
     }
 }
 
-/// The frame of a step that has one.
+/// Returns the frame of a step that has one.
 fn frame(step: &Step) -> Option<&Frame> {
     match step {
         Step::Send(frame) | Step::Recv(frame) | Step::UdpSend(frame) | Step::UdpRecv { frame, .. } => Some(frame),

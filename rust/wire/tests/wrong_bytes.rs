@@ -13,7 +13,7 @@ use proptest::prelude::*;
 
 const LIMITS: Limits = Limits { payload_bytes_max: 300, federation_id_bytes_max: 40, neighbors_max: 5 };
 
-/// The sentence that refuses these bytes.
+/// Returns the sentence that refuses these bytes.
 fn refusal(bytes: &[u8], limits: &Limits) -> String {
     decode(bytes, limits).expect_err("these bytes have to be refused").to_string()
 }

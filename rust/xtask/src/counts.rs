@@ -60,7 +60,7 @@ impl Counts {
         Some(counts)
     }
 
-    /// A suite that did not get as far as its cases (it does not build, say) counts as one test.
+    /// Counts the cases of a suite. A suite that did not reach its cases (because it does not build, say) is one test.
     fn from_twister_suite(suite: &serde_json::Value) -> Self {
         let status = |value: &serde_json::Value| value.get("status").and_then(|s| s.as_str()).unwrap_or("").to_owned();
         let suite_status = status(suite);

@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-//! What the participants of an image record, in rings of `CONFIG_LF_TRACE_RECORDS` records in static memory.
+//! The recordings of an image's participants, in rings of `CONFIG_LF_TRACE_RECORDS` records in static memory.
 //!
-//! A ring is printed to the console when its participant has ended, however that was: a line for the header and each
-//! record, `lf-trace WHO` and 64 hexadecimal digits, and at last `lf-trace WHO end`. `lfz trace` finds them in logs.
+//! The image prints a ring to the console when its participant has ended, for any reason: a line for the header and
+//! each record, `lf-trace WHO` and 64 hexadecimal digits, and at last `lf-trace WHO end`. `lfz trace` finds them in
+//! logs.
 
 use core::cell::RefCell;
 use core::fmt;
@@ -28,7 +29,7 @@ static FEDERATE: TraceCell = Mutex::new(RefCell::new(Trace { header: None, ring:
 #[cfg(CONFIG_LF_RTI)]
 static RTI: TraceCell = Mutex::new(RefCell::new(Trace { header: None, ring: Ring::new() }));
 
-/// Calls `with` for the trace of a participant, while nobody else uses it.
+/// Calls `then` with the trace of a participant, in a critical section.
 fn with<T>(whose: Whose, then: impl FnOnce(&mut Trace) -> T) -> T {
     let place = match whose {
         #[cfg(CONFIG_LF_RTI)]
@@ -47,17 +48,17 @@ impl Recorder for Whose {
     }
 }
 
-/// Prints what a participant has recorded, once.
+/// Prints the recording of a participant, once.
 pub(crate) fn print(whose: Whose) {
     let Some(header) = with(whose, |trace| trace.header.take()) else { return };
     let who = Who(header.role);
     let line = |bytes: [u8; RECORD_BYTES]| console::print_line(format_args!("lf-trace {who} {}", Hexadecimal(bytes)));
     line(header.to_bytes());
-    // The last correction of the clock may be lost. It counts for all that is not before another one.
+    // The last correction of the clock may be lost. It applies to all records before the first kept correction.
     let (at, time) = (clock::now(), ZephyrOutside::of_program().physical_time());
     let mut clock = Some(Record { at, event: Event::Clock(time) });
     let mut index = 0;
-    // One at a time, so that interrupts are not locked while a line is printed.
+    // One record at a time, so that interrupts stay enabled while a line is printed.
     while let Some(record) = with(whose, |trace| trace.ring.records().nth(index)).or_else(|| clock.take()) {
         line(record.to_bytes());
         index += 1;
@@ -65,14 +66,14 @@ pub(crate) fn print(whose: Whose) {
     console::print_line(format_args!("lf-trace {who} end"));
 }
 
-/// Prints what all have recorded.
+/// Prints the recordings of all participants.
 pub(crate) fn print_all() {
     print(Whose::Federate);
     #[cfg(CONFIG_LF_RTI)]
     print(Whose::Rti);
 }
 
-/// A participant in a line.
+/// The name of a participant in a line.
 struct Who(Role);
 
 impl fmt::Display for Who {
@@ -85,7 +86,7 @@ impl fmt::Display for Who {
     }
 }
 
-/// Bytes as digits.
+/// Bytes as hexadecimal digits.
 struct Hexadecimal([u8; RECORD_BYTES]);
 
 impl fmt::Display for Hexadecimal {

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Tables of the guide, which tests compare with what programs do.
+//! Tables of the guide, which tests compare with the behavior of programs.
 
 use std::path::Path;
 
-/// The cells of all rows of a table on a page of the guide, whose head begins with this cell.
+/// Returns the cells of all rows of a table on a page of the guide, whose head begins with this cell.
 ///
 /// # Panics
 /// When there is no such page or table.

@@ -10,19 +10,19 @@ use serde_json::Value;
 
 use crate::run::{Finished, Run};
 
-/// Far longer than any of the programs takes on a busy computer, and less than [`TIME_OUT`](crate::TIME_OUT), so that
-/// it is the run that says that it hangs.
+/// A limit far longer than the run of any program on a busy computer, and less than [`TIME_OUT`](crate::TIME_OUT), so
+/// that the run itself reports that it hangs.
 pub const TIME_LIMIT: &str = "--timeout=500s";
 
 static LFZ: OnceLock<PathBuf> = OnceLock::new();
 
-/// The repository.
+/// Returns the repository.
 fn repository() -> &'static Path {
     let manifest = Path::new(env!("CARGO_MANIFEST_DIR"));
     manifest.ancestors().nth(2).expect("this crate lies two folders below the repository")
 }
 
-/// The LF programs that exist for these tests.
+/// Returns the LF programs of these tests.
 pub fn programs() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("programs")
 }
@@ -31,7 +31,7 @@ pub fn programs() -> PathBuf {
 pub struct Lfz;
 
 impl Lfz {
-    /// Where it is; the first call has cargo build it.
+    /// Returns its path; the first call lets cargo build it.
     ///
     /// # Panics
     /// When it does not compile.
@@ -39,29 +39,29 @@ impl Lfz {
         LFZ.get_or_init(build)
     }
 
-    /// A command with these arguments, started in the repository.
+    /// Returns a command with these arguments, started in the repository.
     pub fn command<'a>(arguments: impl IntoIterator<Item = &'a str>) -> Command {
         let mut command = Command::new(Self::path());
         command.current_dir(repository()).args(arguments);
-        // Nobody debugs these programs, and without that they are compiled in half the time and a tenth of the space.
+        // These programs need no debug information; without it they compile in half the time and a tenth of the space.
         command.env("CARGO_PROFILE_DEV_DEBUG", "0").env("CARGO_INCREMENTAL", "0");
         command
     }
 
-    /// Runs a program, with files generated where no other test generates any.
+    /// Runs a program, with generated files in a folder of its own.
     pub fn run(test: &str, file: &Path, arguments: &[&str]) -> Run {
         Run::start(Self::run_command(test, file, arguments))
     }
 
-    /// The command of [`Lfz::run`].
+    /// Returns the command of [`Lfz::run`].
     pub fn run_command(test: &str, file: &Path, arguments: &[&str]) -> Command {
         let mut command = Self::command(["run"]);
         command.arg(file).arg("--out").arg(Self::out(test)).args(arguments);
         command
     }
 
-    /// Runs programs of a folder to their ends, which have to be good ones, all at the same time because they mostly
-    /// wait. What hangs is ended, and its output shown. `LF_TEST_RTI` in the environment is the RTI.
+    /// Runs programs of a folder to their successful ends, all at the same time because they mostly wait. Ends a
+    /// program that hangs, and shows its output. `LF_TEST_RTI` in the environment is the RTI.
     ///
     /// # Panics
     /// When one of them ends with an error.
@@ -74,7 +74,7 @@ impl Lfz {
         runs.into_iter().map(|(name, run)| (name, run.succeed())).collect()
     }
 
-    /// Starts an RTI on a port that the system chooses, and gives it and the port.
+    /// Starts an RTI on a port that the system chooses, and returns it and the port.
     ///
     /// # Panics
     /// When it does not listen.
@@ -82,7 +82,7 @@ impl Lfz {
         Self::rti_in(repository(), arguments)
     }
 
-    /// The same in this folder.
+    /// Starts an RTI in this folder, as [`Lfz::rti`] does.
     ///
     /// # Panics
     /// When it does not listen.
@@ -95,7 +95,7 @@ impl Lfz {
         (rti, port)
     }
 
-    /// Builds a program; gives the executable of each federate.
+    /// Builds a program; returns the executable of each federate.
     ///
     /// # Panics
     /// When it does not compile.
@@ -110,7 +110,7 @@ impl Lfz {
         participants.iter().map(|one| (string(&one["name"]), PathBuf::from(string(&one["program"])))).collect()
     }
 
-    /// A folder for what is generated in a test; it is kept, so that the next time there is nothing to compile.
+    /// Returns the folder for the generated files of a test; it stays, so that a later run has nothing to compile.
     fn out(test: &str) -> PathBuf {
         let target = Self::path().ancestors().nth(2).expect("lfz lies in a folder of the target folder");
         target.join("federations").join(test)

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-//! What the end-to-end tests have in common: the `lfz` program, and processes that are watched.
+//! Shared code of the end-to-end tests: the `lfz` program, and watched processes.
 //!
 //! Tests wait for lines and for ends of processes, never for a time. [`TIME_OUT`] only keeps a broken program from
-//! blocking a test run for ever.
+//! blocking a test run without end.
 #![forbid(unsafe_code)]
 
 mod guide;
@@ -17,5 +17,5 @@ pub use lfz::{Lfz, TIME_LIMIT, programs};
 pub use processes::{Participant, wait_for_ends};
 pub use run::{Finished, Run, is_of_build};
 
-/// Far longer than anything takes here, compiling on a busy computer included.
+/// A limit far longer than any test takes, compiling on a busy computer included.
 pub const TIME_OUT: Duration = Duration::from_secs(600);

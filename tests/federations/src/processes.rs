@@ -12,10 +12,10 @@ use crate::TIME_OUT;
 /// The variable that marks the processes of a run.
 pub(crate) const MARK: &str = "LF_FEDERATIONS_RUN";
 
-/// A process of a run that somebody else started.
+/// A process of a run that another process started.
 pub struct Participant {
     pid: Pid,
-    /// Readable when it has ended; names this process even when its id is used again.
+    /// A descriptor that is readable when it has ended; it names this process even when its id is used again.
     end: OwnedFd,
     /// Its command line, with blanks between the arguments.
     pub command: String,
@@ -39,14 +39,14 @@ impl Participant {
     }
 }
 
-/// The running processes with a mark, but for the one that was started with it.
+/// Returns the running processes with a mark, except for the first one.
 pub(crate) fn marked(mark: &str, except: u32) -> Vec<Participant> {
     let entry = format!("{MARK}={mark}");
     let ids = fs::read_dir("/proc").into_iter().flatten().flatten().filter_map(|entry| {
         entry.file_name().to_str().and_then(|name| name.parse::<u32>().ok()).filter(|id| *id != except)
     });
     ids.filter_map(|id| {
-        // A process may end while it is looked at.
+        // A process may end while it is inspected.
         let environment = fs::read(format!("/proc/{id}/environ")).ok()?;
         environment.split(|byte| *byte == 0).find(|variable| *variable == entry.as_bytes())?;
         let command = fs::read(format!("/proc/{id}/cmdline")).ok()?;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! A process whose output is read as it comes.
+//! A process whose output is read while it runs.
 
 use std::fmt;
 use std::io::{BufRead, BufReader, Read};
@@ -16,20 +16,20 @@ use crate::processes::{self, Participant};
 
 static RUNS: AtomicU32 = AtomicU32::new(0);
 
-/// A started process. It is killed when this is dropped.
+/// A started process, killed on drop.
 pub struct Run {
     child: Child,
     lines: Receiver<String>,
     seen: Vec<String>,
-    /// Marks this process and all its descendants in their environment.
+    /// The mark of this process and all its descendants in their environment.
     mark: String,
 }
 
-/// What a process has left.
+/// The results of a process.
 pub struct Finished {
-    /// How it ended.
+    /// The exit status.
     pub status: ExitStatus,
-    /// All lines of both outputs, in the order in which they came.
+    /// All lines of both outputs, in the order of arrival.
     pub lines: Vec<String>,
 }
 
@@ -48,10 +48,10 @@ impl Run {
         Self { child, lines, seen: Vec::new(), mark }
     }
 
-    /// Waits for a line that contains this text, and returns it; a line that has come already counts.
+    /// Waits for a line that contains this text, and returns it; an earlier line counts, too.
     ///
     /// # Panics
-    /// When the process ends its output before.
+    /// When the process ends its output first.
     pub fn wait_for(&mut self, text: &str) -> String {
         let is_it = |line: &str| line.contains(text) && !is_of_build(line);
         if let Some(line) = self.seen.iter().find(|line| is_it(line)) {
@@ -76,7 +76,7 @@ impl Run {
         Finished { status, lines: std::mem::take(&mut self.seen) }
     }
 
-    /// Waits for its end, which has to be a good one.
+    /// Waits for its end, which has to be successful.
     ///
     /// # Panics
     /// When it does not end, or with an error.
@@ -87,7 +87,7 @@ impl Run {
         finished
     }
 
-    /// The number of the process.
+    /// Returns the number of the process.
     pub fn id(&self) -> u32 {
         self.child.id()
     }
@@ -100,12 +100,12 @@ impl Run {
         kill_process(Pid::from_child(&self.child), signal).expect("it still runs");
     }
 
-    /// The processes that this one has started, directly or not, and that run now.
+    /// Returns the running processes that this one has started, directly or not.
     pub fn participants(&self) -> Vec<Participant> {
         processes::marked(&self.mark, self.child.id())
     }
 
-    /// How many bytes of memory it has had at most, whether it has touched them or not.
+    /// Returns the maximum number of bytes of memory that it has reserved, whether it has touched them or not.
     ///
     /// # Panics
     /// When it has ended.
@@ -139,12 +139,12 @@ impl Drop for Run {
 }
 
 impl Finished {
-    /// The exit status, 128 + n for signal n.
+    /// Returns the exit status, 128 + n for signal n.
     pub fn code(&self) -> i32 {
         self.status.code().or_else(|| self.status.signal().map(|signal| 128 + signal)).unwrap_or(-1)
     }
 
-    /// The line that contains all of these texts.
+    /// Returns the line that contains all of these texts.
     ///
     /// # Panics
     /// When there is none.
@@ -153,14 +153,14 @@ impl Finished {
         line.unwrap_or_else(|| panic!("no line with {texts:?} in\n{self}"))
     }
 
-    /// The lines of one participant, without its name.
+    /// Returns the lines of one participant, without its name.
     pub fn of<'a>(&'a self, name: &'a str) -> impl Iterator<Item = &'a str> {
         let lines = self.lines.iter().filter_map(|line| line.split_once(" | "));
         lines.filter(move |(prefix, _)| prefix.trim_end() == name).map(|(_, text)| text)
     }
 
-    /// What each federate has printed, one federate after the other. What a federate says of its own part in the
-    /// federation is no result of the program, unless it is a warning.
+    /// Returns the output of each federate, one federate after the other. Messages of a federate about the federation
+    /// are no result of the program, except for warnings.
     pub fn trace(&self) -> String {
         let lines = self.lines.iter().filter_map(|line| line.split_once(" | "));
         let mut lines: Vec<(&str, &str)> = lines
@@ -192,13 +192,13 @@ fn read(stream: Option<impl Read + Send + 'static>, lines: Sender<String>) {
     });
 }
 
-/// Whether a participant can have this name; the compiler's excerpts of a program have numbers in its place.
+/// Returns whether a participant can have this name; the compiler's excerpts of a program have numbers in its place.
 fn is_name(name: &str) -> bool {
     name.starts_with(|first: char| first.is_alphabetic() || first == '_')
 }
 
-/// Whether a line is what `lfz` and cargo say of a build. It depends on what has been built and is being built, so no
-/// test expects it.
+/// Returns whether a line comes from a build by `lfz` and cargo. Such lines depend on earlier and concurrent builds, so
+/// no test expects them.
 pub fn is_of_build(line: &str) -> bool {
     ["Compil", "Waiting until", "Blocking waiting"].iter().any(|begin| line.trim_start().starts_with(begin))
 }

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Authentication between real processes: who knows the federation's id is let in, and all others are told why not.
+//! Authentication between real processes: the RTI accepts federates that know the federation's id, and tells all others
+//! why it does not.
 
 use std::path::{Path, PathBuf};
 use std::process::Command;
@@ -7,12 +8,12 @@ use std::process::Command;
 use lf_federations::{Finished, Lfz, Run, programs};
 use rustix::process::Signal;
 
-/// The executable of the source of a program.
+/// Returns the executable of the source of a program.
 fn source(test: &str, program: &str) -> PathBuf {
     Lfz::build(test, &programs().join(program)).remove("source").expect("it has a source")
 }
 
-/// Runs a federate with an RTI that is started with these options; gives how both ended.
+/// Runs a federate with an RTI that is started with these options; returns the ends of both.
 fn meet(program: &Path, federation_id: &str, rti_options: &[&str]) -> (Finished, Finished) {
     let (mut rti, port) = Lfz::rti(&[&["-n", "2", "-i", "the right id"], rti_options].concat());
     let mut command = Command::new(program);
@@ -64,7 +65,7 @@ fn a_federate_whose_key_everybody_can_guess_says_so() {
     rti.wait_for("federate 0 has joined");
     federate.signal(Signal::INT);
     federate.finish().line(&warning);
-    // One with a key of its own does not.
+    // A federate with a key of its own does not.
     let (federate, _) = meet(&program, "a secret", &["--auth"]);
     assert!(!federate.lines.iter().any(|line| line.contains("warn:")), "{federate}");
 }

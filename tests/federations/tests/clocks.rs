@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Whose clocks are synchronized, as the RTI's trace shows.
+//! The synchronization of clocks, as the RTI's trace shows it.
 
 use std::process::Command;
 
 use lf_federations::{Lfz, Run, programs};
 
-/// Runs both federates of a program with an RTI that has clock synchronization on; gives what its trace has of that:
-/// the federate and the message of each line.
+/// Runs both federates of a program with an RTI that has clock synchronization on; returns the federate and the message
+/// of each line of its trace about that.
 fn clock_messages(test: &str, program: &str) -> Vec<(String, String)> {
     let executables = Lfz::build(test, &programs().join(program));
     let folder = tempfile::tempdir().expect("there is a folder for such");

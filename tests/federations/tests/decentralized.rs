@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Decentralized coordination as a whole: each program in `programs/decentralized` runs as processes of their own, and
-//! what its federates print is the expected trace beside the program. `README.md` says which of LF's own tests each
+//! the output of its federates is the expected trace beside the program. `README.md` says which of LF's own tests each
 //! covers.
 //!
 //! `cargo xtask bless -p lf-federations decentralized::` rewrites the traces. With `LF_TEST_RTI` in
@@ -19,7 +19,8 @@ fn check(names: &[&'static str]) {
     }
 }
 
-/// Runs programs that go on without waiting for all messages; how many are late, and are reported, is not known.
+/// Runs programs that continue without waiting for all messages; the number of late messages, which are reported, is
+/// not fixed.
 fn check_but_for_lateness(names: &[&'static str]) {
     for (name, finished) in run(names) {
         let trace = finished.trace();
@@ -38,49 +39,50 @@ fn compare(name: &str, trace: &str) {
     });
 }
 
-/// `keepalive` holds nobody for whom nobody can make an event: without neighbors, and when all of these have left.
+/// `keepalive` does not keep a federate alive for which no participant can create an event: without neighbors, and
+/// after all of these have left.
 #[test]
 fn nobody_stays_for_events_that_cannot_come() {
     check(&["KeptForNobody"]);
 }
 
-/// A federate that waits for ever for each of its inputs needs neither clocks nor bounds.
+/// A federate that waits without end for each of its inputs needs neither clocks nor bounds.
 #[test]
 fn who_waits_for_ever_misses_nothing() {
     check(&["FourSources", "BesideTimer", "TardyInside", "StepLater", "QuickClock", "LateButInTime", "Bursts"]);
     check(&["TwoHandlers", "Kinds"]);
 }
 
-/// Delays that are longer than anything takes, or messages that are the only events.
+/// Delays are longer than any latency, or messages are the only events.
 #[test]
 fn tags_alone_can_be_enough() {
     check(&["CountAfter", "QuietEnd"]);
 }
 
-/// The stop tag is one for all, and what is sent at it happens there.
+/// The stop tag is the same for all, and messages sent at it are handled there.
 #[test]
 fn all_federates_stop_at_one_tag_and_miss_nothing_of_it() {
     check(&["StopTwice"]);
 }
 
-/// A wait within a tag that has no end lets federates go round as slowly as they are.
+/// A wait within a tag without a limit lets a cycle run at the speed of its federates.
 #[test]
 fn cycles_go_on_when_all_has_come() {
     check(&["Lagging"]);
     check_but_for_lateness(&["Microsteps", "Rounds", "PingPong", "PingPongDecoupled"]);
 }
 
-/// Waits that can be too short: whatever is late is handled, and nothing is lost.
+/// Waits can be too short: late messages are handled, and nothing is lost.
 #[test]
 fn messages_that_are_late_are_handled() {
     check_but_for_lateness(&["LateByDelay", "LoopersFromThreads", "LoopersInOrder", "LoopersInside"]);
     check_but_for_lateness(&["OlderParameter", "Letters", "PhysicalBursts"]);
     let [(_, finished)] = &run(&["BothWays"])[..] else { panic!("it has run") };
-    // How many come before the end depends on how late they are.
+    // The number of messages before the end depends on their lateness.
     assert_eq!(finished.trace().lines().filter(|line| line.contains("ends after")).count(), 2, "{finished}");
 }
 
-/// Without a handler, the federate says which message was late, and when; with one, that is the handler's business.
+/// Without a handler, the federate logs which message was late, and when; with one, the handler decides.
 #[test]
 fn a_late_message_is_reported_and_what_comes_of_it_is_tardy_too() {
     let [(_, finished)] = &run(&["TardyPassedOn"])[..] else { panic!("it has run") };

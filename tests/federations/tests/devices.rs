@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Devices on Linux: a script says what they find or names real ones, and what all pins did is in one file.
+//! Devices on Linux: a script sets their inputs or names real ones, and one file records all pins.
 
 use std::fs::{self, File};
 use std::io::{Read as _, Write as _};
@@ -11,7 +11,7 @@ use rustix::pty::{OpenptFlags, grantpt, openpt, ptsname, unlockpt};
 const PROGRAM: &str = "applications/button_and_lamp/src/ButtonAndLamp.lf";
 const SCRIPT: &str = "applications/button_and_lamp/src/presses.txt";
 
-/// The changes of a pin in a file of VCD: nanoseconds, and what it was then.
+/// Returns the changes of a pin in a file of VCD: nanoseconds, and the new level.
 fn changes(vcd: &str, pin: &str) -> Vec<(u64, bool)> {
     let named = |line: &&str| line.starts_with("$var") && line.split(' ').nth(4) == Some(pin);
     let code = vcd.lines().find(named).and_then(|line| line.split(' ').nth(3)).expect("the pin is there");
@@ -94,7 +94,7 @@ fn a_script_without_sense_is_refused_before_the_start() {
     assert!(finished.lines.iter().any(|line| line.starts_with(&told)), "{finished}");
 }
 
-/// The line is one of the kernel's, a pseudo-terminal. The others are folders that look like those of sysfs.
+/// The UART is a pseudo-terminal of the kernel. The others are folders that look like those of sysfs.
 #[test]
 fn a_program_uses_the_devices_that_the_script_names() {
     let folder = tempfile::tempdir().expect("there is room");

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! What goes wrong ends all participants, with a sentence that says what happened, and leaves no process behind.
+//! A failure ends all participants, with a sentence about the reason, and leaves no process behind.
 
 use std::net::TcpListener;
 use std::path::{Path, PathBuf};
@@ -12,7 +12,8 @@ fn endless() -> PathBuf {
     programs().join("Endless.lf")
 }
 
-/// A run of the endless program whose federates have begun, and its participants: the RTI and the two federates.
+/// Starts the endless program, and returns the run and its participants once its federates have begun: the RTI and the
+/// two federates.
 fn running(test: &str, arguments: &[&str]) -> (Run, Vec<Participant>) {
     let mut run = Lfz::run(test, &endless(), arguments);
     run.wait_for("the source runs");
@@ -26,7 +27,7 @@ fn find<'a>(participants: &'a [Participant], text: &str) -> &'a Participant {
     participants.iter().find(|participant| participant.command.contains(text)).expect("it takes part")
 }
 
-/// Both federates, by their names in the output, say something like this.
+/// Asserts that both federates, by their names in the output, print one of these texts.
 fn assert_both_say(finished: &Finished, texts: &[&str]) {
     for name in ["source", "sink"] {
         let mut lines = finished.of(name);
@@ -57,7 +58,7 @@ fn a_killed_federate_ends_the_rti_and_the_others() {
     wait_for_ends(&participants);
 }
 
-/// A program of these tests with another target declaration.
+/// Writes a program of these tests with another target declaration.
 fn with_target(folder: &Path, program: &str, properties: &str) -> PathBuf {
     let text = std::fs::read_to_string(programs().join(program)).expect("the program is there");
     let file = folder.join(program);
@@ -66,7 +67,7 @@ fn with_target(folder: &Path, program: &str, properties: &str) -> PathBuf {
     file
 }
 
-/// Each waits for the other's answer at each tag, so whoever is left waits for one that never comes.
+/// Each federate waits for the other's answer at each tag, so the remaining one waits for an answer that never comes.
 #[test]
 fn a_killed_federate_of_a_cycle_without_delay_ends_all() {
     for killed in ["asks", "answers"] {
@@ -82,8 +83,8 @@ fn a_killed_federate_of_a_cycle_without_delay_ends_all() {
     }
 }
 
-/// No RTI grants anything, but it knows of the loss; and without an RTI nobody learns when the others have gone. A sink
-/// whose source is lost never takes that for an end in order.
+/// No RTI grants anything, but it knows of the loss; and without an RTI no federate learns when the others have gone. A
+/// sink whose source is lost never mistakes that for an orderly end.
 #[test]
 fn a_killed_participant_of_a_decentralized_federation_ends_all() {
     let folder = tempfile::tempdir().expect("a temporary folder");
@@ -103,7 +104,8 @@ fn a_killed_participant_of_a_decentralized_federation_ends_all() {
     }
 }
 
-/// `keepalive` and an RTI that goes on hold nobody for whom the only one that could make an event is lost.
+/// `keepalive` and an RTI that continues do not keep a federate alive if the only one that could create an event for it
+/// is lost.
 #[test]
 fn nobody_stays_for_a_lost_federate_that_alone_could_make_an_event() {
     let folder = tempfile::tempdir().expect("a temporary folder");
@@ -127,7 +129,7 @@ fn nobody_stays_for_a_lost_federate_that_alone_could_make_an_event() {
     }
 }
 
-/// A federate that is stopped for a while is waited for, by name, and nothing is lost.
+/// The others wait for a federate that is stopped for a while, name it, and lose nothing.
 #[test]
 fn a_federate_that_stands_still_is_named_and_waited_for() {
     let folder = tempfile::tempdir().expect("a temporary folder");

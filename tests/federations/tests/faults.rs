@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-//! The table of faults in the guide is true: what can happen on this computer is tried, and of the rest this says where
-//! it is tested on boards.
+//! The table of faults in the guide is true: this test causes those that can occur on this computer, and names the
+//! tests on boards of the others.
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -9,15 +9,15 @@ use std::process::Command;
 use lf_federations::{Lfz, Run, programs, table};
 use rustix::process::Signal;
 
-/// What shows that a row is true.
+/// The evidence that a row is true.
 enum Proof {
-    /// A federate does this, which the program reads in the environment, and says something like that.
+    /// A federate fails in this way, which the program reads in the environment, and prints such a text.
     Does(&'static str, &'static str),
     /// The RTI of a federate is killed.
     LosesItsRti,
     /// A file of the repository that expects the words of the row: suites that run on boards.
     Suite(&'static str),
-    /// No suite lets it happen; the words are at least those of this source.
+    /// No suite causes it; the words are at least those of this source.
     Source(&'static str),
 }
 
@@ -41,13 +41,13 @@ impl Proof {
     }
 }
 
-/// What is quoted in a cell, without what stands for the rest.
+/// Returns the quoted text in a cell, without placeholders.
 fn quoted(cell: &str) -> &str {
     let quoted = cell.split('`').nth(1).unwrap_or_default();
     quoted.trim_start_matches("lf: ").split(" …").next().unwrap_or_default().trim_end_matches(';')
 }
 
-/// How the source ends when this happens to it, and what it says.
+/// Returns the end of the source after this failure, and its output.
 fn happens(federates: &BTreeMap<String, PathBuf>, does: &str, loses_rti: bool) -> (i32, String) {
     let (rti, port) = Lfz::rti(&["-n", "2", "-i", "faults"]);
     let start = |name: &str| {

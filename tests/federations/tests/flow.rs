@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Senders that are quicker than their receivers, as processes: everything comes, in order, and nobody is killed.
+//! Senders that are faster than their receivers, as processes: everything arrives, in order, and no process is killed.
 
 use lf_federations::{Finished, Lfz, programs};
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 //! The programs in the README and in the guide: each block `lf` is a whole program that compiles without a warning, and
-//! where a block `output` comes before the next one, running it prints just that.
+//! if a block `output` follows before the next one, running the program prints exactly that.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -13,15 +13,15 @@ struct Listing {
     name: String,
     /// The program, as it stands there.
     program: String,
-    /// The files that stand before it, each with its path as the second word behind the fence, and its text.
+    /// The files before it, each with its path as the second word behind the fence, and its text.
     files: Vec<(String, String)>,
-    /// The one of them that says what devices find: its fence says `devices`.
+    /// The file among them that sets the inputs of devices: its fence says `devices`.
     script: Option<String>,
-    /// What it prints, if that stands behind it.
+    /// The expected output, if it follows.
     output: Option<Vec<String>>,
 }
 
-/// The blocks of code in a document: what stands behind the fence, and the lines.
+/// Returns the blocks of code in a document: the text behind the fence, and the lines.
 fn blocks(text: &str) -> Vec<(&str, Vec<&str>)> {
     let (mut blocks, mut is_open) = (Vec::<(&str, Vec<&str>)>::new(), false);
     for line in text.lines() {
@@ -37,7 +37,7 @@ fn blocks(text: &str) -> Vec<(&str, Vec<&str>)> {
     blocks
 }
 
-/// All programs of the documents.
+/// Returns all programs of the documents.
 fn listings() -> Vec<Listing> {
     let repository = Path::new(env!("CARGO_MANIFEST_DIR")).join("../..");
     let chapters = fs::read_dir(repository.join("docs/guide/src")).expect("the guide is part of the repository");
@@ -110,7 +110,7 @@ fn programs_in_the_documents_print_what_stands_behind_them() {
     }
 }
 
-/// What the program itself has printed: the lines of one participant after those of another, for in time they mix.
+/// Returns the program's own output: the lines of one participant after those of another, because in time they mix.
 fn by_participant<'a>(lines: impl Iterator<Item = &'a String>) -> Vec<&'a str> {
     let mut lines: Vec<(&str, &str)> = lines
         .map(|line| line.split_once(" | ").map_or(("", line.as_str()), |(name, _)| (name.trim_end(), line.as_str())))

@@ -5,8 +5,8 @@ use std::process::Command;
 
 use lf_federations::{Finished, Lfz, Run, programs};
 
-/// Runs both federates of a program, each with the RTI at its address; returns how they ended and what the RTI's trace
-/// says. Clocks are synchronized if the program says so.
+/// Runs both federates of a program, each with the RTI at its address; returns their ends and the RTI's trace.
+/// Synchronizes clocks if the program demands it.
 fn run(test: &str, program: &str, hosts: [&str; 2]) -> (Vec<Finished>, String) {
     let executables = Lfz::build(test, &programs().join(program));
     let folder = tempfile::tempdir().expect("there is a folder for such");
@@ -41,7 +41,7 @@ fn decentralized_coordination_works_over_ipv6() {
     assert!(messages.contains("ADDRESS_QUERY_REPLY_IPV6"), "{messages}");
 }
 
-/// Both take part in rounds over UDP, whichever family they have come over.
+/// Both take part in rounds over UDP, whichever family they use.
 #[test]
 fn clocks_are_synchronized_over_both_families() {
     let (_, messages) = run("ipv6-clocks", "decentralized/SyncedClocks.lf", ["[::1]", "127.0.0.1"]);
@@ -51,7 +51,7 @@ fn clocks_are_synchronized_over_both_families() {
     }
 }
 
-/// The RTI takes both families at one port, and federates that have come over different ones find each other.
+/// The RTI accepts both families at one port, and federates that use different ones find each other.
 #[test]
 fn federates_of_both_families_are_one_federation() {
     for hosts in [["[::1]", "127.0.0.1"], ["127.0.0.1", "[::1]"]] {

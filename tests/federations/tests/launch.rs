@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! `lfz` in the place of the stock RTI, called by its name in a script like those that `lfc` generates.
+//! `lfz` instead of the stock RTI, called by its name in a script like those that `lfc` generates.
 
 use std::collections::BTreeMap;
 use std::fs;
@@ -10,10 +10,10 @@ use std::process::Command;
 
 use lf_federations::{Finished, Lfz, Run, programs};
 
-/// Below the ports that the system gives to connections on its own, so that only a listener can come in between.
+/// Below the ports that the system assigns by itself, so that only another listener can interfere.
 const PORTS: std::ops::Range<u16> = 20_000..32_000;
 
-/// A port that nobody listens on: a launch script names the RTI's port before the RTI runs.
+/// Returns a port without a listener: a launch script names the RTI's port before the RTI runs.
 fn free_port() -> u16 {
     let count = u32::from(PORTS.end - PORTS.start);
     let first = u16::try_from(std::process::id() % count).expect("it is a number of ports");
@@ -21,7 +21,7 @@ fn free_port() -> u16 {
     ports.find(|port| TcpListener::bind((Ipv4Addr::UNSPECIFIED, *port)).is_ok()).expect("there is a free port")
 }
 
-/// Runs the script with these federates, and an RTI that is put into the first folder of the path.
+/// Runs the script with these federates, and an RTI in the first folder of the path.
 fn launch(federates: &BTreeMap<String, PathBuf>, rti: impl FnOnce(&Path), multiple: &str) -> Finished {
     let folder = tempfile::tempdir().expect("there is a folder for such");
     rti(&folder.path().join("RTI"));

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Limits of crates that do not know each other, but go together.
+//! Limits of crates that do not depend on each other, but have to match.
 
 use lf_compiler::NETWORK_CAPACITY;
 use lf_coordination::federate::TAGS_AHEAD_MAX;

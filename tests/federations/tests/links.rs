@@ -1,24 +1,24 @@
 // SPDX-License-Identifier: Apache-2.0
-//! What becomes of a federation whose computers lose their link, in network namespaces that end with the test.
+//! Federations whose computers lose their link, in network namespaces that end with the test.
 
 use std::process::Command;
 
 use lf_federations::{Lfz, Run, programs};
 
-/// A network of its own, which exists as long as the process that holds it.
+/// A network namespace, which exists as long as the process that holds it.
 struct Namespace {
     holder: Run,
 }
 
 impl Namespace {
-    /// A network in which this process, and those that it lets in, are privileged.
+    /// Creates a namespace in which this process, and those that enter it, are privileged.
     fn new() -> Self {
         let mut command = Command::new("unshare");
         command.args(["--user", "--map-root-user", "--net"]);
         Self::held_by(command)
     }
 
-    /// A second one beside this one.
+    /// Creates a second one beside this one.
     fn beside(&self) -> Self {
         let mut command = self.command("unshare");
         command.arg("--net");
@@ -32,7 +32,7 @@ impl Namespace {
         Self { holder }
     }
 
-    /// A command that is run in it.
+    /// Returns a command that runs in it.
     fn command(&self, program: &str) -> Command {
         let mut command = Command::new("nsenter");
         let process = self.holder.id().to_string();
@@ -47,8 +47,8 @@ impl Namespace {
     }
 }
 
-/// The RTI and the sink on one computer, the source, which always has something to send, on another one: both notice
-/// when the link of the source's computer is down, over either family.
+/// With the RTI and the sink on one computer and the source, which always has messages to send, on another one, both
+/// notice when the link of the source's computer is down, over either family.
 #[test]
 fn a_federate_whose_own_link_is_down_notices() {
     let executables = Lfz::build("links", &programs().join("Endless.lf"));

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-//! What modes mean. The scenarios in `programs/modes` are those of LF's own tests and some more; `README.md` says which
-//! of LF's own each covers.
+//! The meaning of modes. The scenarios in `programs/modes` are those of LF's own tests and some more; `README.md` says
+//! which of LF's own each covers.
 //!
 //! `cargo xtask bless -p lf-federations modes::` rewrites the traces.
 
@@ -9,7 +9,7 @@ use lf_federations::{Lfz, is_of_build, programs};
 #[test]
 fn time_state_and_structure_of_modes() {
     let finished = Lfz::run("modes", &programs().join("modes/Modes.lf"), &[]).succeed();
-    // By scenario, because those of one tag do not depend on each other.
+    // The lines are sorted by scenario, because those of one tag do not depend on each other.
     let mut lines: Vec<&str> = finished.lines.iter().map(String::as_str).filter(|line| !is_of_build(line)).collect();
     lines.sort_by_key(|line| line.split(' ').next());
     insta::with_settings!({

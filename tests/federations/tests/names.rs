@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Programs whose parts are called like something that generated code, bodies or the language know, compile; one
-//! program has them all, so that each compiler runs once.
+//! Programs compile even if their parts have names that generated code, bodies or the language know; one program has
+//! them all, so that each compiler runs once.
 
 use std::collections::BTreeSet;
 use std::fmt::Write as _;
@@ -10,7 +10,7 @@ use std::path::Path;
 use lf_federations::{Lfz, Run};
 use tempfile::TempDir;
 
-/// Words of Rust, types and macros that it has in sight, and what we put there.
+/// Keywords of Rust, types and macros in its scope, and our own additions.
 const OF_RUST: &str = "\
     abstract async await become box break continue do dyn else enum extern fn for gen if impl in let loop macro \
     match mod move mut override priv pub ref return static struct trait try type typeof union unsafe unsized use \
@@ -23,16 +23,16 @@ const OF_RUST: &str = "\
     rti federate c TABLES DESCRIPTION Storage Program Tables Federation member bank_index value serde postcard \
     lf_linux lf_model Lines LINES Level Part Tag Cell trigger port";
 
-/// What reactors can be called, and nothing that bodies see.
+/// Names that reactors can have because bodies do not see them.
 const OF_REACTORS: &str = "\
     Some None Ok Err Asap After ctx";
 
-/// Words of C++.
+/// Keywords of C++.
 const OF_CPP: &str = "\
     class namespace template typename virtual this throw try catch operator friend explicit export delete using \
     and or not xor bitand bitor compl const_cast decltype noexcept typeid wchar_t concept requires";
 
-/// Functions of C and of LF in C, and fields of what bodies have.
+/// Functions of C and of LF in C, and fields of a body's arguments.
 const OF_C: &str = "\
     printf malloc free exit abort memcpy memset strlen clock sleep usleep read write open close index signal \
     select socket send recv bind listen accept connect y0 j1 jn gamma pow sin exp log floor round environ optarg \
@@ -50,7 +50,7 @@ fn folder() -> TempDir {
     tempfile::tempdir().expect("a temporary folder")
 }
 
-/// Has rustc and the compilers of C look at the program.
+/// Lets rustc and the compilers of C check the program.
 fn compiles(file: &Path) {
     let mut command = Lfz::command(["check", "--bodies"]);
     command.arg(file).arg("--out").arg(file.with_extension("out"));
@@ -94,7 +94,7 @@ fn parts_called_like_what_rust_or_generated_code_knows_compile() {
     compiles(&written(&folder, "Names.lf", &format!("{text}main reactor {{\n{main}}}\n")));
 }
 
-/// All that stands in the way is declared by the program: scaffolding names nothing that these could hide.
+/// The program itself declares all types with these names: generated code mentions nothing that they could hide.
 #[test]
 fn types_called_like_what_rust_or_bodies_know_compile() {
     let types = "Box Default Drop Eq Extend Fn From Hash Into Iterator Option Ord PartialEq Result Send String Sync

@@ -25,7 +25,7 @@ fn every_edge_of_one_federate_has_its_partner_at_the_other() {
     let told: serde_json::Value = serde_json::from_str(&told).expect("it is JSON");
     let compared = &told["compared"][0];
     assert!(told["edges"].as_u64() >= Some(4), "{told}");
-    // The last edge of one may be cut off by the end of the run.
+    // The end of the run may cut off the last edge of one.
     assert!(compared["missing"].as_u64() <= Some(1) && compared["extra"].as_u64() <= Some(1), "{told}");
     assert!(compared["drift"]["slope_us_per_s"].is_f64(), "{told}");
     let drawn = std::fs::read_to_string(&svg).expect("it was drawn");

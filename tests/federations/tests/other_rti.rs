@@ -1,21 +1,21 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Our federates with the RTI that `LF_TEST_RTI` names, such as LF's own: more messages than federates send before they
-//! have to know that the RTI has taken them, for each coordination.
+//! need the RTI's confirmation, for each coordination.
 
 use std::path::PathBuf;
 use std::process::Command;
 
 use lf_federations::{Lfz, Run, programs};
 
-/// What each source sends.
+/// The number of messages of each source.
 const MESSAGES: u32 = 101;
 
-/// Runs a program with the other RTI. That may listen on all addresses, so it gets a network of its own.
+/// Runs a program with the other RTI. It may listen on all addresses, so it gets a network of its own.
 fn run(name: &str) {
     let rti = std::env::var("LF_TEST_RTI").expect("the test is skipped otherwise");
     let file = programs().join("other_rti").join(format!("{name}.lf"));
     let out: PathBuf = Lfz::path().with_file_name("federations").join(format!("other_rti-{name}"));
-    // What is downloaded has to be there before the network is away.
+    // Downloads have to finish before the network is gone.
     let build = Lfz::command(["build"]).arg(&file).arg("--out").arg(&out).status().expect("lfz can be started");
     assert!(build.success(), "{name} is built");
     let mut command = Command::new("unshare");
@@ -24,7 +24,7 @@ fn run(name: &str) {
     command.args(["--timeout", "60s", "--rti", &rti]).env("CARGO_NET_OFFLINE", "true");
     let finished = Run::start(command).succeed();
     let received = finished.of("sink").find_map(|line| line.strip_prefix("received ")?.parse::<u32>().ok());
-    // The last value on a physical connection may come after the end.
+    // The last value on a physical connection may arrive after the end.
     let expected = if name == "Physical" { MESSAGES - 10..=MESSAGES } else { MESSAGES..=MESSAGES };
     assert!(received.is_some_and(|count| expected.contains(&count)), "{finished}");
 }

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Files and folders as users have them: a command works with them, or says which one it cannot use and what to do.
+//! Files and folders as users have them: a command works with them, or says which one it cannot use and how to fix
+//! that.
 
 use std::ffi::OsStr;
 use std::fs;
@@ -13,13 +14,13 @@ use rustix::fs::{CWD, FileType, Mode, mknodat};
 
 const TEXT: &str = "target Rust\nmain reactor { reaction(startup) {= println!(\"it runs\"); =} }\n";
 
-/// What can be in the place of a file.
+/// Entries that can stand in the place of a file.
 const NO_FILES: [&str; 5] = ["nothing", "folder", "pipe", "/dev/zero", "nowhere"];
 
-/// What can be in the place of a folder that is to be written.
+/// Entries that can stand in the place of a folder to write.
 const NO_FOLDERS: [&str; 4] = ["file", "pipe", "file/below", "/dev/zero"];
 
-/// The folder `folder`, the file `file`, the pipe `pipe`, and the link `nowhere` to nothing.
+/// Creates the folder `folder`, the file `file`, the pipe `pipe`, and the dangling link `nowhere`.
 fn things() -> tempfile::TempDir {
     let things = tempfile::tempdir().expect("a temporary folder");
     let path = |name| things.path().join(name);
@@ -31,13 +32,13 @@ fn things() -> tempfile::TempDir {
     things
 }
 
-/// The commands that take a program.
+/// Returns the commands that read a program.
 fn commands() -> [Command; 5] {
     let all: [&[&str]; 5] = [&["check"], &["check", "--bodies"], &["plan"], &["build"], &["run"]];
     all.map(|words| Lfz::command(words.iter().copied()))
 }
 
-/// A command has to say that it cannot use this, and one of these things to do.
+/// Asserts that a command reports that it cannot use this, with one of these pieces of advice.
 fn refuses(command: Command, shown: &str, advice: &[&str]) {
     let words = format!("{command:?}");
     let finished = Run::start(command).finish();
@@ -103,7 +104,7 @@ fn a_name_that_is_no_text_is_told_with_the_part_to_rename() {
     }
 }
 
-/// A command that is run in a folder that is removed before.
+/// Returns a command that runs in a removed folder.
 fn in_a_removed_folder(command: &Command) -> Command {
     let mut shell = Command::new("sh");
     shell.args(["-c", "d=$(mktemp -d) && cd \"$d\" && rmdir \"$d\" && exec \"$@\"", "sh"]);
@@ -127,7 +128,8 @@ fn a_removed_current_folder_is_told_where_something_begins_in_it() {
     }
 }
 
-/// The program, its application, the generated crates, cargo's results, temporary files and the way to all of them.
+/// The program, its application, the generated crates, cargo's results, temporary files and the paths to all of them
+/// may lie anywhere.
 #[test]
 fn a_program_runs_wherever_its_files_lie() {
     let folder = tempfile::tempdir().expect("a temporary folder");

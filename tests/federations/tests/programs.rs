@@ -22,7 +22,7 @@ fn hello_world_is_one_process_with_its_own_output() {
     assert_eq!(greetings, expected, "{finished}");
 }
 
-/// Both spellings of the log macros work, and `logging` says from which level on they are shown.
+/// Both spellings of the log macros work, and `logging` sets the level from which on they are shown.
 #[test]
 fn bodies_print_and_log() {
     let finished = Lfz::run("talking", &programs().join("Talking.lf"), &[]).succeed();
@@ -33,7 +33,7 @@ fn bodies_print_and_log() {
     assert!(!finished.lines.iter().any(|line| line.contains("by log::trace")), "{finished}");
 }
 
-/// The target property is about what C prints, too.
+/// The target property applies to the output of C, too.
 #[test]
 fn bodies_in_c_print_what_logging_lets_through() {
     let finished = Lfz::run("talking_in_c", &programs().join("TalkingInC.lf"), &[]).succeed();
@@ -72,7 +72,7 @@ fn the_smart_grid_isolates_the_fault() {
     }
 }
 
-/// Nine programs, eight of which are the members of a bank. The fault of three sensors is outvoted at each tag.
+/// Nine programs run, eight of which are the members of a bank. The voter masks the fault of three sensors at each tag.
 #[test]
 fn eight_sensors_of_a_bank_are_heard_at_once() {
     let finished = Lfz::run("voter", Path::new("applications/voter/src/Voter.lf"), &[]).succeed();
@@ -83,8 +83,8 @@ fn eight_sensors_of_a_bank_are_heard_at_once() {
     assert_eq!(votes, expected, "{finished}");
 }
 
-/// Nobody grants anything here, so on a busy computer a message may be tardy. Then units are safe rather than clever,
-/// and B and C open all the same.
+/// No RTI grants tags in this program, so on a busy computer a message may be tardy. Then the units choose the safe
+/// state, and B and C open all the same.
 #[test]
 fn the_smart_grid_without_grants_isolates_the_fault() {
     let programs = ["After", "ShortAfter", "AfterAndWaits", "Waits"];
@@ -112,7 +112,7 @@ fn messages_that_go_from_federate_to_federate_all_come_in_order() {
     assert!(finished.of("delays").any(|line| line.starts_with("1000 messages, delay in us: median ")), "{finished}");
 }
 
-/// What a run has shown is what the offsets are worked out from.
+/// The bounds of a run are the input of the computed offsets.
 #[test]
 fn a_run_can_be_measured() {
     let file = Path::new("applications/smart_grid/src/SmartGridAfter.lf");
@@ -131,7 +131,7 @@ fn a_run_can_be_measured() {
     refused.line(&["does not ask for decentralized coordination"]);
 }
 
-/// They share what cargo keeps, and nothing in the first has changed when it is run again.
+/// They share cargo's files, and a second run of the first one changes nothing in it.
 #[test]
 fn programs_of_the_same_name_in_different_folders_stay_apart() {
     let folder = tempfile::tempdir().expect("there is room for a folder");
@@ -172,7 +172,7 @@ fn two_runs_of_a_program_at_once_do_not_mix() {
     wait_for_ends(&participants);
 }
 
-/// Arrays, texts, structs and arrays in ports come as they were sent.
+/// Arrays, texts, structs and arrays in ports arrive as they were sent.
 #[test]
 fn bodies_in_c_send_all_kinds_of_values() {
     let finished = Lfz::run("payloads_in_c", &programs().join("PayloadsInC.lf"), &[]).succeed();
@@ -207,7 +207,8 @@ fn federates_in_two_languages_understand_each_other() {
     assert_eq!(said("sink"), expected, "{finished}");
 }
 
-/// Each federate has the C of its own file, whose functions are called like the other's, and calls back.
+/// Each federate has the C code of its own file, whose functions have the same names as the other's, and which calls
+/// back.
 #[test]
 fn federates_have_c_beside_their_bodies() {
     let finished = Lfz::run("c_beside", &programs().join("c_beside/CBeside.lf"), &[]).succeed();
@@ -235,8 +236,8 @@ fn bodies_can_be_cpp() {
     assert_eq!(said, ["sum 9.5", "sum 2.5", "sum 3.5"], "{finished}");
 }
 
-/// They are the main reactor's, and so are those that it gives on to contained reactors; what follows from others is
-/// fixed.
+/// Parameters of the main reactor can be set, and those that it passes on to contained reactors; values derived from
+/// others are fixed.
 #[test]
 fn command_lines_set_parameters_of_bodies_in_c() {
     let run = |arguments: &[&str]| {

@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 //! `lfz rti` over TCP answers as the stock RTI did in the recordings.
 //!
-//! The RTI reads several connections, so the order in which it sees what is sent on different ones has to be forced:
-//! after what a joined federate sends, the tester asks for an address on the same connection and waits for the answer.
+//! The RTI reads several connections, so the test has to force the order in which it reads messages on different ones:
+//! after each message of a joined federate, the tester asks for an address on the same connection and waits for the
+//! answer.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::io::{self, Read, Write};
@@ -13,9 +14,9 @@ use lf_federations::{Lfz, TIME_OUT};
 use lf_testkit::golden::replay::{Received, Rti, replay};
 use lf_wire::{Decoded, Limits, Message, decode};
 
-/// Nothing in the recordings is longer.
+/// No message in the recordings is longer.
 const LIMITS: Limits = Limits { payload_bytes_max: 1 << 20, federation_id_bytes_max: 255, neighbors_max: 100 };
-/// Type bytes of what a federate sends.
+/// Type bytes of messages of a federate.
 const UDP_PORT: u8 = 254;
 const TIMESTAMP: u8 = 2;
 const RESIGN: u8 = 4;
@@ -24,21 +25,21 @@ const FAILED: u8 = 25;
 struct Tcp {
     port: u16,
     connections: BTreeMap<u16, Connection>,
-    /// Federates that may ask for addresses.
+    /// Federates that may query addresses.
     joined: BTreeSet<u16>,
-    /// The UDP ports of federates, each with where its last datagram came from.
+    /// The UDP ports of federates, each with the sender of its last datagram.
     datagrams: BTreeMap<u16, (UdpSocket, Option<SocketAddr>)>,
 }
 
 struct Connection {
     stream: TcpStream,
-    /// What has come and has not been asked for.
+    /// The received bytes that are not read yet.
     bytes: Vec<u8>,
     ended: bool,
 }
 
 impl Connection {
-    /// Reads what there is; waits for at least one byte or the end.
+    /// Reads the available bytes; waits for at least one byte or the end.
     fn read(&mut self) -> io::Result<()> {
         let mut buffer = [0; 8 * 1024];
         match self.stream.read(&mut buffer) {
@@ -50,7 +51,7 @@ impl Connection {
         Ok(())
     }
 
-    /// Takes the answer to an address query out of what comes; it is the last that comes before a further action.
+    /// Takes the answer to an address query out of the received bytes; it is the last message before a further action.
     fn take_address(&mut self) -> io::Result<()> {
         let mut start = 0;
         while !self.ended {
@@ -83,7 +84,7 @@ impl Rti for Tcp {
         let open = self.connections.get_mut(&connection).ok_or(io::ErrorKind::NotConnected)?;
         open.stream.write_all(bytes)?;
         match bytes.first() {
-            // Clock synchronization follows the port, and then nothing but the time may come.
+            // Clock synchronization follows the port, and then only times may come.
             Some(&UDP_PORT) if self.datagrams.is_empty() => {
                 self.joined.insert(connection);
             }
@@ -106,7 +107,7 @@ impl Rti for Tcp {
     fn close(&mut self, connection: u16) -> io::Result<()> {
         self.joined.remove(&connection);
         if let Some(open) = self.connections.remove(&connection) {
-            // It may be closed from the other side already.
+            // The other side may have closed it already.
             let _ = open.stream.shutdown(Shutdown::Both);
         }
         Ok(())
@@ -187,7 +188,7 @@ lf_testkit::recordings! {
     random_dag_40: "33-random-dag-40",
 }
 
-/// What the trace has of one recording: everything but the times, in the order of each direction of a connection.
+/// The trace of one recording has everything but the times, in the order of each direction of a connection.
 #[test]
 fn a_trace_has_every_message_with_its_tag() {
     let folder = tempfile::tempdir().expect("there is a folder for such");
@@ -200,7 +201,7 @@ fn a_trace_has_every_message_with_its_tag() {
         .map(|(time, rest)| (time.parse().expect("it is a number"), rest))
         .collect();
     assert!(rows.is_sorted_by_key(|(time, _)| *time), "{trace}");
-    // The RTI may read what the tester asks before or after it has written what comes of the message before.
+    // The RTI may read the tester's query before or after it has written the results of the previous message.
     let of = |way: &str, federate: &str| {
         let start = format!("{way},{federate},");
         let own = rows.iter().map(|(_, rest)| *rest).filter(|rest| rest.starts_with(&start));
@@ -216,7 +217,7 @@ fn a_trace_has_every_message_with_its_tag() {
     });
 }
 
-/// LF's own format has a record for each message but those that it has no number for.
+/// LF's own format has a record for each message except those without a number in it.
 #[test]
 fn the_trace_for_the_tools_of_lf_has_a_record_for_each_message() {
     let folder = tempfile::tempdir().expect("there is a folder for such");
@@ -225,7 +226,7 @@ fn the_trace_for_the_tools_of_lf_has_a_record_for_each_message() {
     let trace = std::fs::read(folder.path().join("rti.lft")).expect("the RTI has written it, too");
     let without_number = ["NEIGHBOR_STRUCTURE", "UDP_PORT"];
     let lines = text.lines().skip(1).filter(|line| !without_number.iter().any(|name| line.contains(name)));
-    // Each with its physical time and its federate.
+    // Each has its physical time and its federate.
     let number = |column: Option<&str>| column.and_then(|text| text.parse::<i64>().ok()).expect("it is a number");
     let lines = lines.map(|line| line.split(',')).map(|mut columns| (number(columns.next()), number(columns.nth(1))));
     let long = |bytes: &[u8]| i64::from_le_bytes(bytes.try_into().expect("they are 8"));
@@ -245,7 +246,7 @@ fn a_trace_has_the_rounds_over_udp() {
     let messages = trace.lines().map(|line| line.split(',').skip(1).take(3).collect::<Vec<_>>().join(" "));
     let rounds = messages.filter(|line| [" T1", " T3", " T4", "_PROBE"].iter().any(|name| line.ends_with(name)));
     let round = ["sent 0 T1", "received 0 T3", "sent 0 T4", "sent 0 CODED_PROBE"];
-    // In the second round there is an answer that the RTI discards.
+    // In the second round the RTI discards an answer.
     let second = [&round[..2], &round[1..]].concat();
     let over_tcp = [&round[..3], &round[..3]].concat();
     let expected = [&over_tcp[..], &round, &second, &round, &round].concat();

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-//! What ends the stock RTI, or hurts whole federations with it, and what `lfz rti` does: it says what was wrong, and
-//! the others go on.
+//! Messages that end the stock RTI, or harm whole federations with it: `lfz rti` reports the error, and the others
+//! continue.
 
 use std::io::{Read, Write};
 use std::net::{Shutdown, TcpStream};
@@ -15,7 +15,7 @@ use lf_wire::{
 const FEDERATION: &str = "survivors";
 /// The federates' clocks show 0, so all start a second later.
 const START: i64 = 1_000_000_000;
-/// One burst: more than any queue of an RTI holds.
+/// The messages of one burst: more than any queue of an RTI holds.
 const BURST: i64 = 20_000;
 
 fn rti(options: &[&str]) -> (Run, u16) {
@@ -26,10 +26,10 @@ fn at(ns: i64) -> Tag {
     Tag::new(START + ns, 0)
 }
 
-/// A tester in the place of a federate.
+/// A tester that plays a federate.
 struct Federate {
     stream: TcpStream,
-    /// What has come and has not been looked at.
+    /// The received bytes that are not read yet.
     bytes: Vec<u8>,
 }
 
@@ -61,7 +61,7 @@ impl Federate {
         self.stream.write_all(bytes).expect("the RTI reads");
     }
 
-    /// The next message, as its bytes; nothing at the end of the connection.
+    /// Returns the bytes of the next message; `None` at the end of the connection.
     fn next(&mut self) -> Option<Vec<u8>> {
         loop {
             if let Ok(Decoded::Complete { len, .. }) = decode(&self.bytes, &Limits::NONE) {
@@ -75,7 +75,7 @@ impl Federate {
         }
     }
 
-    /// The next message is this one; DNETs are advice, and skipped.
+    /// Asserts that the next message is this one; skips DNETs, which are advice.
     fn hears(&mut self, expected: &Message<'_>) {
         let dnet = MessageType::DownstreamNextEventTag.byte();
         let mut found = self.next();
@@ -85,7 +85,7 @@ impl Federate {
         assert_eq!(found, Some(encoded(expected)), "{expected:?} is due");
     }
 
-    /// The connection has ended, after FAILED if it comes.
+    /// Asserts that the connection has ended, perhaps after FAILED.
     fn is_expelled(&mut self) {
         self.hears(&Message::Failed);
         assert_eq!(self.next(), None);
@@ -97,7 +97,7 @@ impl Federate {
     }
 }
 
-/// Two federates that have started, the second one downstream of the first.
+/// Starts two federates, the second one downstream of the first.
 fn started(port: u16) -> [Federate; 2] {
     let mut federates = [0, 1].map(|id| Federate::join(port, id));
     for federate in &mut federates {
@@ -109,7 +109,7 @@ fn started(port: u16) -> [Federate; 2] {
     federates
 }
 
-/// Federate 0 sends this after the start: it is expelled, and federate 1 goes on at once.
+/// Lets federate 0 send this after the start: the RTI drops it, and federate 1 continues at once.
 fn expelled_for(bytes: &[u8]) -> Finished {
     let (rti, port) = rti(&[]);
     let [mut wrong, mut right] = started(port);
@@ -140,7 +140,8 @@ fn an_address_query_for_an_unknown_federate() {
         .line(&["federate 0", "it named federate 2"]);
 }
 
-/// Memory decides what is too long, so these go through an RTI that was told nothing of them, as does what follows.
+/// The available memory decides the maximum length, so the RTI, which has no configuration for them, forwards these
+/// messages, and later ones.
 #[test]
 fn messages_of_many_megabytes() {
     let (rti, port) = rti(&[]);
@@ -161,7 +162,7 @@ fn messages_of_many_megabytes() {
         });
         for message in &messages {
             let found = receiver.next().expect("the RTI forwards it");
-            assert!(found == *message, "{} bytes came in place of {}", found.len(), message.len());
+            assert!(found == *message, "{} bytes came instead of {}", found.len(), message.len());
         }
     });
     receiver.hears(&Message::TagGrant(Tag::FOREVER));
@@ -185,7 +186,7 @@ fn a_message_that_is_longer_than_the_limit() {
     finished.line(&["federate 0 is lost", "of 1001 bytes", "at most 1000", "`--max-message 1001`"]);
 }
 
-/// What is announced costs no memory, only what comes.
+/// An announced length costs no memory, only received bytes do.
 #[test]
 fn a_message_that_claims_to_be_huge() {
     let (mut rti, port) = rti(&["--max-message", &u32::MAX.to_string()]);
@@ -197,7 +198,7 @@ fn a_message_that_claims_to_be_huge() {
     drop(wrong);
     rti.wait_for("federate 0 is lost: its connection ended without a word");
     let peak = rti.memory_bytes_max();
-    // The allocator sets a gigabyte of addresses aside.
+    // The allocator reserves a gigabyte of addresses.
     assert!(peak < 1 << 31, "the RTI has had {peak} bytes");
     right.hears(&Message::TagGrant(Tag::FOREVER));
     right.resign();
@@ -242,7 +243,7 @@ fn a_connection_that_ends_during_the_handshake() {
     gone.hears(&Message::Ack);
     drop(gone);
     rti.wait_for("ended before its handshake was complete");
-    // Its place is free, and nothing else has happened.
+    // Its slot is free, and nothing else has happened.
     for federate in started(port) {
         federate.resign();
     }
@@ -265,7 +266,7 @@ fn leaving_while_a_stop_is_pending() {
 fn silent_connections() {
     let (rti, port) = rti(&[]);
     let silent: Vec<Federate> = (0..4).map(|_| Federate::connect(port)).collect();
-    // Nobody waits until they are given up.
+    // No federate waits until the RTI gives them up.
     for federate in started(port) {
         federate.resign();
     }
@@ -273,7 +274,8 @@ fn silent_connections() {
     rti.succeed();
 }
 
-/// More connections than an RTI has places say nothing, and others are refused and do not close: the oldest make way.
+/// More connections than the RTI has slots for stay silent, and others are refused and do not close: the oldest ones
+/// are dropped.
 #[test]
 fn more_strangers_than_there_are_places() {
     let (rti, port) = rti(&[]);
@@ -293,7 +295,7 @@ fn more_strangers_than_there_are_places() {
     finished.line(&["a connection that had not said which federate it is was closed", "all places are taken"]);
 }
 
-/// What floods the RTI does not flood its log: the first time is told, the tenth, the hundredth, and the sum.
+/// A flood of errors does not flood the RTI's log: it logs the first one, the tenth, the hundredth, and the sum.
 #[test]
 fn what_comes_in_floods_is_told_now_and_then() {
     const BYTES: usize = 1 << 20;
@@ -306,7 +308,7 @@ fn what_comes_in_floods_is_told_now_and_then() {
     }
     let [mut floods, mut right] = started(port);
     right.say(&Message::LatestTagComplete(at(10)));
-    // So the RTI has read it before what follows.
+    // So the RTI has read it before the next messages.
     right.say(&Message::AddressQuery { federate: 1, is_transient: None });
     assert_eq!(right.next().map(|bytes| bytes[0]), Some(MessageType::AddressQueryReply.byte()));
     floods.send(&vec![99; BYTES]);

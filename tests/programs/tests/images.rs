@@ -44,7 +44,7 @@ type RtiMemory = rti::Memory<Virtual, rti::Parts<2, 3, 1, 4, { RTI.buffer_bytes(
 const JOIN: fn() -> Result<Join<'static>, SettingsError> =
     || Ok(Join { federation_id: b"", rti: Endpoint::new(address_of(RTI_NUMBER), PORT), others: &[] });
 
-/// A world with one participant, whose turn it is.
+/// Returns a world with one participant, whose turn it is.
 fn one_participant() -> (Threads, Virtual) {
     let world = Threads::new(Conditions::seeded(7));
     let mut platform = world.join(Interval::ZERO, Interval::ZERO);

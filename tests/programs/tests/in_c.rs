@@ -20,7 +20,7 @@ fn at(ms: i64) -> Tag {
     Tag::at(START + Interval::from_millis(ms))
 }
 
-/// A `point_t`, as C lays it out.
+/// Returns a `point_t`, as C lays it out.
 fn point(id: u8, volts: f64) -> Vec<u8> {
     let mut bytes = vec![0; 16];
     bytes[0] = id;

@@ -14,7 +14,7 @@ extern "C" {
 struct device;
 
 /*
- * What a channel of a PWM of the kind lf,emulated-pwm was last set to, both in nanoseconds and 0 before. Returns 0, or
+ * Reads the last setting of a channel of a PWM of the kind lf,emulated-pwm, in nanoseconds, initially 0. Returns 0, or
  * -EINVAL when it has no such channel.
  */
 int lf_emulated_pwm_get(const struct device *pwm, uint32_t channel, uint32_t *period, uint32_t *pulse);
@@ -28,7 +28,7 @@ int lf_emulated_registers_set(const struct device *device, uint8_t first, const 
 int lf_emulated_registers_get(const struct device *device, uint8_t first, uint8_t *bytes, size_t length);
 
 /*
- * What a channel of enum sensor_channel of a sensor of the kind lf,emulated-sensor measures from now on, in millionths
+ * Sets the value of a channel of enum sensor_channel of a sensor of the kind lf,emulated-sensor, in millionths
  * of its unit; a sample is ready. Callable from interrupts. Returns 0, or -EINVAL when there is no such channel.
  */
 int lf_emulated_sensor_set(const struct device *device, int channel, int64_t micro);

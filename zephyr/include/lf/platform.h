@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /*
- * What the Rust crate lf-zephyr calls on the C side: only what Rust cannot do itself, because it is a macro of
- * Zephyr (logging, static stacks), or depends on the C library that the image is linked with (errno).
+ * The C functions that the Rust crate lf-zephyr calls: only those that Rust cannot replace because they need a macro of
+ * Zephyr (logging, static stacks), or depend on the C library of the image (errno).
  */
 #ifndef LF_PLATFORM_H_
 #define LF_PLATFORM_H_
@@ -13,7 +13,7 @@
 #include <zephyr/kernel.h>
 #include <zephyr/net/socket.h>
 
-/* What the calls of the sockets report, whatever numbers errno has in the C library. */
+/* The results of the sockets' calls, independent of the C library's numbers for errno. */
 enum lf_network_error {
 	LF_NETWORK_WOULD_BLOCK,
 	LF_NETWORK_IN_PROGRESS,
@@ -45,7 +45,7 @@ int lf_poll(struct zsock_pollfd *sockets, int count, int64_t timeout_ticks);
  */
 int lf_random(uint8_t *buffer, size_t size);
 
-/* How many bytes may be given to zsock_send() now, so that TCP keeps the buffers that it needs to send them. */
+/* Returns the number of bytes that zsock_send() may take now, so that TCP keeps the buffers to send them. */
 size_t lf_send_room(void);
 
 /* Writes a zero-terminated message to Zephyr's log; the levels are Zephyr's LOG_LEVEL_*. */
@@ -54,7 +54,7 @@ void lf_log(uint32_t level, const char *message);
 /* Writes out what the log still holds and makes it write at once from now on. */
 void lf_log_flush(void);
 
-/* How many times k_cycle_get_32() and k_cycle_get_64() count per second; a macro or a variable in Zephyr. */
+/* Returns the counts of k_cycle_get_32() and k_cycle_get_64() per second; a macro or a variable in Zephyr. */
 uint32_t lf_cycles_per_second(void);
 
 /* irq_lock() and irq_unlock(), which are macros. */
@@ -86,7 +86,7 @@ struct device;
 int lf_device_ready(const struct device *device);
 
 /*
- * What happens at an event of a device that is watched, from the interrupt as a rule: the number of its place, which is
+ * Handles an event of a watched device, usually in the interrupt: takes the number of the device's place, which is
  * one of CONFIG_LF_INTERRUPTS and was free, and the value of the event.
  */
 typedef void lf_device_handler(size_t place, uint8_t value);

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* What all devices have. */
+/* The common part of all devices. */
 
 #include <errno.h>
 

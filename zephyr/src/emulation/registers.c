@@ -37,7 +37,7 @@ static uint8_t read_next(const struct registers *registers, struct cursor *curso
 {
 	size_t at = cursor->at++;
 
-	/* What is not there reads as a bus that no device drives. */
+	/* A missing register reads as a bus that no device drives. */
 	return at < registers->size ? registers->bytes[at] : UINT8_MAX;
 }
 

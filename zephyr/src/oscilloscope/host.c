@@ -14,7 +14,7 @@
 #include <nsi_tasks.h>
 #include <nsi_tracing.h>
 
-/* How many changes a recording can have: 160 MB. */
+/* The maximum number of changes in a recording: 160 MB. */
 #define CHANGES_MAX 10000000U
 
 struct change {
@@ -151,7 +151,7 @@ static void write_change(FILE *file, unsigned int pin, bool active)
 	(void)fputc('\n', file);
 }
 
-/* What was before the start is as at the start. */
+/* Changes before the start count as at the start. */
 static void write_changes(FILE *file)
 {
 	int64_t written = 0;

@@ -13,7 +13,7 @@
 /* The program starts in this many nanoseconds. */
 void lf_oscilloscope_set_start(int64_t in_ns);
 
-/* How many nanoseconds have passed since then, by the computer's clock; negative before the start. */
+/* Returns the nanoseconds since then, by the computer's clock; negative before the start. */
 int64_t lf_oscilloscope_elapsed(void);
 
 /* Writes what pins do into this file when the process ends. */
@@ -25,7 +25,7 @@ unsigned int lf_oscilloscope_add_pin(const char *name);
 /* A pin is active now, or is not. */
 void lf_oscilloscope_note(unsigned int pin, bool active);
 
-/* What happens to an input. */
+/* A change of an input. */
 struct lf_oscilloscope_move {
 	/* Nanoseconds since the start. */
 	int64_t at;

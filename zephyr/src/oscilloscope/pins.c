@@ -188,7 +188,7 @@ static int begin(void)
 
 		gpio_init_callback(&port->wiring, changed, config->port_pin_mask);
 		(void)gpio_add_callback(port->device, &port->wiring);
-		/* What drivers have set up before. */
+		/* The settings that drivers have made before. */
 		changed(port->device, &port->wiring, config->port_pin_mask);
 	}
 	return 0;

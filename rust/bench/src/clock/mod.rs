@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-//! How far clocks are apart, in virtual time: our clock synchronization and the stock runtime's algorithm, under the
-//! same delays.
+//! The error of clocks in virtual time: our clock synchronization and the stock runtime's algorithm, under the same
+//! delays.
 //!
-//! One federate, whose clock is a second off and drifts, and an RTI. What is compared are the algorithms, not their
-//! programs: a round begins with each period if the one before is over, and takes no time but that of the network.
+//! One federate, whose clock is a second off and drifts, exchanges messages with an RTI. The comparison is between
+//! algorithms, not programs: a round begins with each period if the previous one is over, and takes only the time of
+//! the network.
 
 mod network;
 mod ours;
@@ -17,74 +18,73 @@ pub use stock::Stock;
 
 use crate::Samples;
 
-/// How far the federate's clock is ahead at the beginning.
+/// The lead of the federate's clock at the beginning.
 const OFFSET_NS: i64 = -1_000_000_000;
-/// How much the federate's clock gains: 26 µs in a second.
+/// The drift of the federate's clock: it gains 26 µs in a second.
 pub const DRIFT_PPB: i64 = 26_000;
-/// How many exchanges there are before the start, and how many rounds the stock algorithm takes a mean of.
+/// The number of exchanges before the start, and of rounds that the stock algorithm averages.
 pub const TRIALS: usize = 10;
 /// The period of the rounds, LF's default.
 pub const PERIOD_NS: i64 = 5_000_000;
 /// LF's default.
 pub const ATTENUATION: u16 = 10;
-/// How long the federation runs.
+/// The duration of the federation.
 const RUN_NS: i64 = 60_000_000_000;
-/// What comes before this does not count.
+/// The time before the first error that counts.
 const SETTLED_NS: i64 = 5_000_000_000;
-/// How often the error is looked at.
+/// The period at which the error is sampled.
 const LOOK_NS: i64 = 10_000_000;
-/// The federate's side of clock synchronization, to be measured. All times are those of the federate's own clock,
-/// except T1, T4 and T5.
+/// The federate's side of clock synchronization. All times are those of the federate's own clock, except T1, T4 and T5.
 pub trait Algorithm {
-    /// Whether the RTI of this algorithm begins a round now, by its clock.
+    /// Returns whether the RTI of this algorithm begins a round now, by its clock.
     fn begins(&mut self, now: i64) -> bool;
 
-    /// T3 has come at the RTI, at this time of its clock.
+    /// Notes that the RTI received T3 at this time of its clock.
     fn answered(&mut self, now: i64);
 
-    /// The exchanges before the start, each with T1 to T4 and the time at which T4 came.
+    /// Evaluates the exchanges before the start, each with T1 to T4 and the time at which T4 arrived.
     fn initial(&mut self, exchanges: &[[i64; 5]]);
 
-    /// A round over UDP: T1 to T5, and the times at which T4 and the coded probe came. What was lost is `None`.
+    /// Evaluates a round over UDP.
     fn round(&mut self, times: &RoundTimes);
 
-    /// Physical time.
+    /// Returns the physical time at a time of the federate's own clock.
     fn physical(&self, own: i64) -> i64;
 }
 
-/// What a round over UDP has shown.
+/// The times of a round over UDP; `None` for a message that was lost.
 #[derive(Clone, Copy, Debug)]
 pub struct RoundTimes {
-    /// When the RTI sent T1, by its clock.
+    /// The time at which the RTI sent T1, by its clock.
     pub t1: i64,
-    /// When T1 came.
+    /// The arrival of T1.
     pub t2: i64,
-    /// When T3 was sent.
+    /// The time at which the federate sent T3.
     pub t3: i64,
-    /// When T3 came at the RTI, by its clock.
+    /// The arrival of T3 at the RTI, by its clock.
     pub t4: i64,
-    /// When T4 came, if it did.
+    /// The arrival of T4.
     pub r4: Option<i64>,
-    /// When the RTI sent the coded probe, by its clock.
+    /// The time at which the RTI sent the coded probe, by its clock.
     pub t5: i64,
-    /// When the coded probe came, if it did.
+    /// The arrival of the coded probe.
     pub r5: Option<i64>,
 }
 
-/// What the federate's clock shows at a time of the RTI's.
+/// Returns the reading of the federate's clock at a time of the RTI's.
 fn own(rti: i64) -> i64 {
     let drift = i128::from(rti) * i128::from(DRIFT_PPB) / 1_000_000_000;
     rti + OFFSET_NS + i64::try_from(drift).unwrap_or(0)
 }
 
-/// Runs a federation for a minute, and gives how far the federate's physical time was off after the first seconds.
-/// With `on`, rounds follow the initial exchanges.
+/// Runs a federation for a minute, and returns the errors of the federate's physical time after the first seconds. With
+/// `on`, rounds follow the initial exchanges.
 pub fn run(algorithm: &mut impl Algorithm, network: &Network, seed: u64, on: bool) -> Samples {
     let settled = offsets(algorithm, network, seed, on).into_iter().filter(|(at, _)| *at >= SETTLED_NS);
     settled.map(|(_, offset)| Duration::from_nanos(offset.unsigned_abs())).collect()
 }
 
-/// The same, with all that was seen: how long after the start, and how far ahead the federate's physical time was, in
+/// Does the same, and returns all samples: the time since the start, and the lead of the federate's physical time, in
 /// nanoseconds.
 pub fn offsets(algorithm: &mut impl Algorithm, network: &Network, seed: u64, on: bool) -> Vec<(i64, i64)> {
     let mut delays = network.delays(seed);
@@ -101,7 +101,7 @@ pub fn offsets(algorithm: &mut impl Algorithm, network: &Network, seed: u64, on:
     let mut offsets = Vec::new();
     let mut look = start;
     let mut next_round = start + PERIOD_NS;
-    // What is on its way: when it comes, and what it says.
+    // Messages in transit: the time of arrival, and the content.
     let mut pending: Vec<(i64, RoundTimes)> = Vec::new();
     while look < start + RUN_NS {
         while next_round <= look {

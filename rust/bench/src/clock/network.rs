@@ -4,24 +4,24 @@
 /// A kind of network.
 #[derive(Clone, Copy, Debug)]
 pub struct Network {
-    /// What it is called.
+    /// The name in the rows.
     pub name: &'static str,
-    /// The least that a message takes, in nanoseconds.
+    /// The minimum latency of a message, in nanoseconds.
     pub base_ns: i64,
-    /// What most messages take in addition, at most.
+    /// The maximum additional latency of most messages.
     pub usual_ns: i64,
-    /// What some messages take in addition, at most.
+    /// The maximum additional latency of disturbed messages.
     pub jitter_ns: i64,
-    /// How many messages of a hundred are disturbed by the jitter.
+    /// The percentage of messages that the jitter disturbs.
     pub disturbed_percent: u64,
-    /// How many messages of a hundred are lost, once the federation runs.
+    /// The percentage of messages that are lost, once the federation runs.
     pub lost_percent: u64,
-    /// What the RTI takes between T4 and the coded probe.
+    /// The time from T4 to the coded probe at the RTI.
     pub between_ns: i64,
 }
 
 impl Network {
-    /// A switch with nothing else on it.
+    /// A switch without other traffic.
     pub const QUIET: Self = Self {
         name: "quiet",
         base_ns: 60_000,
@@ -31,33 +31,33 @@ impl Network {
         lost_percent: 0,
         between_ns: 8_000,
     };
-    /// Each message is delayed by up to 4 ms.
+    /// A network that delays each message by up to 4 ms.
     pub const JITTER: Self =
         Self { name: "jitter of 4 ms", jitter_ns: 4_000_000, disturbed_percent: 100, ..Self::QUIET };
-    /// Now and then a message is delayed.
+    /// A network that delays a message now and then.
     pub const BURSTS: Self =
         Self { name: "1 in 5 delayed by up to 4 ms", jitter_ns: 4_000_000, disturbed_percent: 20, ..Self::QUIET };
-    /// Messages are delayed and lost.
+    /// A network that delays and loses messages.
     pub const LOSSY: Self = Self { name: "jitter of 4 ms, 5 % lost", lost_percent: 5, ..Self::JITTER };
-    /// All of them.
+    /// All kinds of networks.
     pub const ALL: [Self; 4] = [Self::QUIET, Self::BURSTS, Self::JITTER, Self::LOSSY];
 
-    /// The delays that follow from a seed: the same for whoever asks.
+    /// Returns the delays that follow from a seed; equal seeds have equal delays.
     pub fn delays(&self, seed: u64) -> Delays {
         Delays { network: *self, state: seed.wrapping_mul(0x9e37_79b9_7f4a_7c15) | 1 }
     }
 }
 
-/// What becomes of the messages of a round: T1, T3, T4, coded probe.
+/// The fates of the messages of a round: T1, T3, T4, coded probe.
 #[derive(Clone, Copy, Debug)]
 pub struct RoundDelays {
-    /// How long each takes, in nanoseconds.
+    /// The latency of each message, in nanoseconds.
     pub times: [i64; 4],
-    /// Whether it is lost.
+    /// Whether each message is lost.
     pub lost: [bool; 4],
 }
 
-/// Delays, round by round.
+/// The delays of one round after another.
 #[derive(Clone, Debug)]
 pub struct Delays {
     network: Network,
@@ -65,7 +65,7 @@ pub struct Delays {
 }
 
 impl Delays {
-    /// A number below `limit`.
+    /// Returns a random number below `limit`.
     fn below(&mut self, limit: i64) -> i64 {
         // SplitMix64.
         self.state = self.state.wrapping_add(0x9e37_79b9_7f4a_7c15);
@@ -80,7 +80,7 @@ impl Delays {
         self.below(100).unsigned_abs() < percent
     }
 
-    /// The next round.
+    /// Returns the delays of the next round.
     pub fn next_round(&mut self) -> RoundDelays {
         let Network { base_ns, usual_ns, jitter_ns, disturbed_percent, lost_percent, .. } = self.network;
         let times = [0; 4].map(|_: i64| {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Our federate's side.
+//! The federate's side of our clock synchronization.
 
 use lf_coordination::clock_sync::{ClockCorrection, Estimator, Exchange, Poll, Round, Tracker};
 use lf_model::time::{Instant, Interval};
@@ -21,7 +21,7 @@ impl Default for Ours {
 }
 
 impl Ours {
-    /// The drift that was found, in parts per thousand million.
+    /// Returns the drift that the estimator found, in parts per billion.
     pub fn drift_ppb(&self) -> Option<i32> {
         self.tracker.line().map(|line| line.drift_ppb)
     }

@@ -1,22 +1,22 @@
 // SPDX-License-Identifier: Apache-2.0
-//! A model of what the stock federate does with the same exchanges, by its documented rules.
+//! A model of the stock federate's clock synchronization, by its documented rules.
 //!
-//! The error of an exchange, as it seems with the correction so far, is ((T4 − T1) − (T3 − T2)) / 2 − (T2 − T1). Before
-//! the start, the mean of k errors becomes the correction; afterwards a mean over k rounds of the errors divided by
-//! the attenuation is added to it, at once. A round does not count when the gap between T4 and the coded probe has
-//! changed by 100 µs on the way, and the k exchanges are discarded when the standard deviation of their round trips is
-//! 100 µs or more.
+//! The error of an exchange, with the correction so far, is ((T4 − T1) − (T3 − T2)) / 2 − (T2 − T1). Before the start,
+//! the mean of k errors becomes the correction. Afterwards the federate divides each error by the attenuation, and adds
+//! the mean over k rounds to the correction at once. A round does not count if the gap between T4 and the coded probe
+//! changed by 100 µs on the way. The federate discards the k exchanges if the standard deviation of their round trips
+//! is 100 µs or more.
 
 use super::{ATTENUATION, Algorithm, RoundTimes, TRIALS};
 
 const GUARD_BAND_NS: i64 = 100_000;
-/// The stock RTI waits so long for an answer.
+/// The time that the stock RTI waits for an answer.
 const TIME_OUT_NS: i64 = 1_000_000_000;
 
 /// The state of the stock federate's clock synchronization.
 #[derive(Clone, Debug, Default)]
 pub struct Stock {
-    /// When the RTI begins the next round at the earliest.
+    /// The earliest time at which the RTI begins the next round.
     next_round: i64,
     offset: i64,
     history: i64,

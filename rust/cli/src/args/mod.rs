@@ -24,17 +24,17 @@ pub use scope::{EdgeKind, ScopeArgs};
 #[command(name = "lfz", version, propagate_version = false, max_term_width = 100)]
 #[command(after_help = "`lfz help COMMAND` says more about a command.")]
 pub struct Cli {
-    /// What to do.
+    /// The command to run.
     #[command(subcommand)]
     pub command: Command,
 }
 
 impl Cli {
-    /// Reads a command line, the program's name first: under the name `RTI`, the program is `lfz rti`, so that launch
+    /// Parses a command line, the program's name first: under the name `RTI`, the program is `lfz rti`, so that launch
     /// scripts of `lfc` find it.
     ///
     /// # Errors
-    /// What is wrong with it, or what the user has asked for instead: help, or the version.
+    /// Returns the reason why it is invalid, or the text that the user asks for instead: help, or the version.
     pub fn read(words: impl IntoIterator<Item = OsString>) -> Result<Self, clap::Error> {
         let mut words = words.into_iter().peekable();
         if words.peek().is_some_and(|name| rti::is_rti(name)) {
@@ -61,22 +61,22 @@ struct RtiAlone {
 /// The commands.
 #[derive(Debug, Subcommand)]
 pub enum Command {
-    /// Check a program, and print what is wrong with it.
+    /// Check a program, and print its errors.
     #[command(long_about = "\
-Check a program, and print what is wrong with it.
+Check a program, and print its errors.
 
-The language of LF and the syntax of bodies are checked at once. With --bodies, rustc looks at the bodies, too, as they
-are in programs for this computer.")]
+The command always checks the LF code and the syntax of bodies. With --bodies, rustc checks the bodies, too, in the form
+that they have in programs for this computer.")]
     Check(CheckArgs),
-    /// Print what the compiler worked out: federates, connections, the order of reactions, capacities.
+    /// Print the results of the compiler's analysis: federates, connections, the order of reactions, capacities.
     #[command(long_about = "\
-Print what the compiler worked out: federates, connections, the order of reactions, capacities.
+Print the results of the compiler's analysis: federates, connections, the order of reactions, capacities.
 
 With --stp or one of the bounds, print instead how long each federate of a decentralized program has to wait for
-messages (`@maxwait`) so that none comes too late, with the connections that demand it; where the program itself waits
-for too short a time; and what is left of deadlines. Options go before what the file says for all.")]
+messages (`@maxwait`) so that none is late, with the connections that demand it; the waits of the program itself that
+are too short; and the remaining time of deadlines. Options override the values in the file.")]
     Plan(PlanArgs),
-    /// Generate the Rust crates of a program and compile them; nothing is run.
+    /// Generate the Rust crates of a program and compile them, without running them.
     Build(BuildArgs),
     /// Build all federates for this computer and run them together with their RTI.
     #[command(long_about = "\
@@ -88,53 +88,53 @@ one that fails. A program without `federated` runs as a single process.
 Exit status: 0 when all participants ended well; 1 when the program does not compile or a participant failed (a program
 without `federated` passes its own status on); 124 when --timeout ended the run; 130 after ^C.")]
     Run(RunArgs),
-    /// Remove what was generated and compiled of a program, or what was compiled of all.
+    /// Remove the generated and compiled files of a program, or the compiled files of all programs.
     #[command(long_about = "\
-Remove what was generated and compiled of a program, or with --all what was compiled of all, and say how much room that
-has made.
+Remove the generated and compiled files of a program, or with --all the compiled files of all programs, and print the
+freed space.
 
-Of a program that is what `lfz build`, `lfz run` and `lfz check --bodies` have left; images are in folders of their own
-(`build/zephyr`). With --all it is what cargo keeps of all programs and images, and the crates that they have in common;
-it is compiled again when it is needed. A build that is going on is left alone.")]
+The files of a program are those of `lfz build`, `lfz run` and `lfz check --bodies`; images have folders of their own
+(`build/zephyr`). With --all they are cargo's files of all programs and images, and of the crates that they share; the
+next build compiles these again. The command does not touch a running build.")]
     Clean(CleanArgs),
-    /// Compare edges of pins in recordings: delays, drift, what is missing.
+    /// Compare edges of pins in recordings: delays, drift, missing edges.
     #[command(long_about = "\
-Compare edges of pins in recordings: delays, drift, what is missing.
+Compare edges of pins in recordings: delays, drift, missing edges.
 
-The recordings are what `lfz run --vcd`, `west lf-fed-run --vcd` or a logic analyser has written (VCD). Each signal is
-compared with the reference: edges of one kind that are each other's nearest belong together. Printed are how much later
-those of the signal are, in microseconds; the straight line through these delays over time, whose slope is the drift of
-one clock against the other; and a histogram of the distances from that line.")]
+The recordings are VCD files of `lfz run --vcd`, `west lf-fed-run --vcd` or a logic analyser. The command compares each
+signal with the reference: edges of one kind that are each other's nearest belong together. It prints the delays of the
+signal's edges, in microseconds; the straight line through these delays over time, whose slope is the drift of one clock
+against the other; and a histogram of the distances from that line.")]
     Scope(ScopeArgs),
     /// Run the RTI alone, with the options of the stock RTI.
     #[command(disable_version_flag = true)]
     Rti(RtiArgs),
-    /// Put what the participants of a run have recorded together: a file for Perfetto, and where time went.
+    /// Merge the recordings of a run's participants: a file for Perfetto, and a table of times.
     #[command(long_about = "\
-Put what the participants of a run have recorded together: a file for Perfetto, and where time went.
+Merge the recordings of a run's participants: a file for Perfetto, and a table of times.
 
 FOLDER has the files that `lfz run --trace FOLDER` or the option --trace of programs have written, and logs (`*.log`,
-`*.txt`) of the consoles of boards whose images have CONFIG_LF_TRACE=y. The result is opened at
-https://ui.perfetto.dev, which keeps it on this computer.
+`*.txt`) of the consoles of boards whose images have CONFIG_LF_TRACE=y. Open the result at https://ui.perfetto.dev; it
+does not leave this computer.
 
-With --lft, --csv or --bounds, only those files are written, unless --output is there, too.")]
+With --lft, --csv or --bounds, the command writes only those files, unless --output is given, too.")]
     Trace(TraceArgs),
-    /// Say in sentences what the codes mean that images without texts log, such as `lf#0.2.2.b.6`.
+    /// Explain codes such as `lf#0.2.2.b.6` that images without texts log.
     #[command(long_about = "\
-Say in sentences what the codes mean that images without texts (CONFIG_LF_TEXTS=n) log, such as `lf#0.2.2.b.6`.
+Explain codes such as `lf#0.2.2.b.6` that images without texts (CONFIG_LF_TEXTS=n) log.
 
-Without a code, copy the standard input to the standard output with sentences in place of codes, line by line, as they
-come: `lfz explain < /dev/ttyACM0` shows the console of a board. With --crate, places in generated files, such as those
-of panics, become places in the LF program.")]
+Without a code, copy the standard input to the standard output and replace codes by sentences, line by line:
+`lfz explain < /dev/ttyACM0` shows the console of a board. With --crate, places in generated files, such as those of
+panics, become places in the LF program.")]
     Explain {
-        /// The folder of the crate that the image was made of: build/lfz/PROGRAM/zephyr/FEDERATE.
+        /// The folder of the image's crate: build/lfz/PROGRAM/zephyr/FEDERATE.
         #[arg(long = "crate", value_name = "DIR")]
         crate_folder: Option<PathBuf>,
         /// Codes.
         #[arg(value_name = "CODE")]
         codes: Vec<String>,
     },
-    /// Run the processes of a description; what `west lf-fed-run` ends with.
+    /// Run the processes of a description, as the last step of `west lf-fed-run`.
     #[command(
         hide = true,
         long_about = "\
@@ -155,7 +155,7 @@ Exit status: that of the first participant that failed; 124 after the time limit
         /// The description; `-` is standard input.
         file: PathBuf,
     },
-    /// Print how a script for devices moves the pins of a federate, for `-lf-devices` of images.
+    /// Print the part of a script for devices that moves the pins of a federate, for `-lf-devices` of images.
     #[command(
         hide = true,
         long_about = "\
@@ -164,30 +164,30 @@ nanoseconds since the start, the pin, 0 or 1, and the script's line. Lines that 
 that do not say whose pin they mean although an image may have it, are errors."
     )]
     Moves {
-        /// What inputs do: a file of lines such as `100 ms button0 1`.
+        /// The behavior of inputs: a file of lines such as `100 ms button0 1`.
         script: PathBuf,
         /// The federate.
         federate: String,
-        /// All federates, and what each takes of a script: `a=all,b=pins,c=nothing`. If it is left out, the federate is
-        /// alone and takes pins.
+        /// All federates, with the lines of a script that each reads: `a=all,b=pins,c=nothing`. By default the federate
+        /// is alone and reads pins.
         #[arg(long, value_name = "LIST", value_delimiter = ',', value_parser = pins::reader)]
         readers: Vec<Reader>,
     },
-    /// Print how many nanoseconds a time is, for programs that do not read LF's units themselves.
+    /// Convert a time to nanoseconds, for programs that do not parse LF's units themselves.
     #[command(hide = true)]
     Nanoseconds {
         /// `90`, `90s`, `1.5 min`
         #[arg(value_parser = time::parse)]
         time: Duration,
     },
-    /// Print what rustc says about crates for Zephyr as said about the LF program; what the west commands show.
+    /// Print rustc's errors in crates for Zephyr as errors of the LF program, for the west commands.
     #[command(hide = true)]
     ExplainErrors {
-        /// What cargo has printed with `--message-format=json`.
+        /// The output of cargo with `--message-format=json`.
         #[arg(required = true, value_name = "MESSAGES")]
         messages: Vec<PathBuf>,
     },
-    /// Run a program that is killed when its parent ends; what participants are started with.
+    /// Run a program, and kill it when its parent ends; participants are started with this command.
     #[command(hide = true)]
     Guard {
         /// The process that has to be the parent.
@@ -197,11 +197,10 @@ that do not say whose pin they mean although an image may have it, are errors."
         #[arg(required = true, trailing_var_arg = true, allow_hyphen_values = true)]
         program: Vec<OsString>,
     },
-    /// Wait for the end of the process that holds standard input, and end what its run has left; what runs are watched
-    /// over by.
+    /// Wait for the end of the process that holds standard input, and end all other processes of its run.
     #[command(hide = true)]
     EndDescendants {
-        /// What marks the processes of the run.
+        /// The mark of the run's processes.
         mark: String,
     },
 }
@@ -212,10 +211,10 @@ pub struct CheckArgs {
     /// The main LF file.
     #[arg(value_name = "FILE.lf")]
     pub file: PathBuf,
-    /// Have rustc look at bodies, preambles and values.
+    /// Let rustc check bodies, preambles and values.
     #[arg(long)]
     pub bodies: bool,
-    /// Where files are generated and compiled, with --bodies.
+    /// The folders for generated and compiled files, with --bodies.
     #[command(flatten)]
     pub places: Places,
 }
@@ -226,10 +225,10 @@ pub struct PlanArgs {
     /// The main LF file.
     #[arg(value_name = "FILE.lf")]
     pub file: PathBuf,
-    /// As JSON, for other programs.
+    /// Print JSON, for other programs.
     #[arg(long)]
     pub json: bool,
-    /// The smallest safe offsets, from this file of bounds (bounds.yaml).
+    /// Print the smallest safe offsets for the bounds in this file (bounds.yaml).
     #[arg(long, value_name = "BOUNDS")]
     pub stp: Option<PathBuf>,
     /// A bound of the time from sending a message to its arrival: `5ms`.
@@ -244,7 +243,7 @@ pub struct PlanArgs {
 }
 
 impl PlanArgs {
-    /// Returns whether the user asks for offsets, and not for the plan.
+    /// Returns whether the user asks for offsets instead of the plan.
     pub fn wants_offsets(&self) -> bool {
         self.stp.is_some() || self.latency.is_some() || self.clock_error.is_some() || self.execution.is_some()
     }
@@ -265,23 +264,23 @@ pub struct BuildArgs {
     /// The main LF file.
     #[arg(value_name = "FILE.lf")]
     pub file: PathBuf,
-    /// Only what runs there. `zephyr` without --deployment takes all federates for Zephyr.
+    /// Build only the federates for this platform. `zephyr` without --deployment selects all federates for Zephyr.
     #[arg(long, value_enum)]
     pub platform: Option<Platform>,
     /// The board of all federates, for `--platform zephyr` without --deployment; default: the one that the program's
     /// target property `platform` names, else `native_sim/native/64`.
     #[arg(long, conflicts_with = "deployment")]
     pub board: Option<String>,
-    /// Only these federates; all when it is left out.
+    /// Build only these federates; default: all.
     #[arg(short, long = "federate", value_name = "FEDERATE", num_args = 1..)]
     pub federates: Vec<String>,
-    /// Where each federate runs: its board, its addresses (deployment.yaml).
+    /// The board and the addresses of each federate (deployment.yaml).
     #[arg(long, value_name = "FILE")]
     pub deployment: Option<PathBuf>,
-    /// Print what was built and where it is as JSON, for other programs.
+    /// Print the built files and their paths as JSON, for other programs.
     #[arg(long)]
     pub json: bool,
-    /// Where files are generated and compiled.
+    /// The folders for generated and compiled files.
     #[command(flatten)]
     pub places: Places,
 }
@@ -298,27 +297,27 @@ pub struct RunArgs {
     /// Run this RTI instead of the one in `lfz`: a program with the stock RTI's options.
     #[arg(long, value_name = "PROGRAM")]
     pub rti: Option<PathBuf>,
-    /// Write bounds that the run of a decentralized program has shown into this file, for `lfz plan --stp`.
+    /// Write the measured bounds of a decentralized program into this file, for `lfz plan --stp`.
     #[arg(long, value_name = "BOUNDS")]
     pub measure: Option<PathBuf>,
-    /// Record what happens in all participants in this folder, for `lfz trace`.
+    /// Record the events of all participants in this folder, for `lfz trace`.
     #[arg(long, value_name = "FOLDER")]
     pub trace: Option<PathBuf>,
-    /// Record the values of messages that come and of physical actions, too.
+    /// Record the values of received messages and of physical actions, too.
     #[arg(long, requires = "trace")]
     pub trace_values: bool,
-    /// How large the file of each participant may be, in MiB; when it is full, the oldest records are dropped.
+    /// The size limit of each participant's file, in MiB; a full file drops its oldest records.
     #[arg(long, value_name = "MIB", requires = "trace", default_value_t = TRACE_MIB,
           value_parser = clap::value_parser!(u32).range(1..))]
     pub trace_limit: u32,
-    /// What inputs do, and which devices are real: a file of lines such as `100 ms button0 1` and
-    /// `led0 gpio /dev/gpiochip0 17`.
+    /// The behavior of inputs, and the real devices: a file of lines such as `100 ms button0 1` and `led0 gpio
+    /// /dev/gpiochip0 17`.
     #[arg(long, value_name = "SCRIPT")]
     pub devices: Option<PathBuf>,
-    /// Write down what the pins of all federates do, for `PulseView` or `GTKWave`.
+    /// Record the pins of all federates in this file, for `PulseView` or `GTKWave`.
     #[arg(long, value_name = "FILE")]
     pub vcd: Option<PathBuf>,
-    /// Where files are generated and compiled.
+    /// The folders for generated and compiled files.
     #[command(flatten)]
     pub places: Places,
     /// Arguments for every federate, after `--`.
@@ -332,10 +331,10 @@ pub struct CleanArgs {
     /// The main LF file.
     #[arg(value_name = "FILE.lf", required_unless_present = "all")]
     pub file: Option<PathBuf>,
-    /// What cargo keeps of all programs and images.
+    /// Remove cargo's files of all programs and images.
     #[arg(long, conflicts_with = "file")]
     pub all: bool,
-    /// Where files were generated and compiled.
+    /// The folders for generated and compiled files.
     #[command(flatten)]
     pub places: Places,
 }
@@ -345,34 +344,34 @@ pub struct CleanArgs {
 pub struct TraceArgs {
     /// The folder of one run.
     pub folder: PathBuf,
-    /// The file for Perfetto; FOLDER/trace.perfetto-trace if it is left out.
+    /// The file for Perfetto; default: FOLDER/trace.perfetto-trace.
     #[arg(short, long, value_name = "FILE")]
     pub output: Option<PathBuf>,
-    /// The names of the program's parts: the trace.json that `lfz build` writes beside what it generates. If it is left
-    /// out, that in FOLDER.
+    /// The names of the program's parts: the trace.json that `lfz build` writes beside the generated files; default:
+    /// that in FOLDER.
     #[arg(long, value_name = "FILE")]
     pub names: Option<PathBuf>,
-    /// Write the messages of the RTI into this file, which LF's own tools read.
+    /// Write the messages of the RTI into this file, for LF's own tools.
     #[arg(long, value_name = "FILE")]
     pub lft: Option<PathBuf>,
     /// Write the messages of the RTI into this file, as text: comma-separated values.
     #[arg(long, value_name = "FILE")]
     pub csv: Option<PathBuf>,
-    /// Write bounds that the run of a decentralized program has shown into this file, for `lfz plan --stp`.
+    /// Write the measured bounds of a decentralized program into this file, for `lfz plan --stp`.
     #[arg(long, value_name = "FILE")]
     pub bounds: Option<PathBuf>,
 }
 
-/// Where files are generated and compiled, and how.
+/// The folders for generated and compiled files, and the mode of compilation.
 #[derive(Debug, Default, Args)]
 pub struct Places {
     /// Compile with optimizations.
     #[arg(long)]
     pub release: bool,
-    /// Where to generate the crates, instead of `build/lfz/PROGRAM/PLATFORM` beside the program's `src` folder.
+    /// The folder for generated crates, instead of `build/lfz/PROGRAM/PLATFORM` beside the program's `src` folder.
     #[arg(long, value_name = "DIR")]
     pub out: Option<PathBuf>,
-    /// Where cargo keeps what it compiles, shared by all programs.
+    /// The folder for cargo's compiled files, shared by all programs.
     #[arg(long, value_name = "DIR", env = "LFZ_TARGET_DIR")]
     pub target_dir: Option<PathBuf>,
     /// The lf-zephyr-rs repository with the runtime crates.

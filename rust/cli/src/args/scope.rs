@@ -11,37 +11,37 @@ use crate::time;
 /// `lfz scope`
 #[derive(Debug, Args)]
 pub struct ScopeArgs {
-    /// Recordings: what `lfz run --vcd` has written, or a logic analyser.
+    /// Recordings of `lfz run --vcd`, or of a logic analyser.
     #[arg(required = true, value_name = "FILE.vcd")]
     pub files: Vec<PathBuf>,
-    /// The signal that the others are compared with: `a.led0`. Without it, the signals are listed.
+    /// The signal to compare the others with: `a.led0`. Without it, the command lists the signals.
     #[arg(short, long, value_name = "SIGNAL")]
     pub reference: Option<String>,
-    /// The signals that are compared with it; default: all others.
+    /// The signals to compare with it; default: all others.
     #[arg(short, long, value_name = "SIGNAL", num_args = 1.., requires = "reference")]
     pub compare: Vec<String>,
-    /// Which edges count.
+    /// The edges that count.
     #[arg(long, value_enum, default_value_t = EdgeKind::Both)]
     pub edges: EdgeKind,
-    /// How far apart edges that belong together can be: `5ms`; default: half of the usual distance from one edge of the
-    /// reference to the next one of its kind.
+    /// The maximum distance of edges that belong together: `5ms`; default: half of the usual distance from one edge of
+    /// the reference to the next one of its kind.
     #[arg(long, value_name = "TIME", value_parser = time::parse)]
     pub window: Option<Duration>,
-    /// Into how many intervals the histogram is divided.
+    /// The number of intervals in the histogram.
     #[arg(long, value_name = "N", default_value_t = 20, value_parser = bins)]
     pub bins: usize,
     /// Draw delays with their regression lines, the histogram and the first edges into this file.
     #[arg(long, value_name = "FILE", requires = "reference")]
     pub svg: Option<PathBuf>,
-    /// As JSON, for other programs.
+    /// Print JSON, for other programs.
     #[arg(long)]
     pub json: bool,
 }
 
-/// Which edges count.
+/// The edges that count.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub enum EdgeKind {
-    /// All of them; each is compared with one of its own kind.
+    /// All edges; each is compared with those of its own kind.
     Both,
     /// From low to high.
     Rising,

@@ -15,7 +15,7 @@ use crate::compile::{Built, Request};
 use crate::failure::Failure;
 use crate::terminal;
 
-/// Generates and compiles, and says where the results are.
+/// Generates and compiles, and prints the paths of the results.
 pub(super) fn build(arguments: &BuildArgs) -> Result<ExitCode, Failure> {
     let request = Request {
         platform: arguments.platform,
@@ -51,7 +51,7 @@ fn print_for_people(built: &Built) -> io::Result<()> {
     Ok(())
 }
 
-/// The same for other programs, such as the west commands. Paths are absolute.
+/// Returns a description of the results for other programs, such as the west commands. Paths are absolute.
 fn description(built: &Built) -> Value {
     let rti = built.plan.rti.as_ref().map(|rti| {
         json!({ "host": built.rti.ip.map_or_else(|| rti.host.clone(), |ip| ip.to_string()),
@@ -130,7 +130,7 @@ federated reactor at example.com:4242 {
 }
 ";
 
-    /// The description of a program for a board, in a folder.
+    /// Writes the description of a program for a board, in a folder.
     fn described(folder: &Path, text: &str, deployment: Option<&Path>) -> Value {
         described_for(folder, text, Some("some_board"), deployment)
     }
@@ -195,7 +195,7 @@ federated reactor at example.com:4242 {
         assert_eq!(waits, format!("--log-waits 500000000 ns {on}"));
     }
 
-    /// The command line comes first, then the program, then the board that every computer can build for.
+    /// The command line takes precedence, then the program, then the board that every computer can build for.
     #[test]
     fn the_program_may_name_its_board() {
         let folder = tempfile::tempdir().expect("a temporary folder");

@@ -8,7 +8,7 @@ use crate::compile::{Program, Request, count};
 use crate::failure::Failure;
 use crate::terminal;
 
-/// Says what is wrong with a program, or that nothing is.
+/// Prints the errors of a program, or that it has none.
 pub(super) fn check(arguments: &CheckArgs) -> Result<ExitCode, Failure> {
     let file = &arguments.file;
     let (errors, warnings) = if arguments.bodies {

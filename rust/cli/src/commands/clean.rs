@@ -8,7 +8,7 @@ use crate::compile::{Freed, clean_all, clean_program};
 use crate::failure::Failure;
 use crate::terminal;
 
-/// Removes what was generated and compiled, and says how much room that has made.
+/// Removes generated and compiled files, and prints the freed space.
 pub(super) fn clean(arguments: &CleanArgs) -> Result<ExitCode, Failure> {
     let mut freed = Freed::default();
     match &arguments.file {
@@ -22,7 +22,7 @@ pub(super) fn clean(arguments: &CleanArgs) -> Result<ExitCode, Failure> {
     Ok(ExitCode::SUCCESS)
 }
 
-/// A number of bytes for people.
+/// Formats a number of bytes.
 fn size(bytes: u64) -> String {
     let tenths = bytes / 100_000;
     if tenths < 10_000 { format!("{}.{} MB", tenths / 10, tenths % 10) } else { format!("{} MB", tenths / 10) }

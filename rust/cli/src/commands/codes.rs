@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! `lfz explain`: from the codes of images without texts back to sentences.
+//! `lfz explain`: converts the codes of images without texts back to sentences.
 
 use std::borrow::Cow;
 use std::io::{self, BufRead, Write};
@@ -11,8 +11,8 @@ use crate::compile::Console;
 use crate::failure::Failure;
 use crate::terminal;
 
-/// Says what these codes mean; without any, what those in the standard input do, and where in the program places in a
-/// generated crate are.
+/// Prints the meanings of these codes; without any, converts those in the standard input, and places in a generated
+/// crate to places in the program.
 pub(super) fn explain(crate_folder: Option<&Path>, codes: &[String]) -> Result<ExitCode, Failure> {
     let console = crate_folder.map(Console::known).transpose()?;
     let mut output = terminal::output();

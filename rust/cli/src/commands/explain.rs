@@ -9,7 +9,7 @@ use crate::compile;
 use crate::failure::Failure;
 use crate::terminal;
 
-/// Prints what rustc has said about generated crates as said about the LF program.
+/// Prints rustc's diagnostics about generated crates as diagnostics about the LF program.
 pub(super) fn explain(messages: &[PathBuf]) -> Result<ExitCode, Failure> {
     let text = compile::explain(messages)?;
     terminal::output().write_all(text.as_bytes())?;

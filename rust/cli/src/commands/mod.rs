@@ -28,7 +28,7 @@ pub(crate) use rti::listening_port;
 pub fn execute(read: Result<Cli, clap::Error>) -> ExitCode {
     let result = match read {
         Ok(cli) => execute_command(cli.command),
-        // It may also be help, or the version, that the user has asked for.
+        // It may also be help, or the version, at the user's request.
         Err(error) => match error.print() {
             Ok(()) => Ok(ExitCode::from(u8::try_from(error.exit_code()).unwrap_or(u8::MAX))),
             Err(error) => Err(terminal::named(error).into()),

@@ -14,7 +14,7 @@ use crate::compile::{Program, read_text};
 use crate::failure::Failure;
 use crate::terminal;
 
-/// Prints what the compiler worked out.
+/// Prints the results of the compiler's analysis.
 pub(super) fn plan(arguments: &PlanArgs) -> Result<ExitCode, Failure> {
     let plan = Program::load(&arguments.file)?.plan;
     if arguments.wants_offsets() {
@@ -36,7 +36,7 @@ fn print(what: &(impl Serialize + ToString), json: bool) -> Result<(), Failure> 
     Ok(())
 }
 
-/// The offsets of a program, from a file of bounds and options.
+/// Returns the offsets of a program, from a file of bounds and options.
 fn offsets(plan: &Plan, arguments: &PlanArgs) -> Result<Offsets, Failure> {
     if !plan.is_federated() {
         return Err(Failure::message(format!("{} is not federated, so nobody waits for messages", plan.name)));

@@ -27,15 +27,15 @@ pub(super) fn rti(arguments: &RtiArgs) -> Result<ExitCode, Failure> {
     for warning in warnings {
         terminal::remark(format_args!("warning: {warning}"));
     }
-    // Most of a connection's buffers is never touched, and small pages are all that what is touched needs. It is a
-    // wish: an RTI with huge pages only takes more memory.
+    // A connection never touches most of its buffers, and small pages suffice for the rest. The call may fail: an RTI
+    // with huge pages only takes more memory.
     let _ = rustix::thread::disable_transparent_huge_pages(true);
     // `lfz run` starts it by a path that does not end with its name.
     let _ = rustix::thread::set_name(c"lfz");
     lf_linux::install_logger(LevelFilter::Info);
     let tables = arguments.tables();
     for Table { file, .. } in &tables {
-        // One that cannot be written is to be known now.
+        // An unwritable file is to be reported now.
         File::create(file)
             .map_err(|error| Failure::message(format!("the trace {} cannot be written: {error}", file.display())))?;
     }
@@ -85,7 +85,7 @@ pub(super) fn options_for(plan: &Plan, is_ours: bool) -> Vec<String> {
     options
 }
 
-/// The port in the line that says where the RTI listens.
+/// Returns the port in the line that announces the RTI's port.
 pub(crate) fn listening_port(line: &str) -> Option<u16> {
     line.strip_prefix(LISTENING)?.parse().ok()
 }

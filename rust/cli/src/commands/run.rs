@@ -50,7 +50,7 @@ pub(super) fn run(arguments: &RunArgs) -> Result<ExitCode, Failure> {
     Ok(ExitCode::from(ending.exit_code()))
 }
 
-/// Where and how participants record what happens.
+/// The folder of recordings, and their options.
 struct Recording {
     folder: PathBuf,
     limit_mib: u32,
@@ -67,7 +67,7 @@ impl Recording {
         measures.then(|| Self { folder: built.out.join(trace::MEASURED), limit_mib: TRACE_UNLIMITED, values: false })
     }
 
-    /// The options with which a participant records.
+    /// Returns the options with which a participant records.
     fn options(&self, participant: &str) -> impl Iterator<Item = Word> {
         let file = trace::file(&self.folder, participant);
         let limit = ["--trace-limit".into(), self.limit_mib.to_string().into()];
@@ -76,7 +76,7 @@ impl Recording {
     }
 }
 
-/// The RTI and the federates; of a program that is not federated only itself, whose output is its own.
+/// Returns the RTI and the federates; for a program that is not federated only itself, whose output is its own.
 fn federation(built: &Built, arguments: &RunArgs, recording: Option<&Recording>) -> Result<Federation, Failure> {
     let planned = built.plan.rti.as_ref();
     let name = planned.map_or(&built.plan.name, |rti| &rti.federation_id);
@@ -120,7 +120,7 @@ fn federation(built: &Built, arguments: &RunArgs, recording: Option<&Recording>)
     })
 }
 
-/// The RTI that runs beside the federates, and its port if it does not say that itself.
+/// Returns the RTI that runs beside the federates, and its port if it does not print that itself.
 fn rti_process(
     built: &Built,
     rti: &Rti,
@@ -129,9 +129,9 @@ fn rti_process(
 ) -> Result<(Process, Option<u16>), Failure> {
     let is_any = rti.port == PORT_DEFAULT;
     let (mut words, port, is_told) = match &arguments.rti {
-        // A program that names no port of its own gets any free one, so that several may run at once.
+        // A program without a port of its own gets any free one, so that several may run at once.
         None => (vec![guard::THIS_PROGRAM.into(), "rti".into()], if is_any { 0 } else { rti.port }, None),
-        // Another RTI neither chooses a port nor says where it listens; the federates try until it does.
+        // Another RTI neither chooses a port nor prints it; the federates try until it listens.
         Some(program) => {
             let port = if is_any { free_port()? } else { rti.port };
             (vec![program.into()], port, Some(port))
@@ -145,13 +145,13 @@ fn rti_process(
     Ok((Process { name: "RTI".to_owned(), words, ..Process::default() }, is_told))
 }
 
-/// Where the RTI is reached: on this computer, at an address of the family of the one that the program names. Another
-/// RTI may have no IPv6, as the stock one.
+/// Returns the address of the RTI: on this computer, of the family of the one that the program names. Another RTI may
+/// have no IPv6, as the stock one.
 fn rti_address(rti: &Rti, arguments: &RunArgs) -> &'static str {
     if rti.host.contains(':') && arguments.rti.is_none() { "[::1]:" } else { "127.0.0.1:" }
 }
 
-/// A port that nothing listens on now.
+/// Returns a port without a listener.
 fn free_port() -> io::Result<u16> {
     Ok(TcpListener::bind((Ipv4Addr::UNSPECIFIED, 0))?.local_addr()?.port())
 }

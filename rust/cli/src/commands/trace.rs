@@ -9,8 +9,7 @@ use crate::failure::Failure;
 use crate::terminal;
 use crate::trace::{Table, TableFormat, convert, write_bounds, write_tables};
 
-/// Writes what is asked for of the traces of a folder; unless told otherwise, puts them together, and says where time
-/// went.
+/// Writes the requested files from the traces of a folder; by default, merges them, and prints a table of times.
 pub(super) fn trace(arguments: &TraceArgs) -> Result<ExitCode, Failure> {
     let TraceArgs { folder, names, output, lft, csv, bounds } = arguments;
     let table = |file: &Option<PathBuf>, format| file.clone().map(|file| Table { file, format });

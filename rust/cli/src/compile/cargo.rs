@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Running cargo on the generated workspace.
+//! Runs cargo on the generated workspace.
 
 use std::collections::BTreeMap;
 use std::ffi::OsString;
@@ -18,13 +18,13 @@ use crate::guard;
 pub(crate) struct Job<'a> {
     /// The folder of the workspace.
     pub(crate) workspace: &'a Path,
-    /// Where cargo is run, which decides what settings of the user it finds.
+    /// The folder in which cargo runs, which determines the user's settings that it finds.
     pub(crate) current: &'a Path,
     /// The packages in it; every one has one executable of its name.
     pub(crate) packages: &'a [String],
-    /// Where the executables go.
+    /// The folder for the executables.
     pub(crate) target: &'a Path,
-    /// Where everything else goes that cargo keeps.
+    /// The folder for all other files of cargo.
     pub(crate) build: &'a Path,
     /// Cargo's profile.
     pub(crate) profile: &'a str,
@@ -53,7 +53,7 @@ impl Job<'_> {
     /// Compiles, and shows progress meanwhile.
     ///
     /// # Errors
-    /// When cargo cannot be run. That something does not compile is no error here, but [`BuildOutcome::success`].
+    /// When cargo cannot be run. Code that does not compile is no error here, but [`BuildOutcome::success`].
     pub(crate) fn run(&self, progress: &Progress) -> io::Result<BuildOutcome> {
         let mut command = self.command();
         command.stdin(Stdio::null()).stdout(Stdio::piped()).stderr(Stdio::piped());
@@ -83,14 +83,14 @@ impl Job<'_> {
         let format = if self.coloured { "json-diagnostic-rendered-ansi" } else { "json" };
         command.arg(format!("--message-format={format}"));
         command.arg("--target-dir").arg(self.target);
-        // By their programs, because another crate may have the name of a package.
+        // The programs select the packages, because another crate may have the name of a package.
         command.arg("--workspace");
         for package in self.packages {
             command.args(["--bin", package]);
         }
         command.args(["--profile", self.profile]);
         command.env("CARGO_BUILD_BUILD_DIR", self.build);
-        // The files for that take more room than the programs, and programs are small.
+        // The files for incremental compilation take more room than the programs, and programs are small.
         if std::env::var_os("CARGO_INCREMENTAL").is_none() {
             command.env("CARGO_INCREMENTAL", "0");
         }
@@ -131,12 +131,12 @@ impl Job<'_> {
     }
 }
 
-/// The program cargo, as cargo itself names it to what it runs.
+/// Returns the path of cargo, which cargo itself passes to its subcommands.
 fn cargo() -> OsString {
     std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into())
 }
 
-/// Reads cargo's own words, shows the last one, and keeps all.
+/// Reads cargo's own messages, shows the last one, and returns all.
 fn follow(stderr: impl Read, progress: &Progress) -> String {
     let mut log = String::new();
     for line in BufReader::new(stderr).lines().map_while(Result::ok) {

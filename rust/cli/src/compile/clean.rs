@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Removing what was generated and compiled, and nothing else.
+//! Removes generated and compiled files, and nothing else.
 
 use std::fs::{self, File};
 use std::io;
@@ -15,7 +15,7 @@ use crate::args::{Places, Platform};
 use crate::failure::Failure;
 use crate::trace::MEASURED;
 
-/// Removes what builds of a program have left, for both platforms. The program itself need not be right any more.
+/// Removes the files of a program's builds, for both platforms. The program itself may have errors.
 ///
 /// # Errors
 /// When something cannot be removed, or a folder has not been generated.
@@ -25,7 +25,7 @@ pub(crate) fn clean_program(file: &Path, places: &Places, freed: &mut Freed) -> 
         let folders = Folders::new(file, &name, platform, places)?;
         clean_out(&folders.out, freed)?;
         folders.store.forget_program(&folders.out, freed)?;
-        // Folders that are empty now were made for it.
+        // Builds created these folders, which are empty now.
         for folder in folders.out.ancestors().take(4).take_while(|_| places.out.is_none()) {
             if fs::remove_dir(folder).is_err() && folder.exists() {
                 break;
@@ -35,7 +35,7 @@ pub(crate) fn clean_program(file: &Path, places: &Places, freed: &mut Freed) -> 
     Ok(())
 }
 
-/// Removes what is compiled of all programs; what is in their own folders stays.
+/// Removes the compiled files of all programs; their own folders stay.
 ///
 /// # Errors
 /// When something cannot be removed.
@@ -44,7 +44,7 @@ pub(crate) fn clean_all(places: &Places, freed: &mut Freed) -> Result<(), Failur
     Ok(forget_images(&images(places)?, freed)?)
 }
 
-/// Removes what cargo keeps of all images, unless Zephyr's build has locked it, by the way of CMake.
+/// Removes cargo's files of all images, by the means of CMake, unless Zephyr's build has locked them.
 fn forget_images(folder: &Path, freed: &mut Freed) -> io::Result<()> {
     let lock = File::options().read(true).write(true).open(folder.join("lf-image.lock"));
     if lock.is_ok_and(|lock| fcntl_lock(&lock, FlockOperation::NonBlockingLockExclusive).is_err()) {
@@ -54,7 +54,7 @@ fn forget_images(folder: &Path, freed: &mut Freed) -> io::Result<()> {
     freed.remove(folder)
 }
 
-/// Removes the generated files in a folder, and what was compiled or recorded there; a folder without generated files
+/// Removes the generated files in a folder, and the compiled and recorded ones there; a folder without generated files
 /// belongs to the user.
 fn clean_out(out: &Path, freed: &mut Freed) -> io::Result<()> {
     let Some(generated) = files::generated(out)? else { return Ok(()) };
@@ -64,6 +64,6 @@ fn clean_out(out: &Path, freed: &mut Freed) -> io::Result<()> {
         freed.remove(&out.join(&path))?;
         files::remove_empty(out, &path);
     }
-    // The list comes last, so that what could not be removed now is removed the next time.
+    // The list comes last, so that a later call removes the files that could not be removed now.
     freed.remove(&out.join(files::LIST))
 }

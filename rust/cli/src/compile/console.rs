@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Places in generated files within what an image prints, such as that of a panic, turned into places in the program.
+//! Converts places in generated files within an image's output, such as that of a panic, to places in the program.
 
 use std::borrow::Cow;
 use std::io;
@@ -22,25 +22,25 @@ pub(crate) struct Console {
 }
 
 impl Console {
-    /// That of a generated crate; nothing is known of others.
+    /// Returns the code of a generated crate; `None` for other crates.
     ///
     /// # Errors
-    /// When what lies beside the crate cannot be read.
+    /// When the files beside the crate cannot be read.
     pub(crate) fn of(folder: &Path) -> Result<Option<Self>, Failure> {
         let map = stored::map(folder)?;
         Ok(map.map(|map| Self { folder: folder.to_owned(), map }))
     }
 
-    /// The same, where there has to be something.
+    /// Returns the code of a generated crate, which has to exist.
     ///
     /// # Errors
-    /// When there is nothing, or it cannot be read.
+    /// When there is none, or it cannot be read.
     pub(crate) fn known(folder: &Path) -> Result<Self, Failure> {
         let missing = || io::Error::other(format!("{} is no folder of a generated crate", folder.display()));
         Ok(Self::of(folder)?.ok_or_else(missing)?)
     }
 
-    /// A line with places in the program instead of those in generated files.
+    /// Returns a line with places in the program instead of those in generated files.
     pub(crate) fn with_lf_places<'l>(&self, line: &'l [u8]) -> Cow<'l, [u8]> {
         let Ok(mut rest) = str::from_utf8(line) else { return Cow::Borrowed(line) };
         let mut text = String::new();
@@ -59,7 +59,7 @@ impl Console {
         if text.is_empty() { Cow::Borrowed(line) } else { Cow::Owned((text + rest).into_bytes()) }
     }
 
-    /// The place in the program for `src/p.rs` and `12:5…`, and how much of the latter belongs to it.
+    /// Returns the place in the program for `src/p.rs` and `12:5…`, and the length of the latter that belongs to it.
     fn place(&self, file: &str, numbers: &str) -> Option<(String, usize)> {
         let digits = |text: &str| text.find(|sign: char| !sign.is_ascii_digit()).unwrap_or(text.len());
         let line_end = digits(numbers);

@@ -1,16 +1,16 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Writing generated files: only those that changed, so that cargo compiles only what has to be compiled, and
-//! removing those that were generated before and are not any more.
+//! Writes generated files: only those that changed, so that cargo compiles no more than necessary, and removes earlier
+//! ones that are no longer generated.
 
 use std::collections::BTreeSet;
 use std::fs;
 use std::io::{self, ErrorKind};
 use std::path::{Component, Path};
 
-/// Lists what was generated in a folder, one path per line; nothing else is ever removed.
+/// The list of the generated files in a folder, one path per line; no other file is ever removed.
 pub(crate) const LIST: &str = ".generated";
 
-/// Brings a folder to these files, given by their paths in it and their texts.
+/// Writes these files, given by their paths and their texts, and removes all others that were generated in the folder.
 ///
 /// # Errors
 /// When a file cannot be read, written or removed; the message names it.
@@ -28,7 +28,7 @@ pub(crate) fn write<'a>(out: &Path, files: impl IntoIterator<Item = (&'a str, &'
     write_changed(&out.join(LIST), &list)
 }
 
-/// The paths of the files that were generated in a folder; nothing where none was.
+/// Returns the paths of the generated files in a folder; `None` if there are none.
 ///
 /// # Errors
 /// When their list cannot be read; the message names it.
@@ -52,7 +52,7 @@ pub(crate) fn remove_empty(out: &Path, path: &str) {
     }
 }
 
-/// Copies a file when it is missing or older than its origin.
+/// Copies a file that is missing or older than its origin.
 ///
 /// # Errors
 /// When it cannot be copied; the message names it.
@@ -65,7 +65,7 @@ pub(crate) fn copy_newer(from: &Path, to: &Path) -> io::Result<()> {
     fs::copy(from, to).map(|_| ()).map_err(|error| named(&error, to))
 }
 
-/// A path that leads out of the folder would be a mistake that overwrites or removes a file of the user.
+/// Refuses a path that leads out of the folder, which would be a defect that overwrites or removes a file of the user.
 fn check(path: &str) -> io::Result<()> {
     let inside = !path.is_empty() && Path::new(path).components().all(|part| matches!(part, Component::Normal(_)));
     if inside { Ok(()) } else { Err(io::Error::other(format!("`{path}` is no path in the output folder"))) }
@@ -98,7 +98,7 @@ fn named(error: &io::Error, path: &Path) -> io::Error {
     io::Error::new(error.kind(), format!("{}: {}", path.display(), reason(error)))
 }
 
-/// Returns why something cannot be written, as the end of a sentence.
+/// Returns the reason why a file cannot be written, as the end of a sentence.
 pub(super) fn reason(error: &io::Error) -> String {
     match error.kind() {
         ErrorKind::AlreadyExists | ErrorKind::NotADirectory => "it is a file, and no folder".to_owned(),

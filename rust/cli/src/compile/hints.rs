@@ -27,7 +27,7 @@ const FUNCTIONS_OF_C: [(&str, &str); 17] = [
     ("lf_print", "info!(TEXT)"),
 ];
 
-/// Fields of ports and actions in C, and what has the same in Rust.
+/// Fields of ports and actions in C, and their counterparts in Rust.
 const MEMBERS_OF_C: [(&str, &str); 5] = [
     ("value", "ctx.get(@)"),
     ("is_present", "ctx.is_present(@)"),
@@ -36,7 +36,7 @@ const MEMBERS_OF_C: [(&str, &str); 5] = [
     ("intended_tag", "ctx.get_intended_tag(@)"),
 ];
 
-/// Devices of images, and the options that they are there with.
+/// Devices of images, and the options that include them.
 const DEVICES: [(&str, &str); 8] = [
     ("I2c", "I2C"),
     ("Spi", "SPI"),
@@ -55,7 +55,7 @@ pub(super) struct RustcError<'a> {
     pub(super) message: &'a str,
     /// The label at the position.
     pub(super) label: &'a str,
-    /// The line of the program, and the bytes in it that are meant.
+    /// The line of the program, and the bytes in it that are concerned.
     pub(super) line: &'a str,
     pub(super) range: std::ops::Range<usize>,
     /// The setting of Kconfig without which the image does not have it.
@@ -80,7 +80,7 @@ impl RustcError<'_> {
         })
     }
 
-    /// Only actions are scheduled, and a timer has no list of effects that it could be added to.
+    /// Advises about a timer: only actions are scheduled, and a timer has no list of effects that it could be added to.
     fn timer_scheduled(&self) -> Option<String> {
         let is_scheduled =
             SCHEDULING.iter().any(|call| self.before().trim_end().trim_end_matches("&mut").ends_with(call));
@@ -91,7 +91,7 @@ impl RustcError<'_> {
         })
     }
 
-    /// The parameters of a body live until the reaction has ended, and in its thread.
+    /// Advises about parameters of a body, which live until the reaction has ended, and in its thread.
     fn context_elsewhere(&self) -> Option<String> {
         let is_sent = self.message.contains("cannot be sent between threads safely")
             || self.message.contains("cannot be shared between threads safely");
@@ -107,7 +107,7 @@ impl RustcError<'_> {
         })
     }
 
-    /// Fields and methods that ports have in C.
+    /// Advises about fields and methods that ports have in C.
     fn port_as_in_c(&self) -> Option<String> {
         let member = self.meant().trim_matches(['.', '(', ')', ' ']);
         let (_, call) = MEMBERS_OF_C.iter().find(|(name, _)| *name == member)?;
@@ -118,7 +118,7 @@ impl RustcError<'_> {
         is_variable.then(|| format!("write `{}`", call.replace('@', name)))
     }
 
-    /// A module of devices that images have when their configuration says so.
+    /// Advises about a module of devices that images have when their configuration includes it.
     fn missing_device(&self) -> Option<String> {
         let is_device =
             self.message.contains("devices") || self.line.contains("devices::") || self.label.contains("devices");
@@ -136,7 +136,7 @@ impl RustcError<'_> {
         self.line.get(..self.range.start).unwrap_or_default()
     }
 
-    /// A name that the signature of the reaction could have given the body.
+    /// Advises about a name that the signature of the reaction could have declared for the body.
     fn unknown_name(&self) -> Option<String> {
         let (scope, name) = (self.scope?, self.meant());
         if let Some((_, call)) = FUNCTIONS_OF_C.iter().find(|(function, _)| *function == name) {
@@ -161,7 +161,7 @@ impl RustcError<'_> {
         Some(format!("bodies call it `{variable}`; {rest}"))
     }
 
-    /// The body can only read this parameter.
+    /// Advises about a parameter that the body can only read.
     fn not_mutable(&self) -> Option<String> {
         if !self.label.contains("types differ in mutability") {
             return None;
@@ -194,7 +194,7 @@ impl RustcError<'_> {
     }
 }
 
-/// Returns the declaration of something in the signature of a reaction.
+/// Returns the declaration of an element in the signature of a reaction.
 fn declare(scope: &Scope, thing: &Thing, before: &str) -> String {
     let (written, what) = (&thing.written, thing.kind.text());
     let of = if written.contains('.') { String::new() } else { format!(" of `{}`", scope.reactor) };

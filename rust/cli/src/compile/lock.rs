@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-//! The versions of the crates that a program depends on, which a file beside the program keeps, so that it is built
-//! from the same ones elsewhere and later: `P.lf.lock` for `P.lf`.
+//! The versions of the crates on which a program depends. A file beside the program keeps them, so that later builds
+//! and other computers use the same ones: `P.lf.lock` for `P.lf`.
 //!
-//! It is a lock file of cargo without what has no version of its own: generated crates, the runtime, crates of the
-//! user's. Cargo completes such a file.
+//! It is a lock file of cargo without crates that have no version of their own: generated crates, the runtime, crates
+//! of the user's. Cargo completes such a file.
 
 use std::collections::BTreeMap;
 use std::fs;
@@ -31,8 +31,8 @@ impl Lock {
         Self { path: is_needed.then(|| path.into()) }
     }
 
-    /// Brings the lock file of a generated workspace to what the program's says; the others are those of the
-    /// repository, which were tested and are there already.
+    /// Sets the versions in the lock file of a generated workspace to the program's; the others are those of the
+    /// repository, which are tested and in place already.
     pub(super) fn give(&self, tested: &Path, workspace: &Path) -> io::Result<()> {
         let lock = workspace.join("Cargo.lock");
         let Some(own) = self.path.as_ref().and_then(|path| fs::read_to_string(path).ok()) else {
@@ -50,13 +50,12 @@ impl Lock {
         files::write_changed(&lock, &text)
     }
 
-    /// The same for the crate of an image, which Zephyr's build gives a tested lock file itself where there is none.
+    /// Does the same for the crate of an image; without a lock file, Zephyr's build itself adds a tested one.
     pub(super) fn give_image(&self, tested: &Path, folder: &Path) -> io::Result<()> {
         if self.path.as_ref().is_some_and(|path| path.exists()) { self.give(tested, folder) } else { Ok(()) }
     }
 
-    /// Keeps the versions that cargo has taken; where there is no such file yet, or else if this is where they come
-    /// from.
+    /// Keeps the versions that cargo has chosen, if there is no such file yet, or if this workspace is its origin.
     pub(super) fn keep(&self, workspace: &Path, renews: bool) {
         let Some(path) = self.path.as_ref().filter(|path| renews || !path.exists()) else { return };
         let text = read(&workspace.join("Cargo.lock"));
@@ -66,7 +65,7 @@ impl Lock {
         let head = text.split(PACKAGE).next().unwrap_or_default();
         let kept: String = blocks(&text).filter(|block| block.contains("\nsource = ")).collect();
         if let Err(error) = files::write_changed(path, &(head.to_owned() + kept.trim_end() + "\n")) {
-            // A program can lie where nothing can be written; what was built is right all the same.
+            // The folder of a program may be read-only; the result of the build is valid all the same.
             terminal::remark(format_args!("warning: which versions of crates were taken is not kept: {error}"));
         }
     }
@@ -76,7 +75,7 @@ fn read(path: &Path) -> String {
     fs::read_to_string(path).unwrap_or_default()
 }
 
-/// The packages of a lock file, each with the line that begins it.
+/// Returns the packages of a lock file, each with the line that begins it.
 fn blocks(text: &str) -> impl Iterator<Item = &str> {
     let starts = text.match_indices(PACKAGE).map(|(at, _)| at);
     starts.map(|at| {
@@ -93,7 +92,7 @@ fn name(block: &str) -> Option<&str> {
     field(block, "name")
 }
 
-/// The versions of packages by their names; of several, the last one.
+/// Returns the versions of packages by their names; of several, the last one.
 fn versions(text: &str) -> BTreeMap<&str, &str> {
     blocks(text).filter_map(|block| Some((name(block)?, field(block, "version")?))).collect()
 }
@@ -119,7 +118,7 @@ mod tests {
         let tested_text = HEAD.to_owned() + &package("log", "0.4.1", source) + &package("lf-model", "0.1.0", "");
         fs::write(&tested, tested_text).expect("it can be written");
 
-        // Cargo has taken what was tested, and the newest version of what the program depends on.
+        // Cargo has chosen the tested versions, and the newest version of the program's dependency.
         lock.give(&tested, out).expect("it can be copied");
         let full = HEAD.to_owned()
             + &package("libm", "0.2.1", source)
@@ -131,7 +130,7 @@ mod tests {
         assert_eq!(kept.matches("[[package]]").count(), 2, "{kept}");
         assert!(kept.starts_with(HEAD) && !kept.contains("0.0.0+12"), "{kept}");
 
-        // A lock that agrees stays unchanged, and another one is written anew.
+        // A lock file that agrees stays unchanged, and another one is replaced.
         lock.give(&tested, out).expect("nothing to do");
         assert_eq!(fs::read_to_string(out.join("Cargo.lock")).expect("it is there"), full);
         fs::write(&own, kept.replace("0.2.1", "0.2.9")).expect("it can be written");

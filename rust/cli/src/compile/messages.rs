@@ -7,17 +7,17 @@ use serde::Deserialize;
 
 use super::rustc::Diagnostic;
 
-/// One line of it; other reasons are of no interest.
+/// One line of it; other reasons do not matter.
 #[derive(Debug, Deserialize)]
 #[serde(tag = "reason")]
 pub(super) enum CargoMessage {
-    /// Something that rustc said.
+    /// A diagnostic of rustc.
     #[serde(rename = "compiler-message")]
     Diagnostic { manifest_path: PathBuf, target: Option<Target>, message: Diagnostic },
-    /// Something that was compiled.
+    /// A compiled artifact.
     #[serde(rename = "compiler-artifact")]
     Artifact { target: Target, executable: Option<PathBuf>, fresh: bool },
-    /// Anything else.
+    /// Any other message.
     #[serde(other)]
     Other,
 }
@@ -38,7 +38,7 @@ impl Target {
 }
 
 impl CargoMessage {
-    /// Reads a line; there is no message in what is no such JSON, since a build script may print what it likes.
+    /// Reads a line; returns `None` for other text, since a build script may print anything.
     pub(super) fn read(line: &str) -> Option<Self> {
         serde_json::from_str(line).ok()
     }

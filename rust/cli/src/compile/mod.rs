@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-//! From a program to executables: how it is read, where things go, what is written, how cargo is run, and what rustc
-//! says about it.
+//! The pipeline from a program to executables: reading it, choosing folders, writing files, running cargo, and
+//! converting rustc's messages.
 
 mod cargo;
 mod clean;
@@ -44,14 +44,14 @@ use places::{Folders, current, named_by, text_of};
 use progress::Progress;
 use runtime::Runtime;
 
-/// The board of federates for which nothing names one: a Linux program, which every computer can build.
+/// The board of federates without a named one: a Linux program, which every computer can build.
 const BOARD_DEFAULT: &str = "native_sim/native/64";
 
-/// The program to build, and how.
+/// The program to build, and the options.
 pub(crate) struct Request<'a> {
     /// The main file.
     pub(crate) file: &'a Path,
-    /// Only what runs on this platform.
+    /// The only platform to build for, if not all.
     pub(crate) platform: Option<Platform>,
     /// The board of all federates without a deployment; `None` leaves it to the program, and to [`BOARD_DEFAULT`].
     pub(crate) board: Option<&'a str>,
@@ -70,11 +70,11 @@ pub(crate) struct Request<'a> {
 pub(crate) struct Built {
     /// The plan of the whole program.
     pub(crate) plan: Plan,
-    /// Where the deployment puts the RTI.
+    /// The place of the RTI in the deployment.
     pub(crate) rti: RtiPlace,
     /// The folder with the generated files.
     pub(crate) out: PathBuf,
-    /// The participants that were wanted: an RTI that is an image of its own, then federates in order of id.
+    /// The requested participants: an RTI that is an image of its own, then federates in order of id.
     pub(crate) participants: Vec<Participant>,
     /// The executables of those for this computer, by federate.
     pub(crate) programs: BTreeMap<String, PathBuf>,
@@ -83,12 +83,12 @@ pub(crate) struct Built {
 }
 
 impl<'a> Request<'a> {
-    /// Everything, as the program has it.
+    /// Returns a request for all participants, with the program's settings.
     pub(crate) fn new(file: &'a Path, places: &'a Places) -> Self {
         Self { file, platform: None, board: None, federates: &[], deployment: None, places, checks_only: false }
     }
 
-    /// Generates what was asked for and compiles what runs on this computer.
+    /// Generates the requested participants and compiles those for this computer.
     ///
     /// # Errors
     /// When the program, the deployment or the generated code is wrong.
@@ -111,7 +111,7 @@ impl<'a> Request<'a> {
         Ok(Built { counts, plan: program.plan, rti: deployment.rti, out: folders.out, participants, programs })
     }
 
-    /// Where the federates run.
+    /// Returns the places of the federates.
     fn deployment(&self, plan: &Plan) -> Result<Deployment, Failure> {
         let mut deployment = match self.deployment {
             None => Deployment::default(),
@@ -131,7 +131,7 @@ impl<'a> Request<'a> {
         Ok(deployment)
     }
 
-    /// The names of the participants that were asked for.
+    /// Returns the names of the requested participants.
     fn wanted(&self, plan: &Plan, deployment: &Deployment) -> Result<Vec<String>, Failure> {
         let image = plan.rti.is_some() && matches!(deployment.rti.home, RtiHome::Image(_));
         let rti = image.then(|| rti_name(plan));
@@ -154,7 +154,8 @@ impl<'a> Request<'a> {
         Ok(wanted)
     }
 
-    /// The profile of programs for this computer: the program's, unless it is to be optimized and that is not.
+    /// Returns the profile of programs for this computer: the program's, unless optimization is requested and that one
+    /// does not optimize.
     fn profile(&self, plan: &Plan) -> &'static str {
         let build_type = plan.target.cargo.build_type;
         if self.places.release && !build_type.is_optimized() { "release" } else { build_type.profile() }
@@ -242,7 +243,7 @@ fn generate(file: &Path, program: &Program, deployment: &Deployment, folders: &F
         text_of(&path).map(str::to_owned)
     };
     let (lf_linux, lf_zephyr, lf_c_build) = (path("linux")?, path("zephyr")?, path("c-build")?);
-    // Without one, no path of the program begins there.
+    // Without a current folder, no path of the program begins there.
     let (version, current) = (folders.version(), current().unwrap_or_else(|_| PathBuf::from("/")));
     let current = text_of(&current)?;
     let (lf_linux, lf_zephyr, lf_c_build) = (&*lf_linux, &*lf_zephyr, &*lf_c_build);
@@ -254,7 +255,7 @@ fn generate(file: &Path, program: &Program, deployment: &Deployment, folders: &F
     let sources = emitted.files.iter().map(|file| (file.path.as_str(), file.text.as_str()));
     let all = sources.chain(maps.iter().map(|(path, text)| (path.as_str(), text.as_str())));
     files::write(&folders.out, all).map_err(|error| named_by("--out", &error))?;
-    // Zephyr's build has cargo complete these, so what it has taken is seen the next time.
+    // Zephyr's build lets cargo complete these, so the next build sees the chosen versions.
     let lock = Lock::of(file, &program.plan);
     for participant in images() {
         let folder = folders.out.join(&participant.folder);

@@ -5,8 +5,8 @@ use lf_compiler::plan::{Plan, Reaction};
 
 use super::rustc::Diagnostic;
 
-/// The diagnostics in what cargo wrote, in order. GCC and Clang write `file:line:column: level: message`; what stands
-/// between such lines, such as their excerpts, is not needed.
+/// Returns the diagnostics in cargo's output, in order. GCC and Clang write `file:line:column: level: message`; the
+/// text between such lines, such as their excerpts, is not needed.
 pub(super) fn diagnostics(log: &str) -> Vec<Diagnostic> {
     let mut all: Vec<Diagnostic> = Vec::new();
     for line in log.lines() {
@@ -23,7 +23,7 @@ pub(super) fn diagnostics(log: &str) -> Vec<Diagnostic> {
     all
 }
 
-/// The same, with what the linker says of functions that are nowhere said of the reactions whose bodies they are.
+/// Adds the linker's messages about missing functions to the diagnostics, at the reactions whose bodies they are.
 pub(super) fn with_missing_functions(diagnostics: Vec<Diagnostic>, plan: &Plan) -> Vec<Diagnostic> {
     let reactions = plan.classes.iter().flat_map(|class| &class.reactions).filter(|reaction| reaction.external);
     let reactions: Vec<(&str, &Reaction)> =
@@ -47,7 +47,7 @@ pub(super) fn with_missing_functions(diagnostics: Vec<Diagnostic>, plan: &Plan) 
     all
 }
 
-/// The function that a line of a linker misses, without its arguments, which those of C++ have.
+/// Returns the function that a linker's message misses, without its arguments, which those of C++ have.
 fn missing_function(line: &str) -> Option<&str> {
     let (_, symbol) = line.split_once("undefined symbol: ").or_else(|| line.split_once("undefined reference to `"))?;
     symbol.split(|c: char| !c.is_alphanumeric() && c != '_').next()
@@ -68,7 +68,7 @@ struct NativeDiagnostic<'a> {
 
 impl<'a> NativeDiagnostic<'a> {
     fn read(line: &'a str) -> Option<Self> {
-        // Cargo puts before a warning of a build script that it is one, and which package's.
+        // Before a warning of a build script, cargo prints its level and its package.
         let line = match line.trim_start().strip_prefix("warning: ") {
             Some(rest) => rest.split_once(": ").map_or(rest, |(_, rest)| rest),
             None => line.trim_start(),

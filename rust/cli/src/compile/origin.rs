@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! From generated code back to the program, which is LF and files of Rust that are part of it.
+//! Maps generated code back to the program, which is LF and files of Rust that are part of it.
 
 use std::collections::BTreeMap;
 use std::fs;
@@ -31,7 +31,7 @@ impl<'a> LfOrigin<'a> {
 }
 
 impl LfOrigin<'_> {
-    /// An absolute path as people want it: from the current folder on, if it is in there.
+    /// Returns an absolute path in the form for users: relative to the current folder, if it is in there.
     fn shown<'p>(&self, path: &'p str) -> &'p str {
         Path::new(path).strip_prefix(&self.current).ok().and_then(Path::to_str).unwrap_or(path)
     }
@@ -39,7 +39,7 @@ impl LfOrigin<'_> {
 
 impl Origin for LfOrigin<'_> {
     fn place(&self, generated: &str, line: usize, column: usize) -> Option<LfPlace> {
-        // The C compiler has been told where in the program its lines are.
+        // `#line` directives gave the C compiler the places of its lines in the program.
         let mut sources = self.program.diagnostics.sources().iter();
         if sources.any(|(_, file)| file.path() == generated) {
             return Some(LfPlace { path: generated.to_owned(), line, column, verbatim: true });
@@ -68,8 +68,8 @@ impl Origin for LfOrigin<'_> {
     }
 }
 
-/// The file among these that a compiler means by a path. It may have found it by another path than the user: through
-/// folders of headers, `..` and symbolic links.
+/// Returns the file among these that a compiler's path names. The compiler may have found it by another path than the
+/// user: through include folders, `..` and symbolic links.
 pub(super) fn known<'f, T>(files: &'f BTreeMap<String, T>, generated: &str) -> Option<&'f str> {
     if !Path::new(generated).is_absolute() {
         return None;
@@ -78,8 +78,8 @@ pub(super) fn known<'f, T>(files: &'f BTreeMap<String, T>, generated: &str) -> O
     files.get_key_value(path.to_str()?).map(|(path, _)| path.as_str())
 }
 
-/// The files that the program includes, by their absolute paths without symbolic links. Those that cannot be read
-/// compilers complain about themselves.
+/// Returns the files that the program includes, by their absolute paths without symbolic links. Compilers themselves
+/// report unreadable files.
 pub(super) fn included(plan: &Plan) -> BTreeMap<String, String> {
     let mut files = BTreeMap::new();
     for module in &plan.target.cargo.modules {
@@ -101,7 +101,7 @@ pub(super) fn included(plan: &Plan) -> BTreeMap<String, String> {
     files
 }
 
-/// Adds the files in a folder whose names end in one of these ways.
+/// Adds the files in a folder that have one of these extensions.
 fn add_folder(folder: &Path, extensions: &[&str], files: &mut BTreeMap<String, String>) {
     for entry in fs::read_dir(folder).into_iter().flatten().flatten() {
         let path = entry.path();

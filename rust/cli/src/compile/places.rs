@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Where the generated crates, the compiled programs and the runtime crates lie.
+//! The folders of the generated crates, the compiled programs and the runtime crates.
 //!
-//! A user names folders as they like: relative, through symbolic links, with `..`. Here each name is resolved once, as
-//! the system resolves it. Nothing else compares paths as text.
+//! Users name folders in any form: relative, through symbolic links, with `..`. This module resolves each name once, as
+//! the system resolves it. No other module compares paths as text.
 
 use std::ffi::OsStr;
 use std::fs;
@@ -25,7 +25,7 @@ pub(crate) struct Folders {
 }
 
 impl Folders {
-    /// The folders for a program; `name` is the program's name.
+    /// Returns the folders for a program; `name` is the program's name.
     ///
     /// # Errors
     /// When there is no current folder, the runtime crates are not where they should be, or cargo cannot work in a
@@ -44,19 +44,19 @@ impl Folders {
         Ok(Self { out, store: store(places)?, home })
     }
 
-    /// The compiled programs of this program alone.
+    /// Returns the folder of the compiled programs of this program alone.
     pub(crate) fn target(&self) -> PathBuf {
         self.out.join("target")
     }
 
-    /// The version of the generated packages, which says where they lie: cargo itself looks only at their names and
-    /// at where they are within their workspace, and would take one program for another of the same name.
+    /// Returns the version of the generated packages, which depends on their folder: cargo itself compares only their
+    /// names and their paths within the workspace, and would take one program for another of the same name.
     pub(crate) fn version(&self) -> String {
         format!("0.0.0+{:016x}", hash_of(&self.out))
     }
 }
 
-/// Where cargo keeps its intermediate results.
+/// Returns the folder of cargo's intermediate results.
 ///
 /// # Errors
 /// When there is no current folder, or cargo cannot work in a folder of this name.
@@ -70,7 +70,7 @@ pub(crate) fn store(places: &Places) -> io::Result<Store> {
     Ok(Store::new(folder))
 }
 
-/// Where cargo keeps its intermediate results of images, as the west commands have it.
+/// Returns the folder of cargo's intermediate results of images, which the west commands use.
 ///
 /// # Errors
 /// When there is no current folder.
@@ -79,14 +79,14 @@ pub(crate) fn images(places: &Places) -> io::Result<PathBuf> {
     Ok(target.unwrap_or_else(|| Ok(home(places)?.join("target")))?.join("lf-zephyr"))
 }
 
-/// The application's folder: that around `src`, or that of the file when it is not in a `src` folder.
+/// Returns the application's folder: that around `src`, or that of the file if it is not in a `src` folder.
 ///
 /// # Errors
-/// When there is no current folder, or a folder that `..` leads out of.
+/// When there is no current folder, or `..` leads out of a folder that does not exist.
 pub(crate) fn application(file: &Path) -> io::Result<PathBuf> {
     let file = from_root(file)?;
     let folder = file.parent().unwrap_or(&file);
-    // A folder is called what the user calls it, which of a symbolic link is the link's name; `..` is no name.
+    // A folder has the name that the user gives it, which for a symbolic link is the link's name; `..` is no name.
     let folder = if folder.file_name().is_some() { folder.to_owned() } else { fs::canonicalize(folder)? };
     Ok(match folder.parent() {
         Some(application) if folder.file_name() == Some(OsStr::new("src")) => application.to_owned(),
@@ -94,10 +94,10 @@ pub(crate) fn application(file: &Path) -> io::Result<PathBuf> {
     })
 }
 
-/// The folder in which this program was started.
+/// Returns the folder in which this program was started.
 ///
 /// # Errors
-/// When there is none any more.
+/// When it does not exist any more.
 pub(crate) fn current() -> io::Result<PathBuf> {
     std::env::current_dir().map_err(|error| {
         let message = "the folder that this was started in is gone; change to another one by `cd`";
@@ -105,7 +105,7 @@ pub(crate) fn current() -> io::Result<PathBuf> {
     })
 }
 
-/// The path from the root on, with the names that the user gives its folders.
+/// Returns the path from the root on, with the names that the user gives its folders.
 ///
 /// # Errors
 /// When it begins in the current folder and there is none.
@@ -116,10 +116,10 @@ pub(crate) fn from_root(path: &Path) -> io::Result<PathBuf> {
     absolute(path)
 }
 
-/// The path as text, which is what compilers take.
+/// Returns the path as text, which compilers need.
 ///
 /// # Errors
-/// When it is none; the error names the part that is to be renamed.
+/// When it is no text; the error names the part to rename.
 #[expect(clippy::unnecessary_debug_formatting, reason = "it shows the bytes that are no text")]
 pub(crate) fn text_of(path: &Path) -> io::Result<&str> {
     path.to_str().ok_or_else(|| {
@@ -131,8 +131,8 @@ pub(crate) fn text_of(path: &Path) -> io::Result<&str> {
     })
 }
 
-/// The path as the system resolves it, without `..` and symbolic links. What does not exist yet has the name that it
-/// will be made with.
+/// Returns the path as the system resolves it, without `..` and symbolic links. The parts that do not exist yet keep
+/// the names that they will have.
 fn resolved(path: &Path) -> io::Result<PathBuf> {
     let mut found = PathBuf::new();
     for part in from_root(path)?.components() {
@@ -152,7 +152,7 @@ fn resolved(path: &Path) -> io::Result<PathBuf> {
     Ok(found)
 }
 
-/// Returns why a folder cannot be used, with the option that names another one.
+/// Returns the reason why a folder cannot be used, with the option that names another one.
 pub(super) fn named_by(option: &str, error: &io::Error) -> io::Error {
     io::Error::new(error.kind(), format!("{error}; name another folder with {option}"))
 }
@@ -162,7 +162,7 @@ fn usable(folder: &Path, option: &str) -> io::Result<()> {
     let shown = folder.display();
     let wrong = match folder.to_str() {
         None => "is no UTF-8 text",
-        // Cargo has the linker find libraries by a list of folders with this character between them.
+        // Cargo passes the linker a list of folders separated by this character.
         Some(text) if text.contains(':') => "contains `:`",
         Some(_) => return Ok(()),
     };
@@ -178,7 +178,7 @@ fn platform_folder(platform: Platform) -> &'static str {
     }
 }
 
-/// The repository from which this program was built, unless told otherwise.
+/// Returns the repository from which this program was built, unless the user names another one.
 fn home(places: &Places) -> io::Result<PathBuf> {
     let home = match &places.home {
         Some(home) => resolved(home)?,

@@ -17,7 +17,7 @@ pub(crate) struct Progress {
 }
 
 impl Progress {
-    /// Begins; the words are those for doing it and for having done it, with which `what` is a sentence.
+    /// Begins the progress; `what` completes the two verbs to sentences.
     pub(crate) fn begin([doing, done]: [&str; 2], what: &str) -> Self {
         let bar = io::stderr().is_terminal().then(|| {
             let bar = ProgressBar::new_spinner();
@@ -33,7 +33,7 @@ impl Progress {
         Self { bar, done: format!("{done} {what}"), started: Instant::now() }
     }
 
-    /// Cargo says what it does now.
+    /// Shows cargo's current step.
     pub(crate) fn step(&self, text: &str) {
         if let Some(bar) = &self.bar {
             bar.set_message(text.trim().to_owned());
@@ -47,7 +47,7 @@ impl Progress {
         }
     }
 
-    /// Ends; what is wrong is said elsewhere.
+    /// Ends the progress; the caller reports errors.
     pub(crate) fn end(self, success: bool) {
         if let Some(bar) = &self.bar {
             bar.finish_and_clear();

@@ -25,12 +25,12 @@ fn says_something(line: &str) -> bool {
     !line.is_empty() && !about_packages.iter().any(|start| line.starts_with(start))
 }
 
-/// The names in a line, which cargo puts into backquotes, some with a version behind them.
+/// Returns the names in a line, which cargo puts into backquotes, some with a version behind them.
 fn quoted(line: &str) -> impl Iterator<Item = &str> {
     line.split('`').skip(1).step_by(2).map(|text| text.split([' ', '@', '=']).next().unwrap_or(text))
 }
 
-/// The dependency of the program whose package has this name.
+/// Returns the dependency of the program whose package has this name.
 fn named<'p>(name: &str, plan: &'p Plan) -> Option<&'p Dependency> {
     let package = |dependency: &&Dependency| dependency.package.as_ref().unwrap_or(&dependency.name) == name;
     plan.target.cargo.dependencies.iter().find(package)

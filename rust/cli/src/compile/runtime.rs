@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-//! The crates of this repository that programs depend on, compiled once for all programs that need them alike.
+//! The crates of this repository on which programs depend, compiled once for all programs with the same needs.
 //!
-//! Cargo locks a folder as long as it compiles in it. So each program has a folder of its own, and takes over into it
-//! what was compiled for all. Cargo finds that up to date, as it would after the folder had been moved.
+//! Cargo locks a folder as long as it compiles in it. So each program has a folder of its own, and takes the shared
+//! results over into it. Cargo finds them up to date, as it would after the folder had been moved.
 
 use std::collections::BTreeSet;
 use std::fs::{self, FileTimes};
@@ -19,13 +19,14 @@ use super::progress::Progress;
 use super::store::Locked;
 use crate::failure::Failure;
 
-/// Counts what cargo has compiled, in the folder of a runtime and in those of programs that have taken it over.
+/// The file that counts cargo's compilations, in the folder of a runtime and in those of programs that have taken it
+/// over.
 const GENERATION: &str = "generation";
 
 /// The name of packages without code of their own.
 const PACKAGE: &str = "program-without-code";
 
-/// Packages that depend on what those of a program depend on in this repository, and on nothing else.
+/// Packages with the dependencies of a program's packages in this repository, and no others.
 pub(super) struct Runtime {
     workspace: String,
     manifests: Vec<String>,
@@ -52,7 +53,7 @@ impl Runtime {
             manifests.insert(manifest.to_string());
         }
         let (own, mut workspace) = (read(out.join("Cargo.toml"))?, DocumentMut::new());
-        // Not with its comment, which names the program.
+        // The comment does not count, because it names the program.
         let mut table = Table::new();
         table["resolver"] = own["workspace"]["resolver"].clone();
         table["members"] = value((0..manifests.len()).map(package).collect::<toml_edit::Array>());
@@ -67,7 +68,7 @@ impl Runtime {
     }
 
     /// Brings the runtime up to date for a program that `job` compiles, and takes it over into that program's folder.
-    /// What does not compile the program's own build says better.
+    /// Code that does not compile is reported better by the program's own build.
     ///
     /// # Errors
     /// When cargo cannot be run, or files cannot be written.
@@ -113,7 +114,7 @@ fn package(index: usize) -> String {
     format!("{PACKAGE}-{index}")
 }
 
-/// The dependencies that lie in the repository.
+/// Returns the dependencies in the repository.
 fn of_repository(dependencies: Option<&Item>, home: &Path) -> Table {
     let mut table = Table::new();
     for (name, item) in dependencies.and_then(Item::as_table).into_iter().flatten() {
@@ -129,14 +130,14 @@ fn read_generation(folder: &Path) -> String {
     fs::read_to_string(folder.join(GENERATION)).unwrap_or_default()
 }
 
-/// Makes what cargo has compiled in one folder known to it in another.
+/// Makes cargo's results in one folder available in another.
 fn take_over(from: &Path, to: &Path) -> io::Result<()> {
     fs::create_dir_all(to)?;
     for entry in fs::read_dir(from)? {
         let entry = entry?;
         let (name, path) = (entry.file_name(), entry.path());
         let text = name.to_string_lossy();
-        // Files of the folder itself, and of packages without code.
+        // These are files of the folder itself, and of packages without code.
         if text == "incremental" || [PACKAGE, "program_without_code"].iter().any(|own| text.contains(own)) {
             continue;
         }
@@ -150,8 +151,8 @@ fn take_over(from: &Path, to: &Path) -> io::Result<()> {
     Ok(())
 }
 
-/// Takes over a file. Files of rustc and linkers become hard links, because they are replaced when they are made anew;
-/// cargo's files become copies of the same age, because cargo compares ages.
+/// Takes over a file. Files of rustc and linkers become hard links, because new builds replace them; cargo's files
+/// become copies of the same age, because cargo compares ages.
 fn take_over_file(from: &Path, to: &Path) -> io::Result<()> {
     let (origin, present) = (fs::metadata(from)?, fs::metadata(to));
     let is_same = |present: &fs::Metadata| {
@@ -171,7 +172,7 @@ fn take_over_file(from: &Path, to: &Path) -> io::Result<()> {
     }
     match fs::copy(from, to) {
         Ok(_) => {}
-        // Cargo removes files that it has made for the time being.
+        // Cargo removes its temporary files.
         Err(error) if error.kind() == ErrorKind::NotFound => return Ok(()),
         Err(error) => return Err(error),
     }

@@ -66,7 +66,7 @@ impl Span {
     }
 
     fn resolve(&mut self, folder: &Path) {
-        // A name that is absolute already replaces the folder; one that is no UTF-8 text has not come out of JSON.
+        // An absolute name replaces the folder; the names in JSON are UTF-8.
         if let Some(name) = folder.join(&self.file_name).to_str() {
             name.clone_into(&mut self.file_name);
         }
@@ -76,7 +76,7 @@ impl Span {
     }
 }
 
-/// Where the macro is used whose text a span lies in.
+/// The place that uses the macro whose text a span lies in.
 #[derive(Clone, Debug, Deserialize)]
 struct Expansion {
     span: Span,
@@ -85,7 +85,7 @@ struct Expansion {
 /// A place in an LF file; line and column count from 1.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) struct LfPlace {
-    /// The file, as it was named to the compiler.
+    /// The file, by the name that the compiler was given.
     pub(crate) path: String,
     /// The line.
     pub(crate) line: usize,
@@ -98,15 +98,15 @@ pub(crate) struct LfPlace {
 
 /// The parts of the program that diagnostics refer to.
 pub(crate) trait Origin {
-    /// The place in the LF program behind a place in a generated file, which is named as rustc names it.
+    /// Returns the place in the LF program for a place in a generated file, which has rustc's name.
     fn place(&self, generated: &str, line: usize, column: usize) -> Option<LfPlace>;
-    /// The text of an LF file.
+    /// Returns the text of an LF file.
     fn text(&self, path: &str) -> Option<&str>;
-    /// The bodies of reactions.
+    /// Returns the bodies of reactions.
     fn scopes(&self) -> &[Scope];
 }
 
-/// A span that stems from the LF program, as bytes of its file.
+/// A span that has its origin in the LF program, as bytes of its file.
 struct Mapped {
     place: LfPlace,
     bytes: Range<usize>,
@@ -134,7 +134,7 @@ impl Diagnostic {
         Self { message, level, code: None, spans: vec![span], children: Vec::new(), rendered }
     }
 
-    /// Adds what explains it.
+    /// Adds a note that explains it.
     pub(crate) fn add_note(&mut self, note: Self) {
         self.children.push(note);
     }
@@ -170,7 +170,7 @@ impl Diagnostic {
                 || self.level == "failure-note")
     }
 
-    /// Returns whether the user can do something about it: a warning about scaffolding is not the program's.
+    /// Returns whether the user can act on it: a warning about scaffolding is not the program's.
     fn concerns_user(&self, origin: &dyn Origin) -> bool {
         let in_program = |span: &Span| map(span, origin).is_some_and(|mapped| mapped.place.verbatim);
         !self.is_summary() && (self.is_error() || self.spans.iter().any(|span| span.is_primary && in_program(span)))
@@ -182,7 +182,7 @@ impl Diagnostic {
         self.is_error() && self.spans.iter().any(|span| span.is_primary && is_there(span))
     }
 
-    /// The diagnostic about the LF program; about the generated code when nothing of the program stands behind it.
+    /// Renders the diagnostic about the LF program; about the generated code if that has no origin in the program.
     fn render(&self, origin: &dyn Origin, coloured: bool) -> Rendered {
         let spans: Vec<Mapped> = self.spans.iter().filter_map(|span| map(span, origin)).collect();
         let primary = spans.iter().find(|span| span.is_primary).or(spans.first());
@@ -197,7 +197,7 @@ impl Diagnostic {
             text.push('\n');
         }
         if !primary.place.verbatim {
-            // The declaration alone does not show what rustc means; its own excerpt does.
+            // The declaration alone does not show the meaning; rustc's own excerpt does.
             text.push_str("in the code that is generated for this:\n");
             text.push_str(rendered);
         } else if let Some(hint) = self.hint(primary, origin) {
@@ -215,7 +215,7 @@ impl Diagnostic {
         Rendered { place, is_error, cause: self.message.clone(), text }
     }
 
-    /// The setting of Kconfig without which an image does not have what is not found.
+    /// Returns the setting of Kconfig without which an image lacks the missing function.
     fn left_out_without(&self) -> Option<&str> {
         let lines = self.children.iter().flat_map(|child| &child.spans).flat_map(|span| &span.text);
         lines.filter(|line| line.text.contains("cfg(")).find_map(|line| {
@@ -242,12 +242,12 @@ impl Diagnostic {
         said.hint()
     }
 
-    /// Returns whether a note is meaningful without the code that it is about: not if it consists of the name of a file
-    /// in a folder of cargo, or "here" is in the runtime.
+    /// Returns whether a note is meaningful without the code that it is about: it is not if it consists of the name of
+    /// a file in a folder of cargo, or "here" is in the runtime.
     fn says_something(&self, origin: &dyn Origin) -> bool {
         let about_files = ["the full name for the type has been written to", "consider using `--verbose`"];
         let is_known = self.spans.iter().any(|span| map(span, origin).is_some_and(|mapped| mapped.place.verbatim));
-        // Imports are always suggested: they go into a preamble.
+        // Imports are always suggested, because they go into a preamble.
         let news: Vec<&str> = self.spans.iter().filter_map(|span| span.suggested_replacement.as_deref()).collect();
         let changes_others = !is_known && !news.is_empty() && !news.iter().any(|new| new.starts_with("use "));
         let is_elsewhere = !is_known && self.message.ends_with(" defined here");
@@ -267,7 +267,7 @@ impl Diagnostic {
         }
     }
 
-    /// The lines of one LF file that the spans are about.
+    /// Renders the lines of one LF file that the spans are about.
     fn excerpt(&self, spans: &[Mapped], path: &str, origin: &dyn Origin, coloured: bool) -> Option<String> {
         let source = origin.text(path)?;
         let annotations = spans.iter().filter(|span| span.place.path == path).map(|span| {
@@ -280,7 +280,7 @@ impl Diagnostic {
         Some(renderer.decor_style(DecorStyle::Ascii).render(&[group]))
     }
 
-    /// Notes and suggestions, in rustc's words.
+    /// Renders notes and suggestions, in rustc's words.
     fn render_as_note(&self, origin: &dyn Origin, text: &mut String) {
         let mut lines = self.message.lines();
         // Writing to a String cannot fail.
@@ -308,13 +308,13 @@ impl Diagnostic {
     }
 }
 
-/// The lines of the program that a suggestion changes, as they are then; nothing if it is about something else, too.
+/// Returns the lines of the program that a suggestion changes, in their new form; `None` if it also changes other code.
 fn changed_lines(changes: &[(&Span, &str)], origin: &dyn Origin) -> Option<Vec<String>> {
     let mut changes = changes
         .iter()
         .map(|(span, new)| Some((map(span, origin).filter(|mapped| mapped.place.verbatim)?, *new)))
         .collect::<Option<Vec<_>>>()?;
-    // From the end on, so that what is before a change stays where it is.
+    // The changes are applied from the end on, so that the text before each stays in its place.
     changes.sort_by_key(|(mapped, _)| std::cmp::Reverse(mapped.bytes.start));
     let mut lines: Vec<(usize, String)> = Vec::new();
     for (Mapped { place, bytes, .. }, new) in changes {
@@ -335,9 +335,9 @@ impl std::fmt::Display for Diagnostic {
     }
 }
 
-/// A diagnostic that is about the program.
+/// A diagnostic about the program.
 struct Rendered {
-    /// Nothing where it is not about the program's text.
+    /// The place; `None` if it is not about the program's text.
     place: Option<LfPlace>,
     is_error: bool,
     /// The common part of diagnostics of one mistake.
@@ -351,7 +351,7 @@ impl Rendered {
     }
 }
 
-/// Diagnostics as text, and how many there are.
+/// Diagnostics as text, and their number.
 #[derive(Debug, Default)]
 pub(crate) struct Shown {
     pub(crate) text: String,
@@ -359,10 +359,10 @@ pub(crate) struct Shown {
     pub(crate) warnings: usize,
 }
 
-/// All diagnostics as text in the order of the program. Those of one cause at one place come once: a reactor that
-/// several federates contain is compiled several times, and a type is written several times in what is generated for
-/// one declaration. Where there are errors in what the user wrote, those in what was generated from it only follow from
-/// them; warnings in it are shown only where the program does not show the same.
+/// Renders all diagnostics in the order of the program. Those of one cause at one place appear once: a reactor that
+/// several federates contain is compiled several times, and the code for one declaration contains a type several times.
+/// If the user's code has errors, those in generated code only follow from them; warnings in it are shown only if the
+/// program does not show the same.
 pub(crate) fn render_all(diagnostics: &[Diagnostic], origin: &dyn Origin, coloured: bool) -> Shown {
     let told = diagnostics.iter().any(|diagnostic| diagnostic.is_at_text(origin));
     let follows = |one: &Diagnostic| told && one.is_error() && !one.is_at_text(origin);
@@ -389,7 +389,7 @@ pub(crate) fn render_all(diagnostics: &[Diagnostic], origin: &dyn Origin, colour
     shown_all
 }
 
-/// The span in the LF program; a span in a macro of another crate is taken to where the macro is used.
+/// Returns the span in the LF program; for a span in a macro of another crate, that of the macro's use.
 fn map(span: &Span, origin: &dyn Origin) -> Option<Mapped> {
     let Some(place) = origin.place(&span.file_name, span.line_start, span.column_start) else {
         let outer = &span.expansion.as_ref()?.span;
@@ -404,7 +404,7 @@ fn map(span: &Span, origin: &dyn Origin) -> Option<Mapped> {
         && let Some(word) = span.word()
         && let Some(offset) = find_word(&source[start..line_end], &word)
     {
-        // Types and names are generated from what the declaration itself says.
+        // Types and names are generated from the text of the declaration.
         let bytes = start + offset..start + offset + word.len();
         let column = place.column + source[start..bytes.start].chars().count();
         let place = LfPlace { column, verbatim: true, ..place };
@@ -418,7 +418,7 @@ fn map(span: &Span, origin: &dyn Origin) -> Option<Mapped> {
     Some(Mapped { place, bytes, is_primary: span.is_primary, label: span.label.clone() })
 }
 
-/// Where a word stands by itself in a text.
+/// Returns the position of a word that stands by itself in a text.
 fn find_word(text: &str, word: &str) -> Option<usize> {
     let is_part = |character: Option<char>| character.is_some_and(|one| one.is_alphanumeric() || one == '_');
     let alone =
@@ -426,7 +426,7 @@ fn find_word(text: &str, word: &str) -> Option<usize> {
     text.match_indices(word).map(|(at, _)| at).find(|at| alone(*at))
 }
 
-/// The byte at which a place begins; the end of the line or of the text when it lies behind that.
+/// Returns the byte at which a place begins; the end of the line or of the text if it lies behind that.
 fn byte_of(source: &str, line: usize, column: usize) -> usize {
     let mut start = 0;
     for text in source.split_inclusive('\n').take(line.saturating_sub(1)) {

@@ -12,7 +12,7 @@ pub(crate) struct Scope {
     lines: (usize, usize),
     /// The name of the reactor.
     pub(crate) reactor: String,
-    /// The variables that the signature gives the body, and whether it may change each.
+    /// The variables that the signature declares for the body, and whether it may change each.
     variables: Vec<(String, bool)>,
     things: Vec<Thing>,
 }
@@ -20,9 +20,9 @@ pub(crate) struct Scope {
 /// A name that the signature of a reaction can contain.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub(crate) struct Thing {
-    /// As bodies call it.
+    /// Its name in bodies.
     pub(crate) name: String,
-    /// As signatures call it.
+    /// Its name in signatures.
     pub(crate) written: String,
     /// Its kind.
     pub(crate) kind: Kind,
@@ -43,7 +43,7 @@ pub(crate) enum Kind {
 }
 
 impl Scope {
-    /// The bodies of all reactions.
+    /// Returns the bodies of all reactions.
     pub(crate) fn all(plan: &Plan) -> Vec<Self> {
         let of_class = |class: &ReactorClass| -> Vec<Self> {
             let things = things(plan, class);
@@ -65,7 +65,7 @@ impl Scope {
         self.path == path && (self.lines.0..=self.lines.1).contains(&line)
     }
 
-    /// Returns what a signature can name, by its name in bodies.
+    /// Returns the element of the signature that has this name in bodies.
     pub(crate) fn thing(&self, name: &str) -> Option<&Thing> {
         self.things.iter().find(|thing| thing.name == name)
     }
@@ -75,7 +75,7 @@ impl Scope {
         self.variables.iter().any(|(variable, _)| variable == name)
     }
 
-    /// The ports of a contained reactor, if there is one of this name.
+    /// Returns the ports of a contained reactor, if there is one of this name.
     pub(crate) fn ports_of_child(&self, name: &str) -> impl Iterator<Item = &Thing> {
         self.things.iter().filter(move |thing| {
             thing.written.strip_prefix(name).is_some_and(|rest| rest.starts_with('.')) && thing.kind.is_of_child()
@@ -98,7 +98,7 @@ impl Kind {
         matches!(self, Self::Input | Self::Action | Self::Watchdog | Self::Timer | Self::ChildOutput)
     }
 
-    /// For people, with its article.
+    /// Returns the name of the kind, with its article.
     pub(crate) fn text(self) -> &'static str {
         match self {
             Self::Input => "an input",

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Reading a program, and saying what is wrong with it.
+//! Reads a program, and prints its errors.
 
 use std::fs;
 use std::io::{ErrorKind, Read as _};
@@ -30,7 +30,7 @@ impl SourceProvider for Files {
     }
 }
 
-/// Returns the text of a file that people write.
+/// Returns the text of a file that users write.
 ///
 /// # Errors
 /// The reason, as the end of a sentence. Devices and pipes are not read, because they may have no end.
@@ -66,10 +66,10 @@ pub(crate) struct Program {
 }
 
 impl Program {
-    /// Compiles a main file to a plan; what there is to say about it goes to standard error.
+    /// Compiles a main file to a plan; prints the diagnostics to standard error.
     ///
     /// # Errors
-    /// When there is no plan for it; the user has been told why.
+    /// When it has no plan; the user has seen the reasons.
     pub(crate) fn load(file: &Path) -> Result<Self, Failure> {
         let path = text_of(file)?;
         from_root(file)?;
@@ -87,7 +87,7 @@ impl Program {
     }
 }
 
-/// `2 errors and 1 warning`
+/// Formats the numbers: `2 errors and 1 warning`.
 pub(crate) fn count(errors: usize, warnings: usize) -> String {
     let plural = |number: usize, word: &str| match number {
         0 => format!("no {word}s"),

@@ -27,7 +27,7 @@ const RUNTIMES_MAX: usize = 8;
 /// The maximum number of programs with intermediate results, at some 5 MB each, beside shared files.
 const PROGRAMS_MAX: usize = 64;
 
-/// Says whose intermediate results a folder has: the folder of the generated crates.
+/// The file that names the owner of a folder's intermediate results: the folder of the generated crates.
 const OWNER: &str = "owner";
 
 /// The folder.
@@ -58,7 +58,7 @@ impl Store {
         Self { folder }
     }
 
-    /// The compiled runtime for programs that need it like this, which a text describes.
+    /// Returns the compiled runtime for programs with these needs.
     ///
     /// # Errors
     /// When it cannot be written.
@@ -66,7 +66,7 @@ impl Store {
         self.lock("runtime", &format!("{:016x}", hash_of(needs)), RUNTIMES_MAX, "the runtime crates")
     }
 
-    /// The intermediate results of the program whose crates are generated in a folder.
+    /// Returns the intermediate results of the program whose crates are generated in a folder.
     ///
     /// # Errors
     /// When they cannot be written.
@@ -76,7 +76,7 @@ impl Store {
         Ok(locked)
     }
 
-    /// Removes what is kept of the program whose crates are generated in a folder.
+    /// Removes the stored files of the program whose crates are generated in a folder.
     ///
     /// # Errors
     /// When something cannot be removed.
@@ -84,7 +84,7 @@ impl Store {
         remove_unused(&self.folder.join("programs").join(program_key(out)), freed)
     }
 
-    /// Removes all that is kept.
+    /// Removes all stored files.
     ///
     /// # Errors
     /// When something cannot be removed.
@@ -116,14 +116,14 @@ impl Store {
         others.sort_by_key(|(_, used)| std::cmp::Reverse(*used));
         let (orphans, others): (Vec<_>, Vec<_>) = others.into_iter().partition(|(other, _)| is_orphan(other));
         for (other, _) in orphans.into_iter().chain(others.into_iter().skip(count_max - 1)) {
-            // Room is a wish; what cannot be removed now can be another time.
+            // A failure does not matter; a later build can remove the folder.
             let _ = remove_unused(&other, &mut Freed::default());
         }
         Ok(Locked { folder, _lock: lock })
     }
 }
 
-/// A number that is the same for the same value.
+/// Returns a number that is equal for equal values.
 pub(super) fn hash_of(value: &(impl Hash + ?Sized)) -> u64 {
     let mut hasher = DefaultHasher::new();
     value.hash(&mut hasher);
@@ -148,7 +148,7 @@ fn is_orphan(folder: &Path) -> bool {
     fs::read_to_string(folder.join(OWNER)).is_ok_and(|out| !Path::new(&out).exists())
 }
 
-/// The folders in a folder, and when they were used.
+/// Returns the folders in a folder, with their times of use.
 fn entries(parent: &Path) -> io::Result<Vec<(PathBuf, SystemTime)>> {
     let found = match fs::read_dir(parent) {
         Ok(found) => found,
@@ -185,7 +185,7 @@ fn remove_unused(folder: &Path, freed: &mut Freed) -> io::Result<()> {
 }
 
 impl Freed {
-    /// Removes a file or a folder with all that is in it; one that is not there is no error.
+    /// Removes a file or a folder with all its contents; a missing one is no error.
     ///
     /// # Errors
     /// When something cannot be removed.

@@ -23,19 +23,19 @@ const FILE: &str = "source-map.json";
 /// The content of that file.
 #[derive(Debug, Serialize, Deserialize)]
 struct Stored {
-    /// The LF files as they were when the crate was generated, by the paths that the compiler was given, and files of
-    /// Rust that the program includes, by their absolute paths.
+    /// The LF files at the time of generating the crate, by the paths that the compiler was given, and files of Rust
+    /// that the program includes, by their absolute paths.
     texts: BTreeMap<String, String>,
-    /// From the crate's files to these.
+    /// The map from the crate's files to these.
     map: SourceMap,
     /// The bodies of reactions.
     scopes: Vec<Scope>,
 }
 
-/// The file for a generated crate: its path below the output folder, and its text.
+/// Returns the file for a generated crate: its path below the output folder, and its text.
 ///
 /// # Errors
-/// When there is no JSON for it.
+/// When it cannot be written as JSON.
 pub(super) fn file(program: &Program, emitted: &Emitted, folder: &str) -> Result<(String, String), Failure> {
     let sources = program.diagnostics.sources().iter();
     let texts = sources.map(|(_, file)| (file.path().to_owned(), file.text().to_owned()));
@@ -72,18 +72,18 @@ pub(crate) fn explain(messages: &[PathBuf]) -> Result<String, Failure> {
             diagnostics.push((folder.to_owned(), message));
         }
     }
-    // Where there is not even `core`, the target is what is missing, as other messages say.
+    // Without `core`, the target is missing, as other messages say.
     if diagnostics.iter().any(|(_, message)| message.misses("core")) {
         without_std.clear();
     }
-    // Whatever else is wrong in such a crate follows from that.
+    // All other errors of such a crate follow from that.
     diagnostics.retain(|(folder, _)| !without_std.values().any(|other| other == folder));
     let diagnostics: Vec<_> = diagnostics.into_iter().map(|(_, message)| message).collect();
     let without_std: String = without_std.keys().map(|name| needs_std(name)).collect();
     Ok(without_std + &rustc::render_all(&diagnostics, &crates, false).text)
 }
 
-/// Returns the error about a crate that needs what images lack.
+/// Returns the error about a crate that needs features which images lack.
 fn needs_std(name: &str) -> String {
     format!(
         "error: the crate `{name}` needs `std`, which images do not have\n  hint: where it is one of \
@@ -92,10 +92,10 @@ fn needs_std(name: &str) -> String {
     )
 }
 
-/// From the files of a generated crate to the program; nothing for a folder that has not been generated.
+/// Returns the map from the files of a generated crate to the program; `None` for a folder that has not been generated.
 ///
 /// # Errors
-/// When what lies beside the crate cannot be read.
+/// When the file beside the crate cannot be read.
 pub(super) fn map(folder: &Path) -> Result<Option<SourceMap>, Failure> {
     Ok(load(&folder.join(FILE))?.map(|stored| stored.map))
 }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Edges of two signals beside each other: which belong together, how far apart they are, how that changes. No I/O.
+//! Compares the edges of two signals: the pairs, their distances, and the change of these. No I/O.
 //!
 //! Times are in nanoseconds, as floating-point numbers, which are exact for a hundred days.
 
@@ -12,7 +12,7 @@ pub(crate) struct Edge {
     pub(crate) is_rising: bool,
 }
 
-/// Edges of two signals that belong together: the time of the first one, and how much later the other one is.
+/// Edges of two signals that belong together: the time of the first one, and the delay of the other one.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub(crate) struct Pair {
     pub(crate) time_ns: f64,
@@ -28,8 +28,8 @@ pub(crate) struct Pairs {
     pub(crate) extra: usize,
 }
 
-/// Finds which edges belong together: those of one kind that are each other's nearest, and not further apart than the
-/// window. Both signals are in the order of time.
+/// Finds the edges that belong together: those of one kind that are each other's nearest, and not further apart than
+/// the window. Both signals are in the order of time.
 pub(crate) fn pair(reference: &[Edge], compared: &[Edge], window_ns: f64) -> Pairs {
     let mut pairs = Pairs::default();
     for is_rising in [true, false] {
@@ -51,7 +51,7 @@ pub(crate) fn pair(reference: &[Edge], compared: &[Edge], window_ns: f64) -> Pai
     pairs
 }
 
-/// The index of the nearest of these times, the earlier one of two.
+/// Returns the index of the nearest of these times, the earlier one of two.
 fn nearest(times: &[f64], time: f64) -> Option<usize> {
     let after = times.partition_point(|other| *other < time);
     let candidates = [after.checked_sub(1), Some(after).filter(|after| *after < times.len())];
@@ -90,7 +90,7 @@ pub(crate) struct Statistics {
 }
 
 impl Statistics {
-    /// Those of at least one pair.
+    /// Returns the statistics of at least one pair.
     pub(crate) fn of(pairs: &[Pair]) -> Option<Self> {
         let mut delays: Vec<f64> = pairs.iter().map(|pair| pair.delay_ns / 1e3).collect();
         delays.sort_by(f64::total_cmp);
@@ -114,17 +114,17 @@ pub(crate) struct Line {
     pub(crate) slope_us_per_s: f64,
     /// The standard error of the slope.
     pub(crate) slope_error_us_per_s: f64,
-    /// At the time 0.
+    /// The value at the time 0.
     pub(crate) offset_us: f64,
     /// The standard deviation around the line.
     pub(crate) residual_us: f64,
     /// The median of the slopes between delays that are half of the recording apart, which single edges that a busy
-    /// computer held up do not change (Theil's incomplete method).
+    /// computer delayed do not change (Theil's incomplete method).
     pub(crate) median_slope_us_per_s: f64,
 }
 
 impl Line {
-    /// That of at least three pairs that are not all at one time.
+    /// Returns the line through at least three pairs that are not all at one time.
     pub(crate) fn through(pairs: &[Pair]) -> Option<Self> {
         if pairs.len() < 3 {
             return None;
@@ -151,7 +151,7 @@ impl Line {
         Some(line)
     }
 
-    /// Where the line is at a time in seconds.
+    /// Returns the value of the line at a time in seconds.
     pub(crate) fn at_us(&self, time_s: f64) -> f64 {
         self.offset_us + self.slope_us_per_s * time_s
     }
@@ -162,7 +162,7 @@ impl Line {
     }
 }
 
-/// Of at least two pairs that are not all at one time.
+/// Returns the median slope of at least two pairs that are not all at one time.
 fn median_slope_us_per_s(pairs: &[Pair]) -> Option<f64> {
     let later = &pairs[pairs.len() / 2..];
     let seconds = |earlier: &Pair, later: &Pair| (later.time_ns - earlier.time_ns) / 1e9;
@@ -176,7 +176,7 @@ fn median_slope_us_per_s(pairs: &[Pair]) -> Option<f64> {
 /// The number of values in each of several intervals of one width.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub(crate) struct Histogram {
-    /// Where the first interval begins.
+    /// The beginning of the first interval.
     pub(crate) from_us: f64,
     pub(crate) width_us: f64,
     pub(crate) counts: Vec<usize>,
@@ -187,7 +187,7 @@ impl Histogram {
     pub(crate) fn of(values_us: &[f64], intervals: usize) -> Option<Self> {
         let from_us = values_us.iter().copied().min_by(f64::total_cmp)?;
         let to_us = values_us.iter().copied().max_by(f64::total_cmp)?;
-        // Where all values are alike, they are in one interval of a nanosecond.
+        // Equal values are in one interval of a nanosecond.
         let width_us = ((to_us - from_us) / count(intervals)).max(0.001);
         let mut counts = vec![0; intervals];
         for value in values_us {
@@ -200,7 +200,7 @@ impl Histogram {
     }
 }
 
-/// The smallest value that so large a part of all is not above. They are in order.
+/// Returns the smallest value that is not below this part of all. They are in order.
 fn quantile(sorted: &[f64], part: f64) -> Option<f64> {
     #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "it is limited by the number")]
     let rank = (part * count(sorted.len())).ceil() as usize;
@@ -223,7 +223,7 @@ mod tests {
 
     use super::*;
 
-    /// Edges of a pin that toggles after such pauses, in nanoseconds.
+    /// Returns the edges of a pin that toggles after such pauses, in nanoseconds.
     fn toggles(pauses: &[u32]) -> Vec<Edge> {
         let mut time_ns = 0.0;
         let edge = |(index, pause): (usize, &u32)| {
@@ -239,7 +239,7 @@ mod tests {
     }
 
     proptest! {
-        /// Two boards whose edges are less apart than the half of any pause: each edge finds its own.
+        /// Two boards differ by less than half of any pause: each edge finds its own partner.
         #[test]
         fn every_edge_finds_its_partner(
             pauses in vec(1000_u32..100_000, 2..200),

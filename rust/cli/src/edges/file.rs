@@ -14,13 +14,12 @@ use crate::failure::Failure;
 /// A signal of one bit.
 #[derive(Debug)]
 pub(crate) struct Signal {
-    /// The names of the scopes that it is in and its own, with dots between.
+    /// The names of its scopes and its own, with dots between.
     pub(crate) name: String,
     pub(crate) edges: Vec<Edge>,
 }
 
-/// Reads the signals of files, on one axis of time. Files that say when they begin are aligned by that, others begin
-/// together.
+/// Reads the signals of files, on one axis of time. Files with a start time are aligned by that, others begin together.
 pub(crate) fn read(files: &[impl AsRef<Path>]) -> Result<Vec<Signal>, Failure> {
     let mut parts = Vec::new();
     for file in files {
@@ -46,7 +45,7 @@ pub(crate) fn read(files: &[impl AsRef<Path>]) -> Result<Vec<Signal>, Failure> {
     Ok(all)
 }
 
-/// The signals of a file, and its start if it says one.
+/// Returns the signals of a file, and its start time if it has one.
 fn signals(from: impl BufRead) -> io::Result<(Option<i64>, Vec<Signal>)> {
     let mut parser = Parser::new(from);
     let header = parser.parse_header()?;
@@ -107,7 +106,7 @@ fn nanoseconds(unit: TimescaleUnit) -> f64 {
 mod tests {
     use super::*;
 
-    /// As libsigrok writes it: several samples a line, microseconds, a scope of its own.
+    /// libsigrok writes several samples a line, microseconds, and a scope of its own.
     #[test]
     fn files_of_logic_analysers_are_read() {
         let text = "$date today $end $version libsigrok $end\n$comment 2 channels at 1 MHz $end\n$timescale 1 us $end\n\

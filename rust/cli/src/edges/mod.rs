@@ -92,7 +92,7 @@ mod tests {
     use super::analysis::Edge;
     use super::*;
 
-    /// Two boards, of which one gains 26 µs in a second, shakes by 1 µs and misses an edge.
+    /// Returns the pins of two boards, of which one gains 26 µs in a second, has a jitter of 1 µs and misses an edge.
     fn boards() -> [Signal; 2] {
         let edge = |index: u32| Edge { time_ns: f64::from(index) * 5e8, is_rising: index % 2 == 1 };
         let late = |index: u32| {
@@ -116,7 +116,7 @@ mod tests {
         insta::assert_snapshot!(table::report(&report()));
     }
 
-    /// Other programs read this: what is added to it does no harm, and what is renamed does.
+    /// Other programs read this output: additions do no harm, but renamed keys do.
     #[test]
     fn programs_are_told_signals_and_comparisons() {
         let [mut a, mut b] = boards();

@@ -43,7 +43,7 @@ fn colour(signal: usize) -> RGBColor {
     COLOURS[signal % COLOURS.len()]
 }
 
-/// The range of these values with room around it.
+/// Returns the range of these values with a margin.
 fn range(values: impl Iterator<Item = f64> + Clone) -> std::ops::Range<f64> {
     let (low, high) = (values.clone().fold(f64::INFINITY, f64::min), values.fold(f64::NEG_INFINITY, f64::max));
     if low > high {
@@ -77,7 +77,7 @@ fn draw_delays(area: &Area<'_>, report: &Report) -> Drawn {
             chart.draw_series(LineSeries::new(ends, colour(number).stroke_width(1)))?;
         }
     }
-    // Where the first line is not.
+    // The position avoids the first line.
     let slope = report.compared.iter().find_map(|comparison| comparison.drift.as_ref()).map(|line| line.slope_us_per_s);
     let is_falling = slope.is_some_and(|slope| slope < 0.0);
     chart

@@ -6,7 +6,7 @@ use serde::Serialize;
 use super::analysis::{Histogram, Line, Pair, Statistics};
 use super::file::Signal;
 
-/// Which signals there are.
+/// The signals.
 #[derive(Debug, Serialize)]
 pub(super) struct Listing<'s> {
     pub(super) signals: Vec<Listed<'s>>,
@@ -36,12 +36,12 @@ pub(super) struct Comparison {
     pub(super) extra: usize,
     pub(super) delay: Option<Statistics>,
     pub(super) drift: Option<Line>,
-    /// Of the distances from the line of the drift; of the delays themselves where there is none.
+    /// The histogram of the distances from the line of the drift; of the delays themselves without one.
     pub(super) histogram: Option<Histogram>,
     pub(super) pairs: Vec<Pair>,
 }
 
-/// All that was found.
+/// The complete results.
 #[derive(Debug, Serialize)]
 pub(super) struct Report {
     pub(super) reference: String,

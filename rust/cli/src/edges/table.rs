@@ -10,7 +10,7 @@ use super::report::{Comparison, Report};
 /// The longest bar of a histogram, in characters.
 const BAR: usize = 50;
 
-/// Which signals there are.
+/// Returns the list of signals.
 pub(super) fn signals(signals: &[Signal]) -> String {
     let width = signals.iter().map(|signal| signal.name.len()).max().unwrap_or(0);
     let lines = signals.iter().map(|Signal { name, edges }| format!("{name:width$}  {} edges", edges.len()));
@@ -47,7 +47,7 @@ impl fmt::Display for Comparison {
     }
 }
 
-/// Returns a line in words.
+/// Returns a line as text.
 pub(super) fn drift(line: &Line) -> String {
     let Line { slope_us_per_s, slope_error_us_per_s, offset_us, residual_us, median_slope_us_per_s } = line;
     format!(

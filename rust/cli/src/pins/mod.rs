@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-//! `lfz run --vcd` and its like: what the pins of all federates did, in one file.
+//! `lfz run --vcd` and similar commands: a recording of the pins of all federates, in one file.
 //!
 //! Each federate writes a file of its own, whose times are by the clock of the computer that all of them run on, and
-//! which says when the federate has started. So the files agree on time, as the channels of one oscilloscope do.
+//! which contains the start time of the federate. So the files agree on time, as the channels of one oscilloscope do.
 
 mod qemu;
 
@@ -23,7 +23,7 @@ use crate::terminal;
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct PinRecording {
-    /// The file that is made of all parts.
+    /// The merged file of all parts.
     pub(crate) file: PathBuf,
     /// The file of each participant.
     pub(crate) parts: Vec<Part>,
@@ -43,7 +43,8 @@ pub(crate) struct Part {
 }
 
 impl PinRecording {
-    /// That of a program whose federates all run on this computer, with files of their own in a folder.
+    /// Returns the recording of a program whose federates all run on this computer, with files of their own in a
+    /// folder.
     pub(crate) fn of(plan: &Plan, folder: &Path, file: &Path) -> Self {
         let part =
             |name: &String| Part { name: name.clone(), file: folder.join(format!("{name}.vcd")), is_trace: false };
@@ -51,12 +52,12 @@ impl PinRecording {
         Self { file: file.to_owned(), parts }
     }
 
-    /// The file into which a participant writes what its pins do.
+    /// Returns the file into which a participant records its pins.
     pub(crate) fn file_of(&self, name: &str) -> Option<&Path> {
         self.parts.iter().find(|part| part.name == name).map(|part| part.file.as_path())
     }
 
-    /// Takes away what an earlier run has left.
+    /// Removes the files of an earlier run.
     pub(crate) fn clear(&self) {
         for part in &self.parts {
             // A file that cannot be removed cannot be written either, which is an error then.
@@ -64,11 +65,11 @@ impl PinRecording {
         }
     }
 
-    /// Makes one file of those that the participants have written, and says so. One that was ended before it could
-    /// write has none.
+    /// Merges the files of the participants, and prints the result's path. A participant that was ended before it could
+    /// write has no file.
     ///
     /// # Errors
-    /// When one is not understood, or the result cannot be written.
+    /// When one is invalid, or the result cannot be written.
     pub(crate) fn merge(&self) -> Result<(), Failure> {
         let mut recordings = Vec::new();
         // QEMU's traces lack the start of the program; so that of the others counts.
@@ -121,7 +122,7 @@ pub(crate) fn check_script(script: &Path, plan: &Plan) -> Result<(), Failure> {
     check(&text, &readers).map_err(|error| wrong(&error))
 }
 
-/// `NAME=all`, `NAME=pins` or `NAME=nothing`
+/// Parses `NAME=all`, `NAME=pins` or `NAME=nothing`.
 pub(crate) fn reader(text: &str) -> Result<Reader, String> {
     let (name, takes) = text.split_once('=').ok_or("a federate has `=` behind its name, and what it takes")?;
     let takes = match takes {

@@ -10,11 +10,11 @@ use std::collections::BTreeMap;
 use lf_linux::devices::recording::{Changes, Recording, Signal};
 use lf_linux::model::time::{Instant, Interval};
 
-/// Something that QEMU says of a controller of pins.
+/// A line of QEMU about a controller of pins.
 struct QemuLine<'t> {
     time: Instant,
     event: &'t str,
-    /// Where the controller is in QEMU's tree of devices.
+    /// The path of the controller in QEMU's tree of devices.
     path: &'t str,
     rest: &'t str,
 }
@@ -30,18 +30,18 @@ impl<'t> QemuLine<'t> {
         Some(Self { time: Instant::from_nanos(nanoseconds), event, path, rest })
     }
 
-    /// The pin and its level, of an output that changes.
+    /// Returns the pin and its level, for an output that changes.
     fn output(&self) -> Option<(u32, bool)> {
         let (pin, level) = self.rest.strip_prefix("setting output ")?.split_once(" to ")?;
         Some((pin.parse().ok()?, level.trim() == "1"))
     }
 }
 
-/// The recording of a board that has started at a time, of what QEMU has traced. Pins are called as in the devicetree,
+/// Converts QEMU's trace of a board that has started at a time to a recording. Pins have their names in the devicetree,
 /// where the controllers are in the order in which QEMU makes them: `gpio5_0`. Levels are electrical.
 pub(super) fn recording(name: &str, trace: &str, start: Option<Instant>) -> Recording {
     let lines: Vec<QemuLine<'_>> = trace.lines().filter_map(QemuLine::read).collect();
-    // Each is reset once at the beginning; the numbers at the ends of paths are those of their making.
+    // Each is reset once at the beginning; the numbers at the ends of paths are in the order of creation.
     let mut controllers: Vec<&str> =
         lines.iter().filter(|line| line.event == "pl061_reset").map(|line| line.path).collect();
     controllers.sort_by_key(|path| (path.len(), *path));

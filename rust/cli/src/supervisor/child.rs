@@ -11,7 +11,7 @@ use rustix::process::{Pid, PidfdFlags, Signal, kill_process, kill_process_group,
 
 use super::output::Stream;
 
-/// A line that does not end is shown in pieces of this size, in bytes, so that it does not pile up here.
+/// The size of the pieces of an endless line, in bytes, so that it does not accumulate in memory.
 const LINE_LENGTH_MAX: usize = 64 * 1024;
 
 /// The role of a participant, which decides whether the run waits for it.
@@ -19,7 +19,7 @@ const LINE_LENGTH_MAX: usize = 64 * 1024;
 pub(crate) enum Role {
     /// A part of the program.
     Federate,
-    /// It serves the federates, and is expected to end soon after the last one has.
+    /// An RTI serves the federates, and is expected to end soon after the last one has.
     Rti,
 }
 
@@ -28,7 +28,7 @@ pub(crate) enum Role {
 pub(crate) enum Streams {
     /// It reads nothing; its lines are shown as they become whole, so that those of several do not mix.
     Lines,
-    /// It reads what this program would, and its output is shown as it comes, also a question that ends no line.
+    /// It reads this program's input, and its output is shown at once, including a question that ends no line.
     Own,
 }
 
@@ -41,10 +41,10 @@ pub(super) struct Child {
     running: Option<Running>,
     standard: Option<Lines<ChildStdout>>,
     error: Option<Lines<ChildStderr>>,
-    /// For a simulator: what stands before the status of the program in it.
+    /// For a simulator: the text before the status of the program in it.
     status_line: Option<String>,
-    /// Whether that has come. It counts as ended then, but is left until all others have ended too, as a board would
-    /// be: it may still have to tell its peers that it closes its connections.
+    /// Whether that line has arrived. The process counts as ended then, but runs until all others have ended too, as a
+    /// board would: it may still have to tell its peers that it closes its connections.
     has_told: bool,
     streams: Streams,
 }
@@ -53,7 +53,7 @@ struct Running {
     pid: Pid,
     /// Whether it is in a process group of its own.
     has_group: bool,
-    /// Readable when the process has ended.
+    /// A descriptor that is readable when the process has ended.
     end: OwnedFd,
 }
 
@@ -62,7 +62,7 @@ pub(super) struct End {
     pub(super) success: bool,
     /// 128 + n for signal n.
     pub(super) exit_code: u8,
-    /// For people, after its name: `ended with exit status 3`.
+    /// The description of the end, after its name: `ended with exit status 3`.
     pub(super) how: String,
 }
 
@@ -113,7 +113,7 @@ impl Child {
         self.running.is_some()
     }
 
-    /// The end of the program in a simulator, if this is the first line of its output that tells it.
+    /// Returns the end of the program in a simulator, if this is the first line of its output that contains it.
     pub(super) fn told(&mut self, line: &[u8]) -> Option<End> {
         let before = self.status_line.as_ref().filter(|_| !self.has_told)?;
         let line = str::from_utf8(line).ok()?;
@@ -130,12 +130,12 @@ impl Child {
         end.chain(standard).chain(error)
     }
 
-    /// Returns whether its output is shown as it comes.
+    /// Returns whether its output is shown at once.
     pub(super) fn is_shown_as_it_comes(&self) -> bool {
         self.streams == Streams::Own
     }
 
-    /// The bytes that have come.
+    /// Returns the available bytes.
     pub(super) fn read_bytes(&mut self, stream: Stream) -> io::Result<Vec<u8>> {
         let mut bytes = Vec::new();
         let mut keep = |read: &[u8]| {
@@ -152,7 +152,7 @@ impl Child {
         Ok(bytes)
     }
 
-    /// The whole lines that have come; at the end of the stream also the one that is not whole.
+    /// Returns the available whole lines; at the end of the stream also the one that is not whole.
     pub(super) fn read(&mut self, stream: Stream) -> io::Result<Vec<Vec<u8>>> {
         let (lines, ended) = match stream {
             Stream::Standard => read_lines(&mut self.standard)?,
@@ -164,8 +164,8 @@ impl Child {
         Ok(lines)
     }
 
-    /// Closes a stream and returns the line that was not whole. What the process itself has written has been read by
-    /// then; a descendant that keeps the stream open is not waited for.
+    /// Closes a stream and returns the line that was not whole. By then, everything that the process itself has written
+    /// has been read; a descendant that keeps the stream open is not awaited.
     pub(super) fn close(&mut self, stream: Stream) -> Option<Vec<u8>> {
         let rest = match stream {
             Stream::Standard => self.standard.take()?.partial,
@@ -181,7 +181,7 @@ impl Child {
         }
     }
 
-    /// Ends what is left of the process group, and waits for the process, which ends with it if it has not before.
+    /// Ends the rest of the process group, and waits for the process, which ends with it if it has not before.
     pub(super) fn reap(&mut self) -> io::Result<End> {
         // Until it is reaped the process keeps its id, so that the group is its own.
         self.signal(Signal::KILL);
@@ -223,7 +223,7 @@ impl<S: Read + AsFd> Lines<S> {
     }
 }
 
-/// Reads until nothing more is there, or `take` has enough; says whether the stream has ended.
+/// Reads until no more bytes are available, or `take` has enough; returns whether the stream has ended.
 fn read(source: Option<&mut impl Read>, take: &mut dyn FnMut(&[u8]) -> bool) -> io::Result<bool> {
     let Some(source) = source else { return Ok(false) };
     let mut buffer = [0; 16 * 1024];
@@ -239,7 +239,7 @@ fn read(source: Option<&mut impl Read>, take: &mut dyn FnMut(&[u8]) -> bool) -> 
     }
 }
 
-/// The whole lines that there are to read, and whether the stream has ended.
+/// Returns the available whole lines, and whether the stream has ended.
 fn read_lines<S: Read + AsFd>(lines: &mut Option<Lines<S>>) -> io::Result<(Vec<Vec<u8>>, bool)> {
     let mut found = Vec::new();
     let Some(Lines { source, partial }) = lines else { return Ok((found, false)) };
@@ -254,7 +254,7 @@ fn read_lines<S: Read + AsFd>(lines: &mut Option<Lines<S>>) -> io::Result<(Vec<V
                 found.push(std::mem::take(partial));
             }
         }
-        // A participant that never stops writing must not keep the others from being heard.
+        // A participant that never stops writing must not block the output of the others.
         found.len() >= 1024
     })?;
     Ok((found, ended))

@@ -2,9 +2,10 @@
 //! The end of a run: the first cause decides the exit status; the processes are asked to stop, then terminated, then
 //! killed. This module touches neither processes nor clocks.
 //!
-//! Ends are not seen in the order in which they happen: a process that is killed closes its connections before its own
-//! end can be seen, and by then the RTI may have ended because of it. Participants that end because of another one have
-//! the status [`CONSEQUENCE`]. So as long as no process has been sent a signal, an end with another status came first.
+//! The supervisor does not see ends in the order in which they happen: a killed process closes its connections before
+//! its own end is visible, and by then the RTI may have ended because of it. Participants that end because of another
+//! one have the status [`CONSEQUENCE`]. So as long as no process has been sent a signal, an end with another status
+//! came first.
 
 use std::io;
 use std::time::{Duration, Instant};
@@ -15,11 +16,12 @@ const CONSEQUENCE: u8 = 1;
 /// The time limits of a run and of its end.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Limits {
-    /// The whole run, from its start; `None` for as long as it likes.
+    /// The limit of the whole run, from its start; `None` for no limit.
     pub(crate) run: Option<Duration>,
-    /// After the first failure, and after the end of the federation, for the others to end by themselves.
+    /// The time in which the others have to end by themselves, after the first failure and after the end of the
+    /// federation.
     pub(crate) grace: Duration,
-    /// After SIGTERM, before SIGKILL.
+    /// The time from SIGTERM to SIGKILL.
     pub(crate) terminate: Duration,
 }
 
@@ -34,7 +36,7 @@ impl Default for Limits {
 pub(crate) enum Ending {
     /// All participants ended well.
     Success,
-    /// The first one that did not ended with this exit code (128 + n for signal n).
+    /// The first participant that failed had this exit code (128 + n for signal n).
     Failed(u8),
     /// This program was told to stop by this signal.
     Interrupted(u8),
@@ -45,7 +47,7 @@ pub(crate) enum Ending {
 }
 
 impl Ending {
-    /// The exit status that says the same, in the manner of shells and of timeout(1).
+    /// Returns the exit status with the same meaning, in the manner of shells and of timeout(1).
     pub(crate) fn exit_code(self) -> u8 {
         match self {
             Self::Success => 0,
@@ -80,7 +82,7 @@ enum Stage {
 #[derive(Debug)]
 pub(super) struct Plan {
     limits: Limits,
-    /// When the run has to end, unless it is ending.
+    /// The time at which the run has to end, unless it is ending.
     deadline: Option<Instant>,
     stage: Stage,
     ending: Ending,
@@ -106,7 +108,7 @@ impl Plan {
         self.ending
     }
 
-    /// When to ask [`Self::due`] next.
+    /// Returns the time at which to call [`Self::due`] next.
     pub(super) fn next(&self) -> Option<Instant> {
         match self.stage {
             Stage::Running => self.deadline,
@@ -116,7 +118,7 @@ impl Plan {
         }
     }
 
-    /// A participant has failed; the others have a while to notice.
+    /// Handles the failure of a participant; the others have some time to notice.
     pub(super) fn failed(&mut self, exit_code: u8, now: Instant) {
         if self.ending == Ending::Failed(CONSEQUENCE) && !self.is_stopping() {
             self.ending = Ending::Failed(exit_code);
@@ -127,14 +129,14 @@ impl Plan {
         }
     }
 
-    /// The RTI or all federates have ended well, so the others are expected to end, too.
+    /// Handles the successful end of the RTI or of all federates: the others are expected to end, too.
     pub(super) fn federation_over(&mut self, now: Instant) {
         if self.stage == Stage::Running {
             self.stage = Stage::Waiting(now + self.limits.grace);
         }
     }
 
-    /// A signal to stop; the second one does not wait any more.
+    /// Handles a signal to stop; the second one ends the wait.
     pub(super) fn interrupted(&mut self, signal: u8, now: Instant) -> Action {
         self.cause(Ending::Interrupted(signal));
         match self.stage {
@@ -146,14 +148,15 @@ impl Plan {
         }
     }
 
-    /// Handles that the output cannot be written any more: its reader is gone, or there is no room for it.
+    /// Handles a failure of the output: its reader is gone, or there is no room for it.
     pub(super) fn output_lost(&mut self, error: &io::Error, now: Instant) -> Action {
         let is_closed = error.kind() == io::ErrorKind::BrokenPipe;
         self.cause(if is_closed { Ending::OutputClosed } else { Ending::Failed(1) });
         self.terminate(now)
     }
 
-    /// Returns the action that has become due, and why; `None` if there is none. `names` are those that have not ended.
+    /// Returns the action that has become due, and the reason; `None` if there is none. `names` are those that have not
+    /// ended.
     pub(super) fn due(&mut self, now: Instant, names: impl Fn() -> String) -> Option<(Action, String)> {
         match self.stage {
             Stage::Running | Stage::Waiting(_) if self.deadline.is_some_and(|deadline| deadline <= now) => {
@@ -176,7 +179,7 @@ impl Plan {
         }
     }
 
-    /// The first cause counts.
+    /// Sets the cause of the end; the first one counts.
     fn cause(&mut self, ending: Ending) {
         if self.ending == Ending::Success {
             self.ending = ending;
@@ -226,7 +229,7 @@ mod tests {
         assert_eq!(plan.ending().exit_code(), 124);
     }
 
-    /// The RTI and another federate are seen to end before the one that was killed.
+    /// The supervisor sees the ends of the RTI and of another federate before that of the killed one.
     #[test]
     fn the_first_failure_counts_also_where_its_consequences_are_seen_first() {
         let start = Instant::now();
@@ -235,7 +238,7 @@ mod tests {
             plan.failed(code, start);
         }
         assert_eq!(plan.ending().exit_code(), 137);
-        // Those that are sent a signal end because of that.
+        // Processes that get a signal end because of that.
         let mut plan = Plan::new(limits(None), start);
         plan.failed(1, start);
         assert!(plan.due(start + 5 * SECOND, names).is_some());

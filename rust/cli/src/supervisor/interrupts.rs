@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Signals to this program, as something that can be waited for beside everything else.
+//! Signals to this program, as descriptors that the supervisor's loop can wait for.
 
 use std::io::{self, Read};
 use std::os::fd::{AsFd, BorrowedFd};
@@ -7,7 +7,7 @@ use std::os::unix::net::UnixStream;
 
 use signal_hook::consts::{SIGHUP, SIGINT, SIGQUIT, SIGTERM, SIGTSTP};
 
-/// The signals that are about all participants, too.
+/// The signals that concern all participants, too.
 pub(crate) struct Interrupts {
     sources: Vec<(u8, UnixStream)>,
 }
@@ -46,7 +46,7 @@ impl Interrupts {
         let _ = signal_hook::low_level::emulate_default_handler(SIGTSTP);
     }
 
-    /// No signals but those that a test makes: each byte written to the other end is one.
+    /// Returns only signals that a test makes: each byte written to the other end is one.
     #[cfg(test)]
     pub(super) fn of_stream(signal: u8, stream: UnixStream) -> Self {
         stream.set_nonblocking(true).expect("a fresh socket can be set up");
@@ -58,7 +58,7 @@ impl Interrupts {
         self.sources.iter().map(|(_, stream)| stream.as_fd())
     }
 
-    /// The signals that have come since the last call, each once.
+    /// Returns the signals since the last call, each once.
     pub(super) fn take(&mut self) -> Vec<u8> {
         let mut taken = Vec::new();
         for (signal, stream) in &mut self.sources {
@@ -71,7 +71,8 @@ impl Interrupts {
     }
 }
 
-/// The signals that this program was started to ignore, as the kernel tells it: one bit per signal, the lowest is 1.
+/// Returns the signals that this program was started to ignore, as the kernel reports them: one bit per signal, the
+/// lowest is 1.
 fn ignored() -> u64 {
     let status = std::fs::read_to_string("/proc/self/status").unwrap_or_default();
     let mask = status.lines().find_map(|line| line.strip_prefix("SigIgn:"));

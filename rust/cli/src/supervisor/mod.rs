@@ -45,17 +45,17 @@ struct Ready {
 }
 
 impl Supervisor {
-    /// Nothing runs yet; the time limit counts from now.
+    /// Returns a supervisor without processes; the time limit counts from now.
     pub(crate) fn new(limits: Limits, interrupts: Interrupts, output: Output) -> Self {
         Self { children: Vec::new(), plan: Plan::new(limits, Instant::now()), interrupts, output }
     }
 
-    /// Starts a participant in a process group of its own, unless it may read from a terminal. A simulator
-    /// goes on when the program in it
-    /// has ended; the line of its standard output that begins with `status_line` tells with which status.
+    /// Starts a participant in a process group of its own, unless it may read from a terminal. A simulator continues
+    /// after the program in it has ended; the line of its standard output that begins with `status_line` contains the
+    /// program's status.
     ///
     /// # Errors
-    /// When the program cannot be started; what has been started before runs on.
+    /// When the program cannot be started; processes that were started earlier keep running.
     pub(crate) fn start(
         &mut self,
         name: &str,
@@ -68,8 +68,8 @@ impl Supervisor {
         Ok(())
     }
 
-    /// Runs until a line of the last started participant's standard output answers `wanted`, which is not shown then.
-    /// `None` when the run has to end before that line comes; go on with [`Self::finish`].
+    /// Runs until a line of the last started participant's standard output answers `wanted`, and does not show that
+    /// line. Returns `None` if the run has to end before that line comes; continue with [`Self::finish`].
     ///
     /// # Errors
     /// When the system's calls fail.
@@ -88,7 +88,7 @@ impl Supervisor {
         Ok(found.filter(|_| !self.plan.is_ending()))
     }
 
-    /// Runs until all participants have ended, and says how.
+    /// Runs until all participants have ended, and returns the outcome.
     ///
     /// # Errors
     /// When the system's calls fail; all participants are killed then.
@@ -100,7 +100,7 @@ impl Supervisor {
         Ok(self.plan.ending())
     }
 
-    /// Waits once, and deals with all that has happened.
+    /// Waits once, and handles all events.
     fn turn(&mut self, swallow: &mut dyn FnMut(usize, &str) -> bool) -> io::Result<()> {
         let ready = self.wait()?;
         for (index, stream) in ready.streams {
@@ -175,7 +175,7 @@ impl Supervisor {
         Ok(ready)
     }
 
-    /// Shows the whole lines that have come on one stream, and says whether there were any.
+    /// Shows the available whole lines of one stream, and returns whether there were any.
     fn copy(&mut self, index: usize, stream: Stream, swallow: &mut dyn FnMut(usize, &str) -> bool) -> io::Result<bool> {
         if self.children[index].is_shown_as_it_comes() {
             let bytes = self.children[index].read_bytes(stream)?;
@@ -197,7 +197,7 @@ impl Supervisor {
         Ok(any)
     }
 
-    /// A process has ended: reaps it, and shows the rest of its output.
+    /// Handles the end of a process: reaps it, and shows the rest of its output.
     fn ended(&mut self, index: usize, swallow: &mut dyn FnMut(usize, &str) -> bool) -> io::Result<()> {
         let end = self.children[index].reap()?;
         for stream in [Stream::Standard, Stream::Error] {
@@ -212,14 +212,13 @@ impl Supervisor {
         Ok(())
     }
 
-    /// Decides what the end of a participant means for the others.
+    /// Decides the consequences of a participant's end for the others.
     fn judge(&mut self, index: usize, end: &End) {
         let ended = &self.children[index];
         let mut others = self.children.iter().filter(|child| child.is_running()).peekable();
         let is_last = others.peek().is_none();
         if !end.success {
-            // A process that was told to stop may end with any status; one that ends by itself says something about the
-            // program.
+            // A process that was told to stop may end with any status; the status of one that ends by itself counts.
             if !self.plan.is_stopping() {
                 let rest = if is_last { "" } else { "; waiting for the others to end" };
                 self.output.note(&format!("{} {}{rest}", ended.name, end.how));
@@ -232,7 +231,7 @@ impl Supervisor {
         }
     }
 
-    /// Stops all until this process may go on: those in groups of their own do not get what the terminal sends.
+    /// Stops all processes until this one may continue: those in groups of their own do not get the terminal's signals.
     fn suspend(&self) {
         let there = || self.children.iter().filter(|child| child.is_there());
         there().for_each(|child| child.signal(Signal::STOP));
@@ -253,7 +252,7 @@ impl Supervisor {
 }
 
 impl Drop for Supervisor {
-    /// Whatever happens to this program, no participant is left behind.
+    /// Ends all participants, whatever happens to this program.
     fn drop(&mut self) {
         for child in self.children.iter_mut().filter(|child| child.is_there()) {
             // An error means that it is gone already.

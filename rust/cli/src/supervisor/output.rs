@@ -7,7 +7,7 @@ use std::io::{self, IsTerminal, Write};
 use crate::codes::with_sentences;
 use crate::compile::Console;
 
-/// Which output of a participant.
+/// The output stream of a participant.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Stream {
     /// Standard output, which goes to standard output.
@@ -16,18 +16,18 @@ pub(super) enum Stream {
     Error,
 }
 
-/// Colours that can be told apart on dark and light terminals, one per participant.
+/// Colours that are distinguishable on dark and light terminals, one per participant.
 const COLOURS: [u8; 6] = [36, 33, 35, 32, 34, 31];
 
-/// Where lines go.
+/// The destination of lines.
 pub(crate) struct Output {
     standard: Box<dyn Write>,
     error: Box<dyn Write>,
     /// Whether each of the two is a terminal, and gets colours.
     coloured: (bool, bool),
-    /// Before what is said about the run itself; without it no line gets a name.
+    /// The name before messages about the run itself; without it no line gets a name.
     speaker: Option<String>,
-    /// In characters.
+    /// The width of names, in characters.
     name_width: usize,
     /// The consoles of participants that do not name positions in the program themselves, by their names.
     consoles: BTreeMap<String, Console>,
@@ -36,14 +36,14 @@ pub(crate) struct Output {
 }
 
 impl Output {
-    /// To the standard streams of this process, with room for these names.
+    /// Returns the output to the standard streams of this process, with room for these names.
     pub(crate) fn of_this_process<'a>(speaker: Option<&'a str>, names: impl IntoIterator<Item = &'a str>) -> Self {
         let colours = std::env::var_os("NO_COLOR").is_none();
         let coloured = (colours && io::stdout().is_terminal(), colours && io::stderr().is_terminal());
         Self::new(Box::new(io::stdout()), Box::new(io::stderr()), coloured, speaker, names)
     }
 
-    /// To any two writers.
+    /// Returns the output to any two writers.
     pub(super) fn new<'a>(
         standard: Box<dyn Write>,
         error: Box<dyn Write>,
@@ -56,17 +56,17 @@ impl Output {
         Self { standard, error, coloured, speaker, name_width, consoles: BTreeMap::new(), lost: None }
     }
 
-    /// With what is known of the code of participants, by their names.
+    /// Adds the consoles of participants, by their names.
     pub(crate) fn with_consoles(self, consoles: BTreeMap<String, Console>) -> Self {
         Self { consoles, ..self }
     }
 
-    /// Returns the error of the output, so that there is no point in going on.
+    /// Returns the error of the output, after which it is pointless to continue.
     pub(super) fn take_error(&mut self) -> Option<io::Error> {
         self.lost.take()
     }
 
-    /// Shows what a participant has written as it is.
+    /// Shows a participant's output as it is.
     pub(super) fn bytes(&mut self, stream: Stream, bytes: &[u8]) {
         self.write(stream, bytes);
     }
@@ -86,7 +86,7 @@ impl Output {
         self.write(stream, &bytes);
     }
 
-    /// Says something in this program's own name.
+    /// Prints a message in this program's own name.
     pub(super) fn note(&mut self, text: &str) {
         let prefix = self.prefix(self.speaker.as_deref().unwrap_or("lfz"), None, Stream::Error);
         self.write(Stream::Error, format!("{prefix}{text}\n").as_bytes());

@@ -36,7 +36,7 @@ impl Write for Shared {
     }
 }
 
-/// A supervisor, what it writes, and the stream that interrupts it.
+/// A supervisor, its output, and the stream that interrupts it.
 struct Bench {
     supervisor: Supervisor,
     standard: Shared,
@@ -68,7 +68,7 @@ impl Bench {
         self.supervisor.start(name, role, None, Streams::Lines, shell.args(["-c", script])).expect("sh starts");
     }
 
-    /// Starts a simulator whose program's status a line tells.
+    /// Starts a simulator whose program's status is in a line of output.
     fn simulate(&mut self, name: &str, script: &str) {
         let mut shell = Command::new("sh");
         let command = shell.args(["-c", script]);
@@ -201,7 +201,7 @@ fn a_simulator_counts_as_ended_with_the_program_in_it_and_stays_until_all_have_e
     bench.simulate("long", &format!("echo $$; echo status 0; {FOREVER}"));
     let simulator = Pid::from_raw(bench.line().parse().expect("a process id")).expect("ids are positive");
     let end = pidfd_open(simulator, PidfdFlags::empty()).expect("it runs");
-    // It goes on, so that no other process ends before it.
+    // It continues, so that no other process ends before it.
     bench.start("a", &format!("kill -0 {} && echo it is there", simulator.as_raw_nonzero()));
     assert_eq!(bench.supervisor.finish().expect("no error"), Ending::Success);
     assert!(bench.standard.text().contains("long | status 0\n"), "{}", bench.standard.text());

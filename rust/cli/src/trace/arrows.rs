@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Which message at one participant is which at another.
+//! Matches the records of a message at different participants.
 //!
-//! The number of an arrow follows from what its ends have in common, so nobody has to remember them all.
+//! The number of an arrow follows from the common properties of its ends, so no table of all messages is necessary.
 
 use std::collections::BTreeMap;
 use std::hash::{DefaultHasher, Hash as _, Hasher as _};
@@ -11,39 +11,39 @@ use lf_linux::runtime::trace::{MessageType, RTI};
 
 use super::story::{Mark, Story};
 
-/// The messages that come one after another, and in order of their tags but for some of the RTI's.
+/// A sequence of messages in order of their tags, except for some of the RTI's.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 enum Lane {
-    /// Values, or word that there is none: for whom. Each input has one sender.
+    /// Values or absences for an input of a federate. Each input has one sender.
     Value { is_absent: bool, to: (u16, u16) },
-    /// The first byte of others on the wire, a federate, and whether they go to the RTI.
+    /// Control messages: the type byte, the federate, and whether they go to the RTI.
     Control(u8, u16, bool),
 }
 
-/// Where a message is on its way: sent, at the RTI, sent on by the RTI, received. Control messages are sent and
-/// received.
+/// The stages of a message in transit: sent, received by the RTI, forwarded by the RTI, received. Control messages are
+/// sent and received.
 const STAGES: usize = 4;
 
-/// What has been seen of a stream at one place on its way.
+/// The progress of a sequence at one stage.
 #[derive(Clone, Copy, Default)]
 struct Passed {
     count: usize,
     tag: Option<Tag>,
-    /// How many of this tag there were before the last one.
+    /// The number of earlier messages with the same tag.
     repeated: usize,
 }
 
-/// An arrow that begins, goes on or ends at a mark.
+/// An arrow that begins, continues or ends at a mark.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Arrow {
     pub(super) id: u64,
     pub(super) ends: bool,
 }
 
-/// The arrows of all stories.
+/// The arrows of all recordings.
 pub(super) struct Arrows {
     streams: BTreeMap<Lane, [Passed; STAGES]>,
-    /// No records are lost.
+    /// Whether no records are lost.
     complete: bool,
 }
 
@@ -52,11 +52,11 @@ impl Arrows {
         Self { streams: BTreeMap::new(), complete: stories.iter().all(|story| story.lost == 0) }
     }
 
-    /// The arrow at the next mark of a story.
+    /// Returns the arrow at the next mark of a recording.
     pub(super) fn at(&mut self, story: &Story<'_>, mark: &Mark) -> Option<Arrow> {
         let (stream, stage) = stream(story, mark)?;
         let tag = mark.word.tag;
-        // Without tags, only the number tells one from another, and that is not known where some are lost.
+        // Without tags, only the number distinguishes messages, which is unknown if some are lost.
         if tag.is_none() && matches!(stream, Lane::Value { .. }) && !self.complete {
             return None;
         }
@@ -70,7 +70,7 @@ impl Arrows {
         Some(Arrow { id: hasher.finish(), ends: stage == last })
     }
 
-    /// How many messages were seen at two places at least.
+    /// Returns the number of messages that were seen at two stages at least.
     pub(super) fn count(&self) -> usize {
         let both = |stages: &[Passed; STAGES]| {
             let mut counts = stages.map(|passed| passed.count);
@@ -81,7 +81,7 @@ impl Arrows {
     }
 }
 
-/// To which stream a mark belongs, and where on its way.
+/// Returns the sequence and the stage of a mark.
 fn stream(story: &Story<'_>, mark: &Mark) -> Option<(Lane, usize)> {
     let Mark { sent, word, .. } = mark;
     let is_absent = word.kind == MessageType::PortAbsent;

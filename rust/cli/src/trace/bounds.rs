@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Bounds from what federates with decentralized coordination have recorded in a run.
+//! Derives bounds from the recordings of federates with decentralized coordination.
 //!
-//! A message is the same at both ends by its receiver, its input and its tag, so the latencies contain what the clocks
-//! differ by. A lag is the time from where a tag could begin to a message of it; a wait within the tag counts as part
-//! of it, which is on the safe side.
+//! The receiver, its input and the tag identify a message at both ends, so the latencies contain the differences of the
+//! clocks. A lag is the time from the earliest possible begin of a tag to a message of it; a wait within the tag counts
+//! as part of it, which is the safe side.
 
 use std::collections::BTreeMap;
 
@@ -19,17 +19,17 @@ use crate::failure::Failure;
 /// A message: the receiver, its input and the tag.
 type MessageKey = (u16, u16, Tag);
 
-/// What came of a run.
+/// The results of a run.
 #[derive(Debug, PartialEq, Eq)]
 pub(crate) struct Measured {
-    /// The bounds that it showed.
+    /// The measured bounds.
     pub(crate) bounds: Bounds,
-    /// How many messages were seen at both ends.
+    /// The number of messages that were seen at both ends.
     pub(crate) messages: usize,
 }
 
 impl Measured {
-    /// The file of bounds.
+    /// Returns the file of bounds.
     pub(crate) fn to_yaml(&self, names: &TraceNames) -> String {
         format!(
             "# What a run of {} showed on {} messages: the longest latencies and lags. It may take longer \
@@ -42,7 +42,7 @@ impl Measured {
     }
 }
 
-/// Returns what the traces of federates show.
+/// Returns the measurements from the traces of federates.
 ///
 /// # Errors
 /// When they cannot be read.
@@ -60,7 +60,7 @@ pub(crate) fn measure(all: &[Recorded], names: &TraceNames) -> Result<Measured, 
     Ok(messages.combine(bounds, names))
 }
 
-/// When the messages of all federates went out and came in.
+/// The times at which all federates sent and received their messages.
 #[derive(Debug, Default)]
 struct Messages {
     sent: BTreeMap<MessageKey, i64>,
@@ -72,7 +72,7 @@ impl Messages {
     fn combine(&self, mut bounds: Bounds, names: &TraceNames) -> Measured {
         let mut messages = 0;
         for (message, received_at) in &self.received {
-            // What was lost with a federate that failed has no other end.
+            // A message that was lost with a failed federate has no other end.
             let (Some(sent_at), (to, port, _)) = (self.sent.get(message), message) else { continue };
             let inputs = names.federates.get(usize::from(*to)).map_or(&[][..], |found| &found.inputs);
             let Some(input) = inputs.iter().find(|input| input.port == *port) else { continue };
@@ -84,17 +84,17 @@ impl Messages {
     }
 }
 
-/// A federate, whose events come in their order.
+/// A federate, whose events arrive in order.
 struct Watched<'a> {
     id: u16,
     messages: &'a mut Messages,
-    /// From when on the next tag that begins could, as far as that depends on clocks.
+    /// The earliest time at which the next tag could begin, as far as that depends on clocks.
     due: Option<i64>,
-    /// Since when the open tag could have begun.
+    /// The earliest time at which the open tag could have begun.
     since: Option<i64>,
-    /// When the first message for each tag that has not begun came.
+    /// The arrival of the first message for each tag that has not begun.
     causes: BTreeMap<Tag, i64>,
-    /// The longest time from where a tag could begin to a message of it.
+    /// The longest time from the earliest possible begin of a tag to a message of it.
     lag_ns: Option<i64>,
 }
 
@@ -103,7 +103,7 @@ impl<'a> Watched<'a> {
         Self { id, messages, due: None, since: None, causes: BTreeMap::new(), lag_ns: None }
     }
 
-    /// Takes what has happened at this time of the federation.
+    /// Handles an event at this time of the federation.
     fn take(&mut self, at: i64, event: Event) {
         match event {
             Event::Due(time) => self.due = Some(time.as_nanos()),
@@ -120,7 +120,7 @@ impl<'a> Watched<'a> {
                     self.lag_ns = self.lag_ns.max(Some(lag.max(0)));
                 }
             }
-            // One that waits for room has come when it was told first.
+            // A message that waits for room arrived when it was first recorded.
             Event::Held(word) | Event::Received(word) => {
                 if let Some(message @ (_, _, tag)) = key(&word) {
                     self.messages.received.entry(message).or_insert(at);
@@ -140,7 +140,7 @@ impl<'a> Watched<'a> {
     }
 }
 
-/// Returns what tells a value for another federate from all others, if it is one that went past the RTI.
+/// Returns the key of a value that was sent to another federate without the RTI.
 fn key(word: &Word) -> Option<MessageKey> {
     let (to, port) = word.to;
     word.tag.filter(|_| word.kind == MessageType::P2pTaggedMessage).map(|tag| (to, port, tag))
@@ -178,7 +178,7 @@ mod tests {
         Event::Due(Instant::from_nanos(time))
     }
 
-    /// A value for the input of the second federate.
+    /// Returns a value for the input of the second federate.
     fn value(tag: i64) -> Word {
         Word { kind: MessageType::P2pTaggedMessage, peer: 0, to: (1, 0), tag: Some(ns(tag)), bytes: 4 }
     }
@@ -210,7 +210,7 @@ mod tests {
         assert_eq!(read, Ok(measured.bounds));
     }
 
-    /// A tag that a message causes cannot begin before that has come, but one that only waited could.
+    /// A tag with a message cannot begin before the message arrives, but one that only waited could.
     #[test]
     fn lags_count_from_where_a_tag_could_begin() {
         let begin = |due_at| [(151, due(due_at)), (151, Event::TagBegins(ns(100))), (153, Event::Sent(value(100)))];

@@ -1,25 +1,25 @@
 // SPDX-License-Identifier: Apache-2.0
-//! From the clock of a participant to the time of the federation.
+//! Converts times of a participant's clock to times of the federation.
 
 use lf_linux::runtime::trace::{Event, Record};
 
-/// Corrections that change faster than one part in so many are steps: time is never slewed as fast.
+/// Corrections that change faster than one part in this number are steps: slewing is always slower.
 const STEP: i64 = 10;
 
-/// Corrections that are kept, in 1 MiB. Of more, every second one is dropped: between its neighbors a clock drifts
-/// evenly, so that little is lost.
+/// The maximum number of stored corrections, in 1 MiB. Of more, every second one is dropped: between its neighbors a
+/// clock drifts evenly, so the error is small.
 const POINTS_MAX: usize = 64 * 1024;
 
-/// What a participant's clock was corrected by, and when.
+/// The corrections of a participant's clock, with their times.
 #[derive(Debug, Default)]
 pub(crate) struct Clock {
-    /// Times of the own clock and what is to be added then, in order.
+    /// Times of the participant's clock and their corrections, in order.
     points: Vec<(i64, i64)>,
 }
 
 impl Clock {
-    /// Takes the next record, which may be a correction. What was before the last step was not known yet, and is taken
-    /// to be as right after as before.
+    /// Handles the next record, which may be a correction. The correction before the last step was not known yet, so
+    /// the one after the step counts for it too.
     pub(crate) fn take(&mut self, record: &Record) {
         let Event::Clock(time) = record.event else { return };
         let (at, offset) = (record.at.as_nanos(), time.as_nanos().saturating_sub(record.at.as_nanos()));
@@ -37,7 +37,7 @@ impl Clock {
         self.points.push((at, offset));
     }
 
-    /// The federation's time at a time of the own clock.
+    /// Returns the federation's time at a time of the participant's clock.
     pub(crate) fn time(&self, at: i64) -> i64 {
         let next = self.points.partition_point(|(point, _)| *point <= at);
         let before = next.checked_sub(1).and_then(|index| self.points.get(index));

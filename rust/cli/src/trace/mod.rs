@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-//! What participants have recorded, and what is read from it: a picture on one time axis with a table of where time
-//! went, an RTI's messages as LF's tools or spreadsheets take them, and bounds for decentralized coordination.
+//! Converts recordings of participants: to a timeline with a table of times, to an RTI's messages for LF's tools or
+//! spreadsheets, and to bounds for decentralized coordination.
 
 mod arrows;
 mod bounds;
@@ -28,21 +28,21 @@ use perfetto::Writer;
 use story::{Story, Told};
 use table::Sums;
 
-/// What was made of a folder.
+/// The results of converting a folder.
 #[derive(Debug)]
 pub(crate) struct TraceSummary {
-    /// Where time went, for people.
+    /// The table of times, for users.
     pub(crate) table: String,
-    /// How many participants there are.
+    /// The number of participants.
     pub(crate) participants: usize,
-    /// How many messages were seen at both ends.
+    /// The number of messages that were seen at both ends.
     pub(crate) arrows: usize,
 }
 
-/// The folder, beside what is generated, of the traces from which a run is measured.
+/// The folder, beside the generated files, of the traces from which a run is measured.
 pub(crate) const MEASURED: &str = "measured";
 
-/// The file that a participant writes into a folder.
+/// Returns the path of a participant's file in a folder.
 pub(crate) fn file(folder: &Path, participant: &str) -> PathBuf {
     folder.join(format!("{participant}.{}", read::EXTENSION))
 }
@@ -55,7 +55,7 @@ pub(crate) fn write_names(plan: &Plan, folder: &Path) -> Result<(), Failure> {
     names::write(&TraceNames::of(plan), folder).map(drop)
 }
 
-/// Makes a folder ready for the traces of a run: what an earlier one has left is taken away.
+/// Prepares a folder for the traces of a run: removes those of an earlier run.
 ///
 /// # Errors
 /// When it cannot be made or written.
@@ -71,7 +71,7 @@ pub(crate) fn prepare(plan: &Plan, folder: &Path) -> Result<(), Failure> {
     write_names(plan, folder)
 }
 
-/// Writes the messages that the RTI of a folder has recorded into files.
+/// Writes the recorded messages of the RTI in a folder into files.
 ///
 /// # Errors
 /// When there is no trace of an RTI, it is damaged, or a file cannot be written.
@@ -83,7 +83,7 @@ pub(crate) fn write_tables(folder: &Path, tables: &[Table]) -> Result<(), Failur
     tables.iter().try_for_each(|table| table.write(rti))
 }
 
-/// Writes the messages that an RTI has recorded in a file into others.
+/// Writes the recorded messages of an RTI from one file into others.
 ///
 /// # Errors
 /// When it is damaged, or a file cannot be written.
@@ -92,8 +92,7 @@ pub(crate) fn convert_rti(trace: &Path, tables: &[Table]) -> Result<(), Failure>
     tables.iter().try_for_each(|table| table.write(&rti))
 }
 
-/// Writes the bounds that a run of a decentralized program has shown into a file; returns how many messages led to
-/// them.
+/// Writes the measured bounds of a decentralized program into a file; returns the number of messages behind them.
 ///
 /// # Errors
 /// When there is no trace in the folder, one is damaged or of another program, or the file cannot be written.
@@ -106,7 +105,7 @@ pub(crate) fn write_bounds(folder: &Path, names: Option<&Path>, file: &Path) -> 
     Ok(measured.messages)
 }
 
-/// Puts the traces of a folder together, and writes the file for Perfetto.
+/// Merges the traces of a folder, and writes the file for Perfetto.
 ///
 /// # Errors
 /// When there is no trace, one is damaged or of another program, or the file cannot be written.
@@ -123,7 +122,7 @@ pub(crate) fn convert(folder: &Path, names: Option<&Path>, output: &Path) -> Res
         let participant = names::of_participant(&names, &recorded.header).map_err(|reason| recorded.wrong(&reason))?;
         stories.push(Story::of(recorded, names::name(&names, role), id, participant)?);
     }
-    // The RTI has no start of its own.
+    // The RTI has no start time of its own.
     let start = stories.iter().find_map(|story| story.start);
     for story in &mut stories {
         story.start = story.start.or(start);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! The table of names as a file, and whose recording it is for.
+//! The table of names as a file, and the participant of a recording.
 
 use std::path::{Path, PathBuf};
 
@@ -35,7 +35,7 @@ pub(crate) fn write(names: &TraceNames, folder: &Path) -> Result<PathBuf, Failur
     Ok(file)
 }
 
-/// What the participant with this header is called.
+/// Returns the name of the participant with this header.
 pub(crate) fn name(names: &TraceNames, role: Role) -> String {
     match role {
         Role::Rti => "RTI".to_owned(),
@@ -46,10 +46,10 @@ pub(crate) fn name(names: &TraceNames, role: Role) -> String {
     }
 }
 
-/// The participant with this header, which has tables of these sizes: none for an RTI.
+/// Returns the participant with this header, which has tables of these sizes: none for an RTI.
 ///
 /// # Errors
-/// When the table has no such participant, or another one under its number: it is of another build.
+/// When the table has no such participant, or another one under its number: the table is of another build.
 pub(crate) fn of_participant<'a>(names: &'a TraceNames, header: &Header) -> Result<Option<&'a TracedFederate>, String> {
     let index = match header.role {
         Role::Rti => return Ok(None),

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //! The file for Perfetto: a process for each participant, with tracks for tags, reactions, waits and messages.
 //!
-//! The messages are those of Perfetto's `protos/perfetto/trace`, as far as they are used here.
+//! The messages are those of Perfetto's `protos/perfetto/trace`, as far as this writer needs them.
 
 use std::io::{self, Write};
 
@@ -23,7 +23,7 @@ struct Trace {
 
 #[derive(Clone, PartialEq, Message)]
 struct TracePacket {
-    /// Nanoseconds.
+    /// The time in nanoseconds.
     #[prost(uint64, optional, tag = "8")]
     timestamp: Option<u64>,
     #[prost(uint32, tag = "10")]
@@ -90,29 +90,29 @@ const SLICE_BEGIN: i32 = 1;
 const SLICE_END: i32 = 2;
 const INSTANT: i32 = 3;
 
-/// Children of a track in the order of their ranks.
+/// The order of a track's children by their ranks.
 const EXPLICIT: i32 = 3;
 
-/// Who has written all packets.
+/// The writer of all packets.
 const SEQUENCE: u32 = 1;
 
-/// What a participant's tracks are called, in their order. Behind them come those of workers.
+/// The names of a participant's tracks, in their order. Those of workers follow.
 const TRACKS: [&str; 4] = ["tags", "reactions", "waits", "messages"];
 
 /// The tracks of a participant, one packet after another.
 pub(crate) struct Writer<'a, O> {
     pub(crate) story: &'a Story<'a>,
     pub(crate) names: &'a TraceNames,
-    /// From 1.
+    /// The number, from 1.
     pub(crate) number: i32,
     pub(crate) output: O,
 }
 
 impl<O: Write> Writer<'_, O> {
-    /// Writes what tracks there are.
+    /// Writes the descriptions of the tracks.
     ///
     /// # Errors
-    /// When it cannot be written; so with all others.
+    /// When it cannot be written, as in all other methods.
     pub(crate) fn begin(&mut self) -> io::Result<()> {
         let process = ProcessDescriptor { pid: self.number, process_name: self.story.name.clone() };
         self.describe(TrackDescriptor {
@@ -135,12 +135,12 @@ impl<O: Write> Writer<'_, O> {
         Ok(())
     }
 
-    /// The packets of a trace stand one after another.
+    /// Writes a packet. The packets of a trace stand one after another.
     fn put(&mut self, packet: TracePacket) -> io::Result<()> {
         self.output.write_all(&Trace { packet: vec![packet] }.encode_to_vec())
     }
 
-    /// The number of a track: the participant's own (0), one of [`TRACKS`], or a worker's.
+    /// Returns the number of a track: the participant's own (0), one of [`TRACKS`], or a worker's.
     fn uuid(&self, track: u16) -> u64 {
         (u64::from(self.number.unsigned_abs()) << 16) + u64::from(track)
     }
@@ -155,7 +155,7 @@ impl<O: Write> Writer<'_, O> {
 
     fn event(&mut self, at: i64, event: TrackEvent) -> io::Result<()> {
         self.put(TracePacket {
-            // Nothing is before 1970, or the boot of a board.
+            // No time is before 1970, or the boot of a board.
             timestamp: Some(u64::try_from(at).unwrap_or(0)),
             trusted_packet_sequence_id: SEQUENCE,
             track_event: Some(event),
@@ -163,7 +163,7 @@ impl<O: Write> Writer<'_, O> {
         })
     }
 
-    /// Writes something that lasts.
+    /// Writes an interval.
     pub(crate) fn slice(&mut self, slice: &Slice) -> io::Result<()> {
         let tagged = |tag: Tag| self.of_tag(tag);
         let (track, category, name, mut annotations) = match slice.what {
@@ -201,7 +201,7 @@ impl<O: Write> Writer<'_, O> {
         self.event(slice.end, TrackEvent { kind: SLICE_END, track_uuid, ..TrackEvent::default() })
     }
 
-    /// Writes a message, with the arrow that begins, goes on or ends there.
+    /// Writes a message, with the arrow that begins, continues or ends there.
     pub(crate) fn mark(&mut self, mark: &Mark, arrow: Option<Arrow>) -> io::Result<()> {
         let word = &mark.word;
         let mut annotations = word.tag.map(|tag| self.of_tag(tag)).unwrap_or_default();
@@ -228,7 +228,7 @@ impl<O: Write> Writer<'_, O> {
         self.event(mark.at, event)
     }
 
-    /// The other end of a connection.
+    /// Returns the name of the other end of a connection.
     fn peer(&self, peer: u16) -> String {
         match peer {
             RTI if self.story.is_rti => "a federate".to_owned(),

@@ -11,39 +11,39 @@ use lf_linux::runtime::trace::{Damage, Event, Header, RECORD_BYTES, Record, Role
 use crate::failure::Failure;
 use crate::terminal;
 
-/// How the name of a participant's file ends.
+/// The extension of a participant's file.
 pub(crate) const EXTENSION: &str = "lftrace";
 
-/// What stands in a console's line before the number of who prints it, and 32 bytes in hexadecimal.
+/// The marker in a console's line, before the participant's number and 32 bytes in hexadecimal.
 const MARKER: &str = "lf-trace ";
 
-/// What a line has in place of bytes when all have been printed.
+/// The content of the last line of a trace, instead of bytes.
 const END: &str = "end";
 
-/// How many records can be recorded later than others that happened behind them: what workers did is recorded when all
-/// reactions of a level have ended, and a level has 65535 at most, each of which begins and ends.
+/// The maximum number of records that are recorded later than records of later events: the events of workers are
+/// recorded when all reactions of a level have ended, and a level has 65535 at most, each of which begins and ends.
 const LATE_MAX: usize = 2 * 65_535;
 
-/// What one participant has recorded.
+/// The recording of one participant.
 #[derive(Debug)]
 pub(crate) struct Recorded {
     pub(crate) header: Header,
-    /// Where it is from.
+    /// The file from which it was read.
     pub(crate) source: PathBuf,
     blocks: Blocks,
 }
 
-/// Where the records are.
+/// The location of the records.
 #[derive(Debug)]
 enum Blocks {
-    /// In a file, which is as long as somebody has let it be, so it is read as often as it is needed: how many there
-    /// are, and how many of them are newer than all others, where the file has gone on at its beginning.
+    /// In a file, whose size only the user limits, so every pass reads it again: the number of records, and of those
+    /// that are newer than all others, in a file that has wrapped around.
     File { count: u64, newer: u64 },
     /// In lines of a console. A board has kept them in its memory, so they are few.
     Printed(Vec<[u8; RECORD_BYTES]>),
 }
 
-/// Reads the trace that one participant has written.
+/// Reads the trace of one participant.
 ///
 /// # Errors
 /// When it is damaged.
@@ -93,7 +93,7 @@ pub(crate) fn read(folder: &Path) -> Result<Vec<Recorded>, Failure> {
     Ok(all)
 }
 
-/// The traces in a file; none in one of another kind.
+/// Returns the traces in a file; none for a file of another kind.
 fn read_file(path: &Path) -> Result<Vec<Recorded>, String> {
     let extension = path.extension().unwrap_or_default();
     let open = || said(File::open(path).map(BufReader::new));
@@ -106,12 +106,12 @@ fn read_file(path: &Path) -> Result<Vec<Recorded>, String> {
     }
 }
 
-/// What is said of a file that cannot be read.
+/// Converts an error of reading to its message.
 fn said<T>(result: io::Result<T>) -> Result<T, String> {
     result.map_err(|error| error.to_string())
 }
 
-/// The trace that is a file.
+/// Returns the trace of a binary file.
 fn of_file(mut file: BufReader<File>, path: &Path) -> Result<Recorded, String> {
     let bytes = said(file.get_ref().metadata())?.len();
     let Some(header) = said(next_block(&mut file))? else {
@@ -137,7 +137,7 @@ fn of_file(mut file: BufReader<File>, path: &Path) -> Result<Recorded, String> {
     Ok(Recorded { header, source: path.to_owned(), blocks: Blocks::File { count, newer } })
 }
 
-/// The next whole block.
+/// Reads the next whole block.
 fn next_block(from: &mut impl Read) -> io::Result<Option<[u8; RECORD_BYTES]>> {
     let mut block = [0; RECORD_BYTES];
     match from.read_exact(&mut block) {
@@ -151,14 +151,14 @@ fn wrong(damage: Damage) -> String {
     format!("{damage}; record again with the programs of this lfz, or remove it")
 }
 
-/// A trace on a console: its blocks, and whether all of it was printed.
+/// A trace on a console: its blocks, and whether it is complete.
 #[derive(Default)]
 struct Printed {
     blocks: Vec<[u8; RECORD_BYTES]>,
     ended: bool,
 }
 
-/// The traces that participants have printed, whatever stands before the marker in a line.
+/// Returns the traces on a console, whatever stands before the marker in a line.
 fn of_console(file: impl BufRead, path: &Path) -> Result<Vec<Recorded>, String> {
     let mut printed: BTreeMap<String, Printed> = BTreeMap::new();
     for (number, line) in (1..).zip(file.split(b'\n')) {
@@ -174,7 +174,7 @@ fn of_console(file: impl BufRead, path: &Path) -> Result<Vec<Recorded>, String> 
         let block = block(what).ok_or_else(|| {
             format!("line {number} is damaged: 64 hexadecimal digits are expected after `{MARKER}{who}`; record again")
         })?;
-        // After a restart the system prints what it has recorded since.
+        // After a restart the system prints a new recording.
         if block.starts_with(&lf_linux::runtime::trace::MAGIC) {
             *one = Printed::default();
         }
@@ -212,7 +212,7 @@ fn block(text: &str) -> Option<[u8; RECORD_BYTES]> {
 }
 
 impl Recorded {
-    /// Hands on all records, the oldest first.
+    /// Calls `take` with all records, the oldest first.
     ///
     /// # Errors
     /// When the file cannot be read.
@@ -229,7 +229,7 @@ impl Recorded {
         };
         let mut file = BufReader::new(said(File::open(&self.source))?);
         for (from, to) in [(newer, count), (0, newer)] {
-            // Behind the header.
+            // The records begin after the header.
             said(file.seek(SeekFrom::Start((1 + from) * RECORD_BYTES as u64)))?;
             for _ in from..to {
                 let Some(block) = said(next_block(&mut file))? else { break };
@@ -239,7 +239,7 @@ impl Recorded {
         Ok(())
     }
 
-    /// Hands on all events in the order of their times, which `time` says.
+    /// Calls `take` with all events in the order of their times, as `time` converts them.
     ///
     /// # Errors
     /// When the file cannot be read.
@@ -248,7 +248,7 @@ impl Recorded {
         time: impl Fn(&Record) -> i64,
         mut take: impl FnMut(i64, Event),
     ) -> Result<(), Failure> {
-        // Those of one time stay as they were recorded.
+        // Events of one time keep the order in which they were recorded.
         let (mut waiting, mut count) = (BTreeMap::new(), 0_u64);
         self.for_each(|record| {
             waiting.insert((time(&record), count), record.event);
@@ -265,7 +265,7 @@ impl Recorded {
         Ok(())
     }
 
-    /// How many records were lost since the file has gone on at its beginning: those that newer ones took the place of.
+    /// Returns the number of records that newer ones have overwritten in a file that has wrapped around.
     pub(crate) fn overwritten(&self) -> u64 {
         match self.blocks {
             Blocks::File { newer, .. } => newer,
@@ -278,7 +278,7 @@ impl Recorded {
         Failure::message(format!("{}: {reason}", self.source.display()))
     }
 
-    /// Whether it is the trace of an RTI.
+    /// Returns whether it is the trace of an RTI.
     pub(crate) fn is_rti(&self) -> bool {
         self.header.role == Role::Rti
     }
@@ -323,7 +323,7 @@ mod tests {
         assert_eq!(file[0].1.len(), 1);
     }
 
-    /// A file that has gone on at its beginning is read from its seam on, and a cut one up to the cut.
+    /// A file that has wrapped around is read from its seam on, and a truncated one up to the cut.
     #[test]
     fn records_come_oldest_first() {
         let at = |at, event| Record { at: Instant::from_nanos(at), event }.to_bytes();

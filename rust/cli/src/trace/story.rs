@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! From the records of a participant to what lasted from when until when, on the time axis of the federation.
+//! Converts the records of a participant to intervals and messages on the time axis of the federation.
 
 use std::collections::BTreeMap;
 
@@ -12,55 +12,55 @@ use super::names::TracedFederate;
 use super::read::Recorded;
 use crate::failure::Failure;
 
-/// What a participant did. It is told from its records as often as it is needed, for these can be many.
+/// The timeline of a participant. Each pass derives it from the records again, because they can be many.
 #[derive(Debug)]
 pub(crate) struct Story<'a> {
     recorded: &'a Recorded,
     pub(crate) name: String,
     pub(crate) is_rti: bool,
-    /// The federate's number.
+    /// The id of the federate.
     pub(crate) id: Option<u16>,
     pub(crate) names: Option<&'a TracedFederate>,
-    /// From the first to the last record.
+    /// The times of the first and the last record.
     pub(crate) span: (i64, i64),
-    /// The start of the federation.
+    /// The start time of the federation.
     pub(crate) start: Option<i64>,
-    /// How many records are missing before the first.
+    /// The number of missing records before the first.
     pub(crate) lost: u64,
-    /// How many workers have run reactions.
+    /// The number of workers that have run reactions.
     pub(crate) workers: u16,
     clock: Clock,
-    /// Nobody waits for the time of tags.
+    /// Whether the program does not wait for the time of tags.
     fast: bool,
 }
 
-/// What a story tells of.
+/// An element of a timeline.
 #[derive(Debug)]
 pub(crate) enum Told {
     Slice(Slice),
     Mark(Mark),
 }
 
-/// Something that lasts.
+/// An interval.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Slice {
     pub(crate) begin: i64,
     pub(crate) end: i64,
     pub(crate) what: What,
-    /// The participant has ended in the middle of it.
+    /// Whether the participant ended in the middle of it.
     pub(crate) is_open: bool,
 }
 
-/// What it is that lasts.
+/// The kind of an interval.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum What {
     Tag(Tag),
-    /// A reaction by its number, what of it, in which worker, and at which tag.
+    /// A reaction: its number, its part, its worker, and its tag.
     Reaction(u16, Part, u16, Option<Tag>),
     Waits(Waits),
 }
 
-/// A message that goes or comes.
+/// A sent or received message.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Mark {
     pub(crate) at: i64,
@@ -75,7 +75,7 @@ impl Slice {
 }
 
 impl<'a> Story<'a> {
-    /// Looks at the records of a participant for what all others have to be read with.
+    /// Scans the records of a participant for the properties that all later passes need.
     ///
     /// # Errors
     /// When they cannot be read.
@@ -104,7 +104,7 @@ impl<'a> Story<'a> {
         Ok(Self { recorded, name, is_rti, id, names, span, start, lost, workers, clock, fast })
     }
 
-    /// Tells all that lasted and all messages, each when it ends.
+    /// Calls `told` with all intervals and messages, each when it ends.
     ///
     /// # Errors
     /// When the records cannot be read.
@@ -116,13 +116,13 @@ impl<'a> Story<'a> {
         Ok(())
     }
 
-    /// The name of an input.
+    /// Returns the name of an input.
     pub(crate) fn input(&self, input: u16) -> String {
         let found = self.names.and_then(|names| names.inputs.get(usize::from(input)));
         found.map_or_else(|| format!("input {input}"), |input| input.name.clone())
     }
 
-    /// The name of a reaction, and where it stands.
+    /// Returns the name of a reaction, and its place in the source.
     pub(crate) fn reaction(&self, reaction: u16) -> (String, Option<&str>) {
         let found = self.names.and_then(|names| names.reactions.get(usize::from(reaction)));
         found.map_or_else(
@@ -132,7 +132,7 @@ impl<'a> Story<'a> {
     }
 }
 
-/// The places at which one thing at a time can last.
+/// The tracks, on each of which one interval at a time can be open.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 enum Track {
     Tag,
@@ -140,7 +140,7 @@ enum Track {
     Wait,
 }
 
-/// Returns whether a message is drawn: one that is about a tag, a value, or the end of a participant.
+/// Returns whether a message is drawn: one with a tag, with a value, or about the end of a participant.
 fn is_shown(word: &Word) -> bool {
     word.tag.is_some() || word.is_value() || matches!(word.kind, MessageType::Resign | MessageType::Failed)
 }
@@ -169,7 +169,7 @@ impl Teller<'_> {
             Event::ReactionEnds(_, worker) => self.close(Track::Reaction(worker), at, false),
             Event::WaitBegins(waits) => self.begin(Track::Wait, at, What::Waits(waits)),
             Event::WaitEnds => self.close(Track::Wait, at, false),
-            // How participants meet, and compare their clocks, is told by the others.
+            // The messages of the handshake and of clock synchronization are not drawn.
             Event::Sent(word) | Event::Received(word) if !is_shown(&word) => {}
             Event::Sent(word) => (self.told)(Told::Mark(Mark { at, sent: true, word })),
             Event::Received(word) => (self.told)(Told::Mark(Mark { at, sent: false, word })),
@@ -187,12 +187,12 @@ impl Teller<'_> {
     }
 
     fn begin(&mut self, place: Track, at: i64, what: What) {
-        // What lasts already ends where the next begins; no end of it was recorded.
+        // An open interval ends where the next one begins; its own end was not recorded.
         self.close(place, at, true);
         self.open.insert(place, (at, what));
     }
 
-    /// Ends what lasts at a place, if something does: in a ring the beginning may be lost.
+    /// Ends the open interval of a track, if there is one: a ring may have lost the beginning.
     fn close(&mut self, place: Track, end: i64, is_open: bool) {
         let Some((begin, what)) = self.open.remove(&place) else { return };
         let due = match what {

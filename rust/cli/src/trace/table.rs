@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Where the time of each participant went.
+//! The table of each participant's times.
 
 use std::collections::BTreeMap;
 use std::fmt::{self, Write as _};
@@ -8,10 +8,10 @@ use super::names::TraceNames;
 use super::story::{Slice, Story, What};
 use super::words::{self, duration};
 
-/// A column of durations.
+/// The width of a column of durations.
 const WIDTH: usize = 9;
 
-/// How often something was, how long all of it took, and the longest.
+/// The number of intervals, their total and the longest.
 #[derive(Clone, Copy, Debug, Default)]
 struct Sum {
     count: i64,
@@ -31,18 +31,18 @@ impl Sum {
     }
 }
 
-/// Where the time of one participant went.
+/// The times of one participant.
 #[derive(Debug, Default)]
 pub(crate) struct Sums {
     waits: BTreeMap<String, Sum>,
     reactions: BTreeMap<u16, Sum>,
     running: Sum,
-    /// From the time of a tag to its reactions.
+    /// The time from the time of a tag to its reactions.
     lag: Sum,
 }
 
 impl Sums {
-    /// Adds something that lasted.
+    /// Adds an interval.
     pub(crate) fn add(&mut self, slice: &Slice, story: &Story<'_>, names: &TraceNames) {
         match slice.what {
             What::Waits(why) => {
@@ -61,7 +61,7 @@ impl Sums {
         }
     }
 
-    /// The part of the table that is about this participant, for people.
+    /// Returns the part of the table about this participant, for users.
     pub(crate) fn table(self, story: &Story<'_>) -> String {
         let mut text = String::new();
         // Writing into a text does not fail.

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Records in words, for tracks and for the table.
+//! Formats records as text, for tracks and for the table.
 
 use lf_linux::model::time::Tag;
 use lf_linux::runtime::trace::{MessageType, Patience, RTI, Waits};
@@ -7,7 +7,7 @@ use lf_linux::runtime::trace::{MessageType, Patience, RTI, Waits};
 use super::names::TraceNames;
 use super::story::Story;
 
-/// A duration with four digits or less.
+/// Returns a duration with at most four digits.
 pub(crate) fn duration(ns: i64) -> String {
     const UNITS: [(&str, i64); 4] = [("s", 1_000_000_000), ("ms", 1_000_000), ("µs", 1_000), ("ns", 1)];
     let (unit, size) = UNITS.into_iter().find(|(_, size)| ns.abs() >= *size).unwrap_or(UNITS[3]);
@@ -19,7 +19,7 @@ pub(crate) fn duration(ns: i64) -> String {
     }
 }
 
-/// A tag, since the start where that is known: `(10 ms, 0)`.
+/// Returns a tag, relative to the start if that is known: `(10 ms, 0)`.
 pub(crate) fn tag(tag: Tag, start: Option<i64>) -> String {
     match (tag, start) {
         (Tag::NEVER, _) => "NEVER".to_owned(),
@@ -31,19 +31,19 @@ pub(crate) fn tag(tag: Tag, start: Option<i64>) -> String {
     }
 }
 
-/// A time in the largest unit of which it is a multiple.
+/// Returns a time in the largest unit of which it is a multiple.
 fn exactly(ns: i64) -> String {
     const UNITS: [(&str, i64); 3] = [("s", 1_000_000_000), ("ms", 1_000_000), ("µs", 1_000)];
     let unit = UNITS.into_iter().find(|(_, size)| ns % size == 0);
     unit.map_or_else(|| format!("{ns} ns"), |(unit, size)| format!("{} {unit}", ns / size))
 }
 
-/// A federate's name.
+/// Returns the name of a federate.
 pub(crate) fn federate(names: &TraceNames, id: u16) -> String {
     names.federates.get(usize::from(id)).map_or_else(|| format!("federate {id}"), |found| found.name.clone())
 }
 
-/// The connection that ends at an input, by the federate and the number on the wire.
+/// Returns the connection that ends at an input, by the federate and the number on the wire.
 pub(crate) fn connection(names: &TraceNames, (id, port): (u16, u16)) -> String {
     let inputs = names.federates.get(usize::from(id)).map_or(&[][..], |found| &found.inputs);
     inputs
@@ -52,7 +52,7 @@ pub(crate) fn connection(names: &TraceNames, (id, port): (u16, u16)) -> String {
         .map_or_else(|| format!("input {port} of {}", federate(names, id)), |input| input.name.clone())
 }
 
-/// What is waited for: what comes after "waiting for".
+/// Returns the reason of a wait: the text after "waiting for".
 pub(crate) fn waits(story: &Story<'_>, names: &TraceNames, waits: Waits) -> String {
     match waits {
         Waits::Anything if story.is_rti => "messages".to_owned(),
@@ -68,7 +68,7 @@ pub(crate) fn waits(story: &Story<'_>, names: &TraceNames, waits: Waits) -> Stri
     }
 }
 
-/// What a message says.
+/// Returns the name of a message.
 pub(crate) fn message(kind: MessageType) -> &'static str {
     match kind {
         MessageType::Timestamp => "start time",
@@ -77,12 +77,12 @@ pub(crate) fn message(kind: MessageType) -> &'static str {
         MessageType::StopGranted => "stop granted",
         MessageType::Resign => "resign",
         MessageType::Failed => "failed",
-        // As LF's own tools say it.
+        // The names are those of LF's own tools.
         kind => kind.name(),
     }
 }
 
-/// The tag that a wait is about.
+/// Returns the tag of a wait.
 pub(crate) fn tag_of(waits: Waits) -> Option<Tag> {
     match waits {
         Waits::Anything | Waits::Start | Waits::End => None,

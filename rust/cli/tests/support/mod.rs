@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Programs in folders of their own, and what `lfz` says of them.
+//! Programs in folders of their own, and the output of `lfz` about them.
 
 use std::fs;
 use std::path::Path;
 use std::process::{Command, Output};
 
-/// A folder with these files, of which `P.lf` is the program.
+/// Returns a folder with these files, of which `P.lf` is the program.
 pub(crate) fn folder(files: &[(&str, &str)]) -> tempfile::TempDir {
     let folder = tempfile::tempdir().expect("a temporary folder");
     for (name, text) in files {
@@ -20,7 +20,7 @@ pub(crate) fn write(folder: &Path, name: &str, text: &str) {
     fs::write(path, text).expect("it can be written");
 }
 
-/// A command for the program in a folder.
+/// Returns a command for the program in a folder.
 pub(crate) fn lfz(folder: &Path, arguments: &[&str]) -> Command {
     let mut command = Command::new(env!("CARGO_BIN_EXE_lfz"));
     command.current_dir(folder).args(arguments).args(["P.lf", "--out"]).arg(folder.join("out"));

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! A federate while it is put together, and what it is put together from.
+//! The builder of a federate's plan, and its inputs.
 
 use std::collections::BTreeMap;
 
@@ -14,14 +14,14 @@ use crate::elaborated::Elaborated;
 use crate::instances::{InstanceId, ModeInstanceId};
 use crate::plan::{self, InstanceIndex, ModeIndex, PortIndex, TriggerIndex};
 
-/// What has been worked out for the whole program.
+/// The results for the whole program.
 pub(super) struct Context<'a> {
     pub(super) program: &'a Elaborated<'a>,
     pub(super) graph: &'a Graph<'a>,
     pub(super) levels: &'a Levels,
     pub(super) network: &'a NetworkPorts,
     pub(super) decentralized: bool,
-    /// Per connection of the graph.
+    /// The waits per connection of the graph.
     pub(super) waits: &'a [Waits],
     pub(super) zero_delay: &'a Cycles,
     /// The cycles of federates, whatever the delays.
@@ -30,13 +30,13 @@ pub(super) struct Context<'a> {
     pub(super) described: &'a Described,
 }
 
-/// A federate while it is put together.
+/// The builder of a federate's plan.
 pub(super) struct FederateBuilder<'a> {
     pub(super) context: &'a Context<'a>,
     pub(super) part: usize,
     /// The instances of this federate, in their order.
     pub(super) members: Vec<InstanceId>,
-    /// Where each of them stands in it.
+    /// The index of each of them in the plan.
     pub(super) instances: BTreeMap<InstanceId, InstanceIndex>,
     /// The storing ports of this federate.
     pub(super) ports: BTreeMap<Node, PortIndex>,
@@ -44,26 +44,26 @@ pub(super) struct FederateBuilder<'a> {
     pub(super) modes: BTreeMap<ModeInstanceId, ModeIndex>,
     pub(super) triggers: Vec<plan::Trigger>,
     pub(super) sources: BTreeMap<Source, TriggerIndex>,
-    /// By network input: how far apart the values are that come there, as far as that is known.
+    /// By network input: the distances of the values that arrive there, as far as they are known.
     pub(super) spacings: Vec<Option<Vec<Stream>>>,
 }
 
-/// What a trigger is in the program.
+/// The origin of a trigger in the program.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub(super) enum Source {
     Startup,
     Shutdown,
     Reset,
-    /// Instance, and position in its class.
+    /// The instance, and the position in its class.
     Timer(InstanceId, usize),
-    /// Instance, and position in its class.
+    /// The instance, and the position in its class.
     Action(InstanceId, usize),
     /// A connection of the graph.
     Link(usize),
 }
 
 impl FederateBuilder<'_> {
-    /// Whether an instance belongs to this federate.
+    /// Returns whether an instance belongs to this federate.
     pub(super) fn owns(&self, instance: InstanceId) -> bool {
         self.instances.contains_key(&instance)
     }

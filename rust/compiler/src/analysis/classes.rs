@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Reactors as the plan describes them.
+//! The reactors in the plan.
 
 use std::collections::BTreeMap;
 
@@ -10,7 +10,7 @@ use crate::plan::{self, ClassIndex, Location, Type, Value};
 use crate::resolve::{CheckedMethod, Class, ClassId, PortRef, Variable, signature};
 use crate::syntax::{ast, literal_ns};
 
-/// Turns spans into locations.
+/// Converts spans to locations.
 #[derive(Debug)]
 pub(super) struct Places<'s> {
     sources: &'s SourceTexts,
@@ -50,7 +50,7 @@ impl<'s> Places<'s> {
     }
 }
 
-/// The reactors that are instantiated, be it never.
+/// The instantiated reactors, including those of empty banks.
 #[derive(Debug)]
 pub(super) struct Described {
     pub(super) classes: Vec<plan::ReactorClass>,
@@ -72,7 +72,7 @@ pub(super) fn describe(program: &Elaborated<'_>, decentralized: bool, places: &P
     for instance in program.tree.instances.values() {
         add(instance.class, &mut order);
     }
-    // A bank of no members has a class, too, whose ports reactions name.
+    // A bank without members has a class, too, whose ports reactions name.
     let mut next = 0;
     while let Some(class) = order.get(next).copied() {
         for child in classes[class.0].children.iter().filter_map(|child| child.class) {
@@ -82,7 +82,7 @@ pub(super) fn describe(program: &Elaborated<'_>, decentralized: bool, places: &P
     }
     let mut described: Vec<_> = order.iter().map(|id| class(&classes[id.0], classes, &index, places)).collect();
     if !decentralized {
-        // No message is tardy then, and images need not carry handlers that never run.
+        // No message is tardy in that case, and images need not contain handlers that never run.
         described.iter_mut().flat_map(|class| &mut class.reactions).for_each(|reaction| reaction.tardy = None);
     }
     Described { classes: described, index }
@@ -223,7 +223,7 @@ fn reactions(class: &Class<'_>, classes: &[Class<'_>], places: &Places<'_>) -> V
     reactions
 }
 
-/// The port of a contained reactor that a variable is.
+/// Returns the port of a contained reactor behind a variable.
 fn child_port(variable: Variable, class: &Class<'_>, classes: &[Class<'_>]) -> Option<plan::ChildPort> {
     let Variable::Port(port @ PortRef::Child(child, _)) = variable else { return None };
     let declared = class.port(port, classes)?;
@@ -235,7 +235,7 @@ fn child_port(variable: Variable, class: &Class<'_>, classes: &[Class<'_>]) -> O
     })
 }
 
-/// What a variable is; nothing for startup and shutdown, which bodies do not see.
+/// Returns the kind of a variable; `None` for startup and shutdown, which bodies do not see.
 fn variable_kind(
     variable: Variable,
     class: &Class<'_>,

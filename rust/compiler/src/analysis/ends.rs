@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! What a federate sends and receives, and its neighbours.
+//! The inputs and outputs of a federate, and its neighbors.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -72,18 +72,20 @@ impl FederateBuilder<'_> {
         inputs
     }
 
-    /// Whether the receiver has to be told when there is no value: it may be waiting for that within a tag. Where the
-    /// receiver is does not matter, for those of the stock runtime wait for every sender in a cycle.
+    /// Returns whether the sender has to report absences: the receiver may be waiting for the value within a tag. The
+    /// position of the receiver does not matter, because receivers in the stock runtime wait for every sender in a
+    /// cycle.
     fn tells_absence(&self, link: &Link) -> bool {
         is_immediate(link) && self.context.zero_delay.is_in_one(self.part)
     }
 
-    /// Whether reactions have to wait within a tag until it is known what comes: this federate may be at the tag before
-    /// the sender has said all about it, because both are in one cycle.
+    /// Returns whether reactions have to wait within a tag until the status of the input is known: this federate may be
+    /// at the tag before the sender has completed it, because both are in one cycle.
     ///
-    /// So may a federate outside of all cycles, where it has a sender in one: the stock RTI grants tags provisionally
-    /// to all federates upstream of a cycle. A federate in another cycle than the sender does not wait, because our RTI
-    /// grants no tag that the sender can still reach, so that the sender need not say anything about it.
+    /// The same is true for a federate outside of all cycles with a sender in one: the stock RTI grants tags
+    /// provisionally to all federates upstream of a cycle. A federate in another cycle than the sender does not wait,
+    /// because our RTI grants no tag that the sender can still reach, so that the sender need not report anything about
+    /// it.
     ///
     /// Without an RTI that grants tags, any sender may be behind.
     fn is_awaited(&self, link: &Link) -> bool {
@@ -96,7 +98,7 @@ impl FederateBuilder<'_> {
         is_immediate(link) && may_be_behind
     }
 
-    /// The least level of what sees the port at the end of a connection from another federate.
+    /// Returns the lowest level of the readers of the port at the end of a connection from another federate.
     fn level_of_input(&self, port: Node) -> u16 {
         let (graph, levels) = (self.context.graph, self.context.levels);
         let readers = graph.readers[port].iter().map(|(reader, _)| levels.steps[*reader]);
@@ -105,8 +107,8 @@ impl FederateBuilder<'_> {
         readers.chain(sends).min().unwrap_or(u16::MAX)
     }
 
-    /// The least delay per sending federate; no `after` is less than `after 0`. Connections that nothing is sent over
-    /// count like all others, as they do for LF's own compiler: the RTI is told the same by both.
+    /// Returns the least delay per sending federate; no `after` is less than `after 0`. Unused connections count like
+    /// all others, as they do for LF's own compiler, so that the RTI gets the same data from both.
     pub(super) fn upstream(&self) -> Vec<Upstream> {
         let mut least: BTreeMap<u16, Option<i64>> = BTreeMap::new();
         for link in self.logical_links().filter(|link| usize::from(self.federate_of(link.to)) == self.part) {
@@ -127,7 +129,7 @@ impl FederateBuilder<'_> {
     }
 }
 
-/// What the other end says of a value, if this end has only a name for it.
+/// Returns the layout of a value at the other end, if this end has only a name for it.
 fn counterpart(shapes: Option<(&Shape, &Shape)>) -> Option<Shape> {
     shapes.filter(|(own, _)| own.has_names()).map(|(_, other)| other.clone())
 }

@@ -11,7 +11,7 @@ use crate::instances::ModeInstanceId;
 use crate::plan::{self, Argument, InstanceIndex, ModeIndex, OutputIndex, PortIndex, ReactionIndex, TriggerIndex};
 use crate::resolve::Variable;
 
-/// Works out the plan of one federate.
+/// Plans one federate.
 pub(super) fn plan(context: &Context<'_>, part: usize, diagnostics: &mut Diagnostics) -> plan::Federate {
     let (program, tree) = (context.program, &context.program.tree);
     let members = tree.instances.ids().filter(|instance| program.part(*instance) == Some(part));
@@ -31,7 +31,7 @@ pub(super) fn plan(context: &Context<'_>, part: usize, diagnostics: &mut Diagnos
 }
 
 impl FederateBuilder<'_> {
-    /// The ports that something reads, writes or connects; others need no storage.
+    /// Numbers the ports that a reaction or a connection uses; others need no storage.
     fn number_ports(&mut self) {
         let graph = self.context.graph;
         let mut used = BTreeSet::new();
@@ -46,7 +46,7 @@ impl FederateBuilder<'_> {
         self.ports = used.into_iter().enumerate().map(|(index, node)| (node, PortIndex(index))).collect();
     }
 
-    /// All reactions and sends, by level, then in the order of instances.
+    /// Returns all reactions and sends, by level, then in the order of instances.
     fn reactions(&self, diagnostics: &mut Diagnostics) -> Vec<plan::ScheduledReaction> {
         let Context { graph, program, levels, .. } = *self.context;
         let mut reactions = Vec::new();
@@ -112,7 +112,7 @@ impl FederateBuilder<'_> {
         reactions
     }
 
-    /// Fills in what ports and triggers trigger, now that the order of reactions is known.
+    /// Adds the reactions that ports and triggers trigger, now that the order of reactions is known.
     fn join(&mut self, reactions: &[plan::ScheduledReaction]) -> Vec<plan::Port> {
         let Context { graph, places, described, .. } = *self.context;
         let mut ports: Vec<plan::Port> = Vec::new();
@@ -168,7 +168,7 @@ impl FederateBuilder<'_> {
         self.context.program.tree.instances[self.members[instance.0]].class
     }
 
-    /// Startup and shutdown are triggers without a variable.
+    /// Adds startup and shutdown, which are triggers without a variable.
     fn join_ends(&mut self, class: crate::resolve::ClassId, reaction: usize, index: ReactionIndex) {
         for parameter in &self.context.program.classes[class.0].reactions[reaction - 1].parameters {
             let source = match parameter.variable {

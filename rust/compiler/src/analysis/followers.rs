@@ -3,17 +3,18 @@
 
 use super::graph::Node;
 
-/// What runs at a level: reactions by their position in the graph, then connections to other federates by theirs.
+/// A node in the order of levels: reactions by their position in the graph, then connections to other federates by
+/// theirs.
 pub(super) type Vertex = usize;
 
-/// Why one comes after another.
+/// The reason why one vertex follows another.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Reason {
     /// It is declared later in the same reactor.
     Declared,
-    /// It reads or sends a port that the other one writes or fills.
+    /// It reads or sends a port that the other one writes.
     Port(Node),
 }
 
-/// By vertex: those that follow it.
+/// The followers of each vertex.
 pub(super) type Followers = Vec<Vec<(Vertex, Reason)>>;

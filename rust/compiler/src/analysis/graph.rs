@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! The ports and reactions of all instances, and how they are joined.
+//! The ports and reactions of all instances, and the connections between them.
 
 use core::ops::Range;
 use std::collections::{BTreeMap, BTreeSet};
@@ -26,18 +26,18 @@ pub(super) struct Step {
     pub(super) instance: InstanceId,
     /// The innermost mode that it is in.
     pub(super) mode: Option<ModeInstanceId>,
-    /// The mode outside of which it never runs: none for a reaction to `shutdown`, which also runs at the last tag when
+    /// The mode outside of which it never runs: none for a reaction to `shutdown`, which also runs at the last tag if
     /// its mode has been left.
     pub(super) confined: Option<ModeInstanceId>,
     pub(super) work: Work,
 }
 
-/// What a step does.
+/// The work of a step.
 #[derive(Clone, Copy, Debug)]
 pub(super) enum Work {
-    /// It runs a reaction, by its position in the class.
+    /// A reaction, by its position in the class.
     Reaction(usize),
-    /// It copies the value at one end of a connection to the other.
+    /// A copy of the value at one end of a connection to the other.
     Copy(usize),
 }
 
@@ -46,7 +46,7 @@ pub(super) enum Work {
 pub(super) struct Link {
     pub(super) from: Node,
     pub(super) to: Node,
-    /// Nanoseconds; none without `after`.
+    /// The delay in nanoseconds; none without `after`.
     pub(super) delay: Option<i64>,
     /// Whether the delay counts from physical time.
     pub(super) physical: bool,
@@ -55,43 +55,43 @@ pub(super) struct Link {
     pub(super) network: bool,
     /// The innermost mode that it is in.
     pub(super) mode: Option<ModeInstanceId>,
-    /// Whether values are copied when its mode is active, because the destination is not in that mode.
+    /// Whether values are copied while its mode is active, because the destination is not in that mode.
     pub(super) copies: bool,
     /// `@maxwait` in nanoseconds.
     pub(super) max_wait: Option<i64>,
     /// `@absent_after` in nanoseconds.
     pub(super) absent_after: Option<i64>,
-    /// How values become bytes, where it leaves a federate and the type alone does not say it.
+    /// The serializer, if it leaves a federate and the type alone does not determine the bytes.
     pub(super) serializer: Option<Serializer>,
-    /// What values are at the source and at the destination, where these are in different languages.
+    /// The layouts of values at the source and at the destination, if these are in different languages.
     pub(super) shapes: Option<(Shape, Shape)>,
     pub(super) span: Span,
 }
 
 impl Link {
-    /// Whether the destination is the source's storage.
+    /// Returns whether the destination is the source's storage.
     fn is_alias(&self) -> bool {
         self.delay.is_none() && !self.network && !self.physical && !self.copies
     }
 
-    /// Whether it carries messages with tags from federate to federate.
+    /// Returns whether it carries messages with tags from federate to federate.
     pub(super) fn is_logical_network(&self) -> bool {
         self.network && !self.physical
     }
 
-    /// Whether it has a queue of its own inside a federate.
+    /// Returns whether it has a queue of its own inside a federate.
     pub(super) fn is_delayed(&self) -> bool {
         !self.network && !self.copies && !self.is_alias()
     }
 }
 
-/// How many ports and channels a program may have.
+/// The maximum number of ports and channels in a program.
 const PORTS_MAX: usize = 1_000_000;
 
 /// All ports, connections and reactions of a program.
 #[derive(Debug)]
 pub(super) struct Graph<'a> {
-    /// What it joins.
+    /// The program behind the graph.
     pub(super) program: &'a Elaborated<'a>,
     /// The number of each port of each instance, or that of its first channel.
     first: Arena<InstanceId, Vec<Node>>,
@@ -107,7 +107,7 @@ pub(super) struct Graph<'a> {
     pub(super) root: Arena<Node, Node>,
     /// All reactions, in order of instances and then of declaration; then the connections that copy.
     pub(super) steps: Vec<Step>,
-    /// By instance: the first of its reactions; and where the last one's end.
+    /// The first of each instance's reactions, and the end of the last one's.
     first_steps: Arena<InstanceId, usize>,
     /// The modes that can be entered by reset.
     pub(super) resets: BTreeSet<ModeInstanceId>,
@@ -118,7 +118,7 @@ pub(super) struct Graph<'a> {
 }
 
 impl<'a> Graph<'a> {
-    /// Joins everything. Nothing if connections alone form a cycle.
+    /// Builds the graph. Returns `None` if connections alone form a cycle.
     pub(super) fn build(program: &'a Elaborated<'a>, diagnostics: &mut Diagnostics) -> Option<Self> {
         let tree = &program.tree;
         let mut graph = Self {
@@ -156,13 +156,13 @@ impl<'a> Graph<'a> {
         Some(graph)
     }
 
-    /// The ports that a reactor's reference means in an instance of it: each channel of a multiport, for each member of
-    /// a bank.
+    /// Returns the ports behind a reactor's reference in an instance of it: each channel of a multiport, for each
+    /// member of a bank.
     pub(super) fn nodes(&self, instance: InstanceId, port: PortRef) -> Vec<Node> {
         self.members(instance, port).into_iter().flatten().collect()
     }
 
-    /// The same, apart for each member of a bank.
+    /// Returns the same ports, separately for each member of a bank.
     pub(super) fn members(&self, instance: InstanceId, port: PortRef) -> Vec<Vec<Node>> {
         let tree = &self.program.tree;
         let channels = |instance: InstanceId, port: usize| {
@@ -177,7 +177,7 @@ impl<'a> Graph<'a> {
         }
     }
 
-    /// The ports at an end of a connection. Where it is interleaved, the first channels of all members come first.
+    /// Returns the ports at an end of a connection. If it is interleaved, the first channels of all members come first.
     fn channels(&self, instance: InstanceId, end: &ConnectionEnd<'_>) -> Vec<Node> {
         let members = self.members(instance, end.port);
         if !end.ast.interleaved {
@@ -188,7 +188,7 @@ impl<'a> Graph<'a> {
         (0..widest).flat_map(channel).collect()
     }
 
-    /// The position of a port in its class.
+    /// Returns the position of a port in its class.
     pub(super) fn port_of(&self, node: Node) -> usize {
         self.declared[node].0
     }
@@ -203,7 +203,7 @@ impl<'a> Graph<'a> {
         self.program.part(self.instance[node])
     }
 
-    /// The path of a port: `unit_a.sensor.voltage`, or `unit_a.voltages[1]` for a channel.
+    /// Returns the path of a port: `unit_a.sensor.voltage`, or `unit_a.voltages[1]` for a channel.
     pub(super) fn path(&self, node: Node) -> String {
         let instance = &self.program.tree.instances[self.instance[node]];
         let name = &self.port(node).name.text;
@@ -220,7 +220,7 @@ impl<'a> Graph<'a> {
         for position in tree.instances.ids().filter(|position| !tree.is_share(*position)) {
             let sources = self.sources(position);
             for connection in &program.class(position).connections {
-                // A delay that is not known has been reported, and there will be no plan.
+                // An unknown delay has been reported, and there will be no plan.
                 let mut known = |value| program.time(position, value, diagnostics).unwrap_or_default();
                 let delay = connection.after.map(&mut known);
                 let max_wait = connection.max_wait.map(|wait| known(wait.value));
@@ -230,10 +230,10 @@ impl<'a> Graph<'a> {
                 let mode = tree.mode_of(position, connection.mode);
                 for (from, to) in self.pairs(connection, position, diagnostics) {
                     let network = self.part(from) != self.part(to);
-                    // What is in the mode itself sees nothing when the mode is not active.
+                    // Elements of the mode itself read nothing while the mode is inactive.
                     let copies = connection.mode.is_some() && tree.instances[self.instance[to]].mode != mode;
                     let is_delayed = delay.is_some() || physical;
-                    // What is the only source of a port fills it, whether or not it is in a mode.
+                    // The only source of a port fills it, whether or not it is in a mode.
                     let shares = sources.get(&to).is_some_and(|sources| *sources > 1);
                     let to = if copies && is_delayed && shares { self.copied(to, mode, span) } else { to };
                     let copies = copies && !is_delayed;
@@ -263,7 +263,7 @@ impl<'a> Graph<'a> {
         }
     }
 
-    /// How many connections and reactions of an instance with modes can write a port.
+    /// Returns the number of connections and reactions of an instance with modes that can write a port.
     fn sources(&self, position: InstanceId) -> BTreeMap<Node, usize> {
         let class = self.program.class(position);
         let mut sources = BTreeMap::new();
@@ -282,7 +282,7 @@ impl<'a> Graph<'a> {
         sources
     }
 
-    /// A port that stands for another one in a mode, and a connection that copies from the one to the other.
+    /// Adds a port that represents another one in a mode, and a connection that copies from the first to the second.
     fn copied(&mut self, to: Node, mode: Option<ModeInstanceId>, span: Span) -> Node {
         let from = self.instance.push(self.instance[to]);
         self.declared.push(self.declared[to]);
@@ -305,7 +305,7 @@ impl<'a> Graph<'a> {
         from
     }
 
-    /// Which port is connected to which; says where channels are left over, and where types differ.
+    /// Returns the pairs of connected ports; reports unconnected channels, and different types.
     fn pairs(
         &self,
         connection: &CheckedConnection<'_>,
@@ -370,7 +370,7 @@ impl<'a> Graph<'a> {
         Some(())
     }
 
-    /// What is said of ports that are connected in a circle, each to the next one.
+    /// Returns the diagnostic for ports that are connected in a circle, each to the next one.
     fn endless(&self, cycle: &[Node]) -> Diagnostic {
         let around = cycle.iter().chain(cycle.first());
         let names: Vec<_> = around.map(|node| self.path(*node)).collect();
@@ -386,7 +386,7 @@ impl<'a> Graph<'a> {
         diagnostic.hint("remove one of the connections")
     }
 
-    /// The port by the name of which a reaction reads what another one stores.
+    /// Returns the port by whose name a reaction reads the value that another one stores.
     pub(super) fn node_read(&self, step: usize, root: Node) -> Option<Node> {
         let read = self.reaction(step)?.parameters.iter().filter(|parameter| !parameter.effect);
         let nodes = read.filter_map(|parameter| match parameter.variable {
@@ -396,7 +396,7 @@ impl<'a> Graph<'a> {
         nodes.flatten().find(|node| self.root[*node] == root)
     }
 
-    /// The connections over which a port has the value of the port that stores it, from there on.
+    /// Returns the connections from the storing port to a port with its value.
     pub(super) fn connections_to(&self, mut node: Node) -> Vec<usize> {
         let mut found = Vec::new();
         while let Some(link) = self.into[node].filter(|link| self.links[*link].is_alias()) {
@@ -446,7 +446,7 @@ impl<'a> Graph<'a> {
             }
         }
         self.first_steps.push(self.steps.len());
-        // Resetting a mode resets what is in it, and that begins in its initial mode.
+        // Resetting a mode resets its contents, and these begin in their initial modes.
         for (position, mode) in tree.modes.iter().filter(|(_, mode)| mode.initial) {
             if tree.instances[mode.instance].mode.is_some_and(|around| self.resets.contains(&around)) {
                 self.resets.insert(position);
@@ -461,24 +461,24 @@ impl<'a> Graph<'a> {
         }
     }
 
-    /// The steps of an instance's reactions, in the order of their declarations.
+    /// Returns the steps of an instance's reactions, in the order of their declarations.
     pub(super) fn reactions_of(&self, instance: InstanceId) -> Range<usize> {
         self.first_steps[instance]..self.first_steps[InstanceId::at(instance.position() + 1)]
     }
 
-    /// The reaction of a step; nothing for a connection that copies.
+    /// Returns the reaction of a step; `None` for a connection that copies.
     pub(super) fn reaction(&self, step: usize) -> Option<&'a CheckedReaction<'a>> {
         let Step { instance, work: Work::Reaction(reaction), .. } = self.steps[step] else { return None };
         self.program.class(instance).reactions.get(reaction)
     }
 
-    /// The name of a connection: `a.x -> b.y`.
+    /// Returns the name of a connection: `a.x -> b.y`.
     pub(super) fn link_name(&self, link: usize) -> String {
         let link = &self.links[link];
         format!("{} -> {}", self.path(link.from), self.path(link.to))
     }
 
-    /// The name of a reaction: `unit_a.sensor.reaction_1`, or with its own name in place of the last part.
+    /// Returns the name of a reaction: `unit_a.sensor.reaction_1`, or with its own name instead of the last part.
     pub(super) fn step_name(&self, step: usize) -> String {
         let Step { instance, work, .. } = self.steps[step];
         let reaction = match work {

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-//! The order of reactions that meet at the last tag alone: those to `shutdown` of modes that have been left, and those
-//! of the mode that is active.
+//! The order of reactions that meet only at the last tag: those to `shutdown` of modes that have been left, and those
+//! of the active mode.
 //!
-//! They follow each other as they are declared, unless the one that is declared later comes first for another reason.
-//! So a mode can drive what another one listens to, and no cycle comes of it. What a reason is must not depend on
-//! whether the program is federated, so it is looked for in what both have in common.
+//! They follow each other in the order of declaration, unless the later one precedes for another reason. So a mode can
+//! write a port that another mode reads, without a cycle. The reasons must not depend on whether the program is
+//! federated, so they are taken from the common part of both forms.
 
 use std::collections::BTreeSet;
 
@@ -13,7 +13,7 @@ use super::graph::{Graph, Node, Step, Work};
 use crate::instances::InstanceId;
 use crate::resolve::Variable;
 
-/// Adds that order to who follows whom, which has no cycles. Returns whether there are such reactions.
+/// Adds that order to the followers, which have no cycles. Returns whether there are such reactions.
 pub(super) fn order(graph: &Graph<'_>, followers: &mut Followers) -> bool {
     let tree = &graph.program.tree;
     let outlasts = |position: usize| graph.steps[position].confined != graph.steps[position].mode;
@@ -41,7 +41,7 @@ pub(super) fn order(graph: &Graph<'_>, followers: &mut Followers) -> bool {
     true
 }
 
-/// Unfederated, the reactions of the federated reactor are those of one instance, and follow each other.
+/// Joins the shares of the federated reactor: unfederated, its reactions belong to one instance, and follow each other.
 fn join_shares(graph: &Graph<'_>, followers: &mut Followers) {
     let declared = |(position, step): (usize, &Step)| match step.work {
         Work::Reaction(reaction) if graph.program.tree.is_share(step.instance) => Some((reaction, position)),
@@ -54,8 +54,8 @@ fn join_shares(graph: &Graph<'_>, followers: &mut Followers) {
     }
 }
 
-/// Federated, nobody knows in which mode something was sent that comes back by connections of the federated reactor, so
-/// reactions of other modes follow that, too.
+/// Joins reactions of other modes: federated, the mode at the time of sending is unknown when a value comes back by
+/// connections of the federated reactor, so they follow that value, too.
 fn join_around(graph: &Graph<'_>, followers: &mut Followers) {
     for (position, step) in graph.steps.iter().enumerate().filter(|(_, step)| step.mode.is_some()) {
         for node in reads(graph, position).into_iter().filter(|node| is_from_around(graph, *node)) {
@@ -69,7 +69,7 @@ fn join_around(graph: &Graph<'_>, followers: &mut Followers) {
     }
 }
 
-/// The ports that a step reads, as it sees them.
+/// Returns the ports that a step reads, by the names that it uses.
 fn reads(graph: &Graph<'_>, position: usize) -> Vec<Node> {
     let step = graph.steps[position];
     if let Work::Copy(link) = step.work {
@@ -83,7 +83,7 @@ fn reads(graph: &Graph<'_>, position: usize) -> Vec<Node> {
     ports.flat_map(|port| graph.nodes(step.instance, port)).collect()
 }
 
-/// Whether a port is fed by a connection between two instances in the main reactor, without a delay.
+/// Returns whether the source of a port is a connection between two instances in the main reactor, without a delay.
 fn is_from_around(graph: &Graph<'_>, node: Node) -> bool {
     let is_top = |node: Node| graph.program.tree.instances[graph.instance[node]].parent == Some(InstanceId::MAIN);
     let mut at = node;
@@ -97,7 +97,7 @@ fn is_from_around(graph: &Graph<'_>, node: Node) -> bool {
     false
 }
 
-/// Whether one vertex follows another one, directly or behind others.
+/// Returns whether one vertex follows another one, directly or indirectly.
 fn leads(followers: &Followers, from: Vertex, to: Vertex) -> bool {
     let mut seen = BTreeSet::from([from]);
     let mut open = vec![from];

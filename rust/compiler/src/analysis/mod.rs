@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! From instances and federates to the plan: storage of ports, levels, order of execution, delays and capacities.
+//! Computes the plan from instances and federates: storage of ports, levels, order of execution, delays and capacities.
 
 mod builder;
 mod classes;
@@ -33,10 +33,10 @@ use std::collections::BTreeSet;
 use graph::Graph;
 use zero_delay::Cycles;
 
-/// The TCP port on which an RTI listens when the program says nothing.
+/// The TCP port of an RTI if the program sets none.
 const RTI_PORT: u16 = 15_045;
 
-/// Works out the plan. Nothing if the diagnostics have errors.
+/// Computes the plan. Returns `None` if the diagnostics have errors.
 pub(crate) fn analyse(
     program: &Program,
     elaborated: &Elaborated<'_>,
@@ -88,14 +88,14 @@ pub(crate) fn analyse(
     let name = program_name(program).to_owned();
     let rti = elaborated.parts.federated.then(|| rti(elaborated.main(), &name, &target, diagnostics));
     let mut classes = described.classes;
-    // All times have been asked for by now.
+    // All times have been evaluated by now.
     for (index, parameter) in classes[main.0].parameters.iter_mut().enumerate() {
         parameter.fixed = elaborated.tree.fixed(index);
     }
     Some(Plan { files: files.collect(), target, rti, main, classes, federates, name })
 }
 
-/// The files whose reactors a file has imported.
+/// Returns the files whose reactors a file has imported.
 fn imports(index: usize, unit: &Unit) -> Vec<plan::FileIndex> {
     let others: BTreeSet<usize> =
         unit.scope.values().map(|reactor| reactor.unit).filter(|unit| *unit != index).collect();
@@ -116,7 +116,7 @@ fn rti(main: &Class<'_>, name: &str, target: &plan::Target, diagnostics: &mut Di
     }
 }
 
-/// Properties of federations say nothing in a program that is none.
+/// Reports properties of federations in a program that is none.
 fn idle_properties(program: &Program, is_federated: bool, diagnostics: &mut Diagnostics) {
     const FEDERATED: [&str; 5] = ["coordination", "clock-sync", "clock-sync-options", "joint-rti", "joint-rti-options"];
     if is_federated {

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 //! The connections between federates, numbered at both ends.
 //!
-//! The numbers are part of the wire protocol: a message names the port of its receiver by its number, so federates
-//! built by LF's own compiler have to come to the same ones.
+//! The numbers are part of the wire protocol: a message names the port of its receiver by its number, so they have to
+//! equal those of LF's own compiler.
 
 use std::collections::BTreeSet;
 
@@ -19,17 +19,18 @@ pub(super) struct NetworkPorts {
     pub(super) outputs: Vec<Vec<usize>>,
     /// Per federate, in the order of their port numbers on the wire.
     pub(super) inputs: Vec<Vec<usize>>,
-    /// Per federate, ascending: the port numbers that are left out among those of the inputs, because they belong to
-    /// connections from the federate to itself.
+    /// Per federate, ascending: the port numbers between those of the inputs that belong to connections from the
+    /// federate to itself.
     pub(super) own_ports: Vec<Vec<u16>>,
-    /// Per connection of the graph: whether anything is sent over it.
+    /// Per connection of the graph: whether values are sent over it.
     pub(super) used: Vec<bool>,
 }
 
-/// Numbers the connections between federates. What nobody writes or nobody reads has no number: nothing is sent.
+/// Numbers the connections between federates. A connection without a writer or a reader has no number, because no value
+/// is sent.
 ///
 /// A receiver's connections are numbered by their sending federates, then by the declarations of the sending ports,
-/// then by the text. Connections from a federate to itself count, though here they do not leave it.
+/// then by the text. Connections from a federate to itself count, though in this runtime they do not leave it.
 pub(super) fn number(graph: &Graph<'_>) -> NetworkPorts {
     let (uses, count) = (Uses::of(graph), graph.program.parts.list.len());
     let mut network = NetworkPorts {
@@ -62,11 +63,11 @@ pub(super) fn number(graph: &Graph<'_>) -> NetworkPorts {
     network
 }
 
-/// A port of a federate as it is declared, with all its channels and for all members of a bank: the position of the
-/// instance in the federated reactor, and that of the port in its class.
+/// A declared port of a federate, with all its channels and for all members of a bank: the position of the instance in
+/// the federated reactor, and that of the port in its class.
 type Declared = (Option<usize>, usize);
 
-/// Which ports of federates have reactions before or behind them, in the same federate or beyond other ones.
+/// The ports of federates that have reactions before or behind them, in the same federate or beyond other ones.
 struct Uses<'a> {
     graph: &'a Graph<'a>,
     written: BTreeSet<Declared>,
@@ -89,7 +90,7 @@ impl<'a> Uses<'a> {
         uses
     }
 
-    /// Those of these ports that are of federates.
+    /// Returns those of these ports that belong to federates.
     fn declared(&self, ports: &Arena<Node, bool>) -> BTreeSet<Declared> {
         let ports = ports.ids().filter(|node| ports[*node]);
         let of_federates = ports.filter(|node| {
@@ -102,11 +103,11 @@ impl<'a> Uses<'a> {
         (self.graph.program.tree.instances[self.graph.instance[node]].child, self.graph.port_of(node))
     }
 
-    /// Whether it is a connection of the federated reactor itself.
+    /// Returns whether it is a connection of the federated reactor itself.
     fn is_between_federates(&self, link: &Link) -> bool {
         let instances = [link.from, link.to].map(|node| &self.graph.program.tree.instances[self.graph.instance[node]]);
         let source = self.graph.port(link.from);
-        // What leads through a federate begins at an input of it.
+        // A path through a federate begins at an input of it.
         instances.iter().all(|instance| instance.parent == Some(InstanceId::MAIN))
             && source.direction == Direction::Output
     }
@@ -120,7 +121,7 @@ impl<'a> Uses<'a> {
     }
 }
 
-/// The ports that reactions name: whether they write them, and whether they read them.
+/// Returns the ports that reactions name: whether they write them, and whether they read them.
 fn named(graph: &Graph<'_>) -> (Arena<Node, bool>, Arena<Node, bool>) {
     let (mut written, mut read) = (Arena::of(&graph.root, false), Arena::of(&graph.root, false));
     for (position, step) in graph.steps.iter().enumerate() {
@@ -134,7 +135,7 @@ fn named(graph: &Graph<'_>) -> (Arena<Node, bool>, Arena<Node, bool>) {
     (written, read)
 }
 
-/// What can be reached over these steps, the starting points included.
+/// Returns the nodes that are reachable over these steps, including the starting points.
 fn reached(mut found: Arena<Node, bool>, steps: &[(Node, Node)]) -> Arena<Node, bool> {
     let mut next: Arena<Node, Vec<Node>> = Arena::of(&found, Vec::new());
     for (from, to) in steps {

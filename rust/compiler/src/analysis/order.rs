@@ -1,11 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Levels: reactions that write before those that read, and within an instance in the order of declaration.
+//! Levels: reactions that write precede those that read, and within an instance the order of declaration counts.
 //!
 //! Of two reactions that can run at one tag, and share a reactor's state or a port, one waits for the other. So levels,
-//! which are other ones where the program is federated, decide nothing that it can see.
+//! which differ if the program is federated, have no visible effect.
 //!
-//! They are common to all federates: what is sent without `after` is received at a higher level than that of sending.
-//! So federates that wait for each other within a tag cannot all wait, for one of them waits at the lowest level.
+//! They are common to all federates: the level of a reaction to a message without `after` is higher than that of
+//! sending. So federates that wait for each other within a tag cannot all wait, because one of them waits at the lowest
+//! level.
 
 use std::collections::BTreeMap;
 
@@ -17,7 +18,7 @@ use crate::arena::Arena;
 use crate::diagnostics::{Code, Diagnostic, Diagnostics, Span};
 use crate::instances::InstanceId;
 
-/// The levels of all that runs.
+/// The levels of all steps and sends.
 #[derive(Debug)]
 pub(super) struct Levels {
     /// Per reaction of the graph.
@@ -26,8 +27,8 @@ pub(super) struct Levels {
     pub(super) sends: Vec<u16>,
 }
 
-/// The level of every reaction and of every connection to another federate. Nothing, with a diagnostic, if some wait
-/// for each other.
+/// Returns the level of every reaction and of every connection to another federate. Returns `None`, with a diagnostic,
+/// if some wait for each other.
 pub(super) fn order(graph: &Graph<'_>, diagnostics: &mut Diagnostics) -> Option<Levels> {
     let mut followers = collect_followers(graph);
     let mut sorted = sort(&followers);
@@ -54,12 +55,12 @@ pub(super) fn order(graph: &Graph<'_>, diagnostics: &mut Diagnostics) -> Option<
     Some(Levels { steps, sends })
 }
 
-/// All vertices that are in no cycle and behind none.
+/// All vertices that are neither in a cycle nor behind one.
 struct Sorted {
-    /// Each behind all that it follows.
+    /// The order: each vertex behind all that it follows.
     order: Vec<Vertex>,
     levels: Vec<usize>,
-    /// By vertex: how many of those that it follows are not in the order.
+    /// By vertex: the number of its predecessors that are not in the order.
     missing: Vec<usize>,
 }
 
@@ -85,8 +86,8 @@ fn sort(followers: &Followers) -> Sorted {
     Sorted { order, levels, missing }
 }
 
-/// The deadlines by which reactions come first, in nanoseconds; the highest number for none. What is not known is told
-/// elsewhere.
+/// Returns the deadlines that order reactions, in nanoseconds; the highest number for none. Unknown deadlines are
+/// reported elsewhere.
 fn deadlines(graph: &Graph<'_>) -> Vec<i64> {
     let deadline = |step: &Step| {
         let Work::Reaction(reaction) = step.work else { return None };
@@ -98,7 +99,7 @@ fn deadlines(graph: &Graph<'_>) -> Vec<i64> {
     graph.steps.iter().map(|step| deadline(step).unwrap_or(i64::MAX)).collect()
 }
 
-/// What a reaction waits for has to meet the reaction's deadline, too.
+/// Passes deadlines on to predecessors: a reaction can meet its deadline only if these do.
 fn inherited(mut deadlines: Vec<i64>, order: &[Vertex], followers: &Followers) -> Vec<i64> {
     deadlines.resize(followers.len(), i64::MAX);
     for vertex in order.iter().rev() {
@@ -108,8 +109,8 @@ fn inherited(mut deadlines: Vec<i64>, order: &[Vertex], followers: &Followers) -
     deadlines
 }
 
-/// Puts what has an earlier deadline before all that has a later one or none. Nothing waits for a later deadline, so
-/// what follows something stays behind it.
+/// Orders vertices with an earlier deadline before all with a later one or none. No vertex waits for one with a later
+/// deadline, so followers stay behind.
 fn by_deadline(levels: &mut [usize], deadlines: &[i64]) {
     let mut ends: BTreeMap<i64, usize> = BTreeMap::new();
     for (level, deadline) in levels.iter().zip(deadlines) {
@@ -130,7 +131,7 @@ fn collect_followers(graph: &Graph<'_>) -> Followers {
     let sends = graph.steps.len();
     let mut followers: Followers = vec![Vec::new(); sends + graph.links.len()];
     declared_order(graph, &mut followers);
-    // What reads or sends each storing port.
+    // The readers and senders of each storing port.
     let mut behind: Arena<Node, Vec<Vertex>> =
         graph.readers.values().map(|readers| readers.iter().map(|(reader, _)| *reader).collect()).collect();
     for (position, link) in graph.links.iter().enumerate().filter(|(_, link)| link.network) {
@@ -154,8 +155,8 @@ fn collect_followers(graph: &Graph<'_>) -> Followers {
     followers
 }
 
-/// A connection of a mode and a reaction to `shutdown` of another mode can set a port at one tag. The connection does
-/// that last.
+/// Orders copies. A connection of a mode and a reaction to `shutdown` of another mode can set a port at one tag; the
+/// connection does so last.
 fn order_copies(graph: &Graph<'_>, followers: &mut Followers) {
     let tree = &graph.program.tree;
     for writers in graph.writers.values() {
@@ -168,11 +169,11 @@ fn order_copies(graph: &Graph<'_>, followers: &mut Followers) {
     }
 }
 
-/// The reactions of an instance follow each other as they are declared, as far as they are not in different modes. For
-/// the last tag, [`last_tag`] has more.
+/// Orders the reactions of an instance as they are declared, unless they are in different modes. For the last tag,
+/// [`last_tag`] has more.
 fn declared_order(graph: &Graph<'_>, followers: &mut Followers) {
     let tree = &graph.program.tree;
-    // The last reactions of the instance so far: any other one is before one of them.
+    // The last reactions of the instance so far: any other one precedes one of them.
     let mut last: Vec<usize> = Vec::new();
     let reactions = graph.steps.iter().enumerate().filter(|(_, step)| matches!(step.work, Work::Reaction(_)));
     for (position, step) in reactions {
@@ -187,7 +188,7 @@ fn declared_order(graph: &Graph<'_>, followers: &mut Followers) {
     }
 }
 
-/// Says where a cycle is.
+/// Names the members of a cycle.
 struct CycleNames<'a> {
     graph: &'a Graph<'a>,
 }
@@ -244,7 +245,8 @@ impl CycleNames<'_> {
         })
     }
 
-    /// The connections inside a federate over which what is written to a port is there, too, where a vertex reads it.
+    /// Returns the connections inside a federate over which a value that is written to a port reaches the reading
+    /// vertex.
     fn connections(&self, root: Node, reader: Vertex) -> Vec<usize> {
         let end = match self.link(reader) {
             Some(link) => Some(self.graph.links[link].from),
@@ -268,7 +270,7 @@ impl CycleNames<'_> {
         }
     }
 
-    /// The position of the connection that a vertex stands for, if it is one.
+    /// Returns the position of a vertex's connection, if it is one.
     fn link(&self, vertex: Vertex) -> Option<usize> {
         match self.graph.steps.get(vertex).map(|step| step.work) {
             Some(Work::Copy(link)) => Some(link),
@@ -277,7 +279,7 @@ impl CycleNames<'_> {
         }
     }
 
-    /// Whether a connection ends at this port, so that its name is the port's.
+    /// Returns whether a connection ends at this port, so that its name is the port's.
     fn is_end(&self, vertex: Vertex, node: Node) -> bool {
         self.link(vertex).is_some_and(|link| self.graph.links[link].to == node)
     }
@@ -286,7 +288,7 @@ impl CycleNames<'_> {
         self.graph.path(node)
     }
 
-    /// The name of a reaction, or of the port at a connection's end.
+    /// Returns the name of a reaction, or of the port at a connection's end.
     fn name(&self, vertex: Vertex) -> String {
         match self.link(vertex) {
             Some(link) => self.path(self.graph.links[link].to),
@@ -304,7 +306,7 @@ impl CycleNames<'_> {
     }
 }
 
-/// A shortest cycle through the first vertex that has one, with the reason for the next one in each place.
+/// Returns a shortest cycle through the first vertex that has one, with the reason for each step.
 fn find_cycle(followers: &Followers, missing: &[usize]) -> Option<Vec<(Vertex, Reason)>> {
     (0..missing.len()).filter(|vertex| missing[*vertex] > 0).find_map(|start| {
         // Breadth first, so that the path is a short one.

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! How soon a physical action, or a value on a physical connection, can cause a message to another federate.
+//! The delay from a physical action, or a value on a physical connection, to a message to another federate.
 
 use super::builder::Context;
 use super::graph::{Node, Work};
@@ -8,13 +8,13 @@ use crate::instances::{InstanceId, ModeInstanceId};
 use crate::resolve::{ReactionVariable, Variable};
 use crate::syntax::ast::ActionKind;
 
-/// The least delay in nanoseconds from a physical action of a federate, its minimum delay included, to a port that is
-/// sent to another federate over a logical connection; nothing if there is no such path. The end of a physical
+/// Returns the least delay in nanoseconds from a physical action of a federate, its minimum delay included, to a port
+/// that is sent to another federate over a logical connection; `None` if there is no such path. The end of a physical
 /// connection counts as a physical action.
 ///
-/// In a zero-delay cycle it is the least minimum delay of all physical actions that trigger anything: there the next
-/// event that a federate announces decides who may be at a tag at the same time, so it has to be a true one, not only
-/// one that bounds what is sent. Who has been granted more could not be called to the event's tag any more.
+/// In a zero-delay cycle it is the least minimum delay of all physical actions with reactions: there the next event
+/// that a federate announces decides which federates may be at a tag at the same time, so it has to be an exact one,
+/// not only a bound of its messages. A federate with a later grant could no longer be called to the event's tag.
 pub(super) fn least_delay(context: &Context<'_>, federate: usize) -> Option<i64> {
     let paths = PhysicalSearch { context, federate };
     let count = context.graph.steps.len();
@@ -28,7 +28,7 @@ pub(super) fn least_delay(context: &Context<'_>, federate: usize) -> Option<i64>
 fn least_delay_to_output(paths: &PhysicalSearch<'_>, count: usize) -> Option<i64> {
     let context = paths.context;
     let mut least: Vec<Option<i64>> = (0..count).map(|step| paths.physical_start(step)).collect();
-    // A shorter way to a reaction can shorten the ways behind it; each round settles at least one reaction.
+    // A shorter path to a reaction can shorten the paths behind it; each round settles at least one reaction.
     let mut open: Vec<usize> = (0..count).filter(|step| least[*step].is_some()).collect();
     let mut sent: Option<i64> = None;
     for (end, delay) in paths.physical_ends() {
@@ -97,7 +97,7 @@ impl PhysicalSearch<'_> {
         self.context.graph.reaction(step).map_or(&[], |reaction| &reaction.parameters)
     }
 
-    /// The ports that a step writes.
+    /// Returns the ports that a step writes.
     fn written(&self, step: usize) -> Vec<Node> {
         let graph = self.context.graph;
         if let Work::Copy(link) = graph.steps[step].work {
@@ -111,7 +111,7 @@ impl PhysicalSearch<'_> {
         nodes.flatten().collect()
     }
 
-    /// What can run because a mode is entered.
+    /// Returns the steps that can run because a mode is entered.
     fn steps_in(&self, mode: Option<ModeInstanceId>) -> impl Iterator<Item = usize> {
         let (graph, tree) = (self.context.graph, &self.context.program.tree);
         let is_in = move |step: &usize| tree.modes_around(graph.steps[*step].mode).any(|around| Some(around) == mode);
@@ -121,13 +121,13 @@ impl PhysicalSearch<'_> {
     fn min_delay(&self, instance: InstanceId, action: usize) -> i64 {
         let class = self.context.program.class(instance);
         let value = class.actions[action].ast.min_delay.as_ref();
-        // What is not a time has been reported with the trigger.
+        // Invalid times have been reported with the trigger.
         let mut ignored = Diagnostics::default();
         let time = |value| self.context.program.time(instance, value, &mut ignored);
         value.and_then(time).unwrap_or_default()
     }
 
-    /// The delay with which a reaction of this federate is triggered by a physical action directly.
+    /// Returns the delay with which a physical action triggers a reaction of this federate directly.
     fn physical_start(&self, step: usize) -> Option<i64> {
         let instance = self.instance(step);
         if self.context.program.part(instance) != Some(self.federate) {
@@ -144,7 +144,7 @@ impl PhysicalSearch<'_> {
         physical.min()
     }
 
-    /// The ports of this federate that physical connections fill, each with the connection's delay.
+    /// Returns the ports of this federate that physical connections fill, each with the connection's delay.
     fn physical_ends(&self) -> impl Iterator<Item = (Node, i64)> {
         let graph = self.context.graph;
         let links = graph.links.iter().filter(|link| link.physical);
@@ -160,7 +160,7 @@ impl PhysicalSearch<'_> {
         (0..self.context.graph.steps.len()).filter(is_triggered).collect()
     }
 
-    /// A storing port and those that delayed connections fill from it, with the least added delay.
+    /// Returns a storing port and those that delayed connections fill from it, with the least added delay.
     fn ports_behind(&self, root: Node) -> Vec<(Node, i64)> {
         let graph = self.context.graph;
         let mut found: Vec<(Node, i64)> = vec![(root, 0)];
@@ -172,7 +172,7 @@ impl PhysicalSearch<'_> {
             {
                 let Some(added) = link.delay else { continue };
                 let (to, total) = (graph.root[link.to], delay.saturating_add(added));
-                // A port has one source, so there is one way to it.
+                // A port has one source, so there is one path to it.
                 if !found.iter().any(|(node, _)| *node == to) {
                     found.push((to, total));
                 }

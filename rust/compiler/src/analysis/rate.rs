@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-//! How often events can occur, and from that how many can be on their way at the same time.
+//! Bounds the rate of events, and from that the number of events that can be in transit at the same time.
 //!
-//! A stream of events has a least spacing, or occurs once. A port's events are the streams of all reactions that write
-//! it, a reaction's are those of its triggers. Timers and actions with a minimum spacing have a known spacing. Actions
-//! without one do not, because a body may schedule them as often as it likes.
+//! A stream of events has a minimum spacing, or occurs once. A port's events are the streams of all reactions that
+//! write it, a reaction's are those of its triggers. Timers and actions with a minimum spacing have a known spacing.
+//! Actions without one do not, because a body may schedule them at any rate.
 
 use std::collections::BTreeSet;
 
@@ -14,23 +14,24 @@ use crate::instances::{InstanceId, ModeInstanceId};
 use crate::resolve::Variable;
 use crate::syntax::ast::ActionKind;
 
-/// How many streams are told apart; more count as not known.
+/// The maximum number of distinct streams; more count as unknown.
 const STREAMS_MAX: usize = 64;
 
-/// How many reactions in a row are followed back; events that come from further away count as not known.
+/// The maximum number of reactions in a row that are followed back; streams from farther away count as unknown.
 const CHAIN_MAX: usize = 200;
 
-/// The least distance of two events of a stream in nanoseconds; nothing for a stream of one event.
+/// The minimum distance of two events of a stream in nanoseconds; `None` for a stream of one event.
 pub(crate) type Stream = Option<i64>;
 
 /// The streams of events at a port.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Rate {
-    /// The streams that are known.
+    /// The known streams.
     pub(super) streams: Vec<Stream>,
-    /// Whether these are all.
+    /// Whether these are all streams.
     pub(super) complete: bool,
-    /// The innermost modes that their timers and actions are in, or none: they keep these distances in its time.
+    /// The innermost modes that contain their timers and actions, or none: the distances hold in the time of these
+    /// modes.
     modes: BTreeSet<Option<ModeInstanceId>>,
 }
 
@@ -39,7 +40,7 @@ impl Rate {
     const UNKNOWN: Rate = Rate { streams: Vec::new(), complete: false, modes: BTreeSet::new() };
 
     fn one(stream: Stream, mode: Option<ModeInstanceId>) -> Self {
-        // What happens once in all is no distance.
+        // A single event has no distance to others.
         let counts = stream.is_some() || mode.is_some();
         let modes = counts.then_some(mode).into_iter().collect();
         Rate { streams: vec![stream], complete: true, modes }
@@ -56,10 +57,10 @@ impl Rate {
     }
 }
 
-/// Answers how often the ports of a program can have events.
+/// Computes the rates of events at the ports of a program.
 pub(super) struct Rates<'a> {
     graph: &'a Graph<'a>,
-    /// Per storing port: the answer, if it has been asked for.
+    /// The results so far, per storing port.
     known: Arena<Node, Option<Rate>>,
     depth: usize,
 }
@@ -69,10 +70,10 @@ impl<'a> Rates<'a> {
         Self { graph, known: Arena::of(&graph.instance, None), depth: 0 }
     }
 
-    /// The events at a storing port, at their distances in the time of a mode, or of the program.
+    /// Returns the events at a storing port, with their distances in the time of a mode, or of the program.
     pub(super) fn of_port_in(&mut self, root: Node, mode: Option<ModeInstanceId>) -> Rate {
         let mut rate = self.of_port(root);
-        // The time of another mode stands still at other times. What is entered by history only is never earlier.
+        // The time of another mode stops at other times. A mode that is entered by history only is never earlier.
         let keeps = |origin: &Option<ModeInstanceId>| {
             let mut inner = self.graph.program.tree.modes_around(*origin).take_while(|around| Some(*around) != mode);
             let contains =
@@ -83,7 +84,7 @@ impl<'a> Rates<'a> {
         rate
     }
 
-    /// The events at a storing port.
+    /// Returns the events at a storing port.
     fn of_port(&mut self, root: Node) -> Rate {
         if let Some(known) = &self.known[root] {
             return known.clone();
@@ -91,11 +92,11 @@ impl<'a> Rates<'a> {
         if self.depth == CHAIN_MAX {
             return Rate::UNKNOWN;
         }
-        // While it is being worked out, a cycle back to it is not known.
+        // During the computation, a cycle back to the port is unknown.
         self.known[root] = Some(Rate::UNKNOWN);
         self.depth += 1;
         let rate = if let Some(link) = self.graph.into[root].filter(|link| self.graph.links[*link].physical) {
-            // As often as the source, but at distances that physical time decides.
+            // The rate is that of the source, but physical time determines the distances.
             let source = self.of_port(self.graph.root[self.graph.links[link].from]);
             let once = source.complete && source.streams.iter().all(Option::is_none);
             if once { source } else { Rate::UNKNOWN }
@@ -110,7 +111,7 @@ impl<'a> Rates<'a> {
         rate
     }
 
-    /// The events that trigger any of these reactions.
+    /// Returns the events that trigger any of these reactions.
     pub(super) fn of_steps(&mut self, steps: &[usize]) -> Rate {
         let mut rate = Rate::NONE;
         for step in steps {
@@ -127,7 +128,7 @@ impl<'a> Rates<'a> {
     }
 
     fn of_variable(&mut self, instance: InstanceId, variable: Variable) -> Rate {
-        // What is not a time has been reported before.
+        // Invalid times have been reported before.
         let mut ignored = Diagnostics::default();
         let class = self.graph.program.class(instance);
         let mut time = |value: Option<&_>| {
@@ -136,7 +137,7 @@ impl<'a> Rates<'a> {
         };
         match variable {
             Variable::Startup | Variable::Shutdown => Rate::one(None, None),
-            // As often as a mode is entered.
+            // The rate is that of entering a mode.
             Variable::Reset | Variable::Mode(..) => Rate::UNKNOWN,
             Variable::Timer(timer) => {
                 let mode = self.graph.program.tree.mode_of(instance, class.timers[timer].mode);
@@ -144,7 +145,7 @@ impl<'a> Rates<'a> {
             }
             Variable::Action(action) => {
                 let declared = class.actions[action].ast;
-                // What starts a watchdog again comes after it has expired.
+                // A watchdog is restarted only after it has expired.
                 let is_watchdog = declared.kind == ActionKind::Watchdog;
                 let spacing = if is_watchdog { &declared.min_delay } else { &declared.min_spacing };
                 let mode = self.graph.program.tree.mode_of(instance, declared.mode);
@@ -161,22 +162,23 @@ impl<'a> Rates<'a> {
     }
 }
 
-/// How many messages the queue of a network input holds besides in decentralized coordination, where nobody counts what
-/// is under way: the connection's buffers slow the sender when there is no room.
+/// The additional capacity of a network input's queue in decentralized coordination, where no RTI counts the messages
+/// in transit: the connection's buffers slow the sender when there is no room.
 const DIRECT_CAPACITY: usize = 8;
 
-/// How many messages such a queue holds at most for the sake of waits, so that a wait that is only meant to be long
-/// enough takes no memory. More come when there is room.
+/// The maximum number of messages in such a queue that follows from waits, so that a wait that is only meant to be
+/// sufficient takes no memory. More messages arrive when there is room.
 const WAITING_MAX: usize = 256;
 
-/// What the queue of a network input holds in decentralized coordination, where the program does not say it: messages
-/// of these streams go on to come while their receiver waits.
+/// Returns the default capacity of a network input's queue in decentralized coordination: messages of these streams
+/// continue to arrive while their receiver waits.
 pub(crate) fn direct_capacity(streams: &[Stream], delay: i64, wait: i64) -> usize {
     let waiting = in_flight(streams, delay.saturating_add(wait)).min(WAITING_MAX);
     in_flight(streams, delay).max(waiting).saturating_add(DIRECT_CAPACITY)
 }
 
-/// How many events of these streams can be on their way at the same time when each takes `delay` nanoseconds.
+/// Returns the maximum number of events of these streams in transit at the same time when each takes `delay`
+/// nanoseconds.
 pub(crate) fn in_flight(streams: &[Stream], delay: i64) -> usize {
     let one = |stream: &Stream| match stream {
         None => 1,

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Values that go from federate to federate, or are copied on their way, and whether they can.
+//! Checks that values can go from federate to federate, or be copied on the way.
 
 use std::collections::BTreeSet;
 
@@ -10,15 +10,15 @@ use crate::plan::{Serializer, Shape};
 use crate::resolve::{CheckedPort, Class, ClassId, Program};
 use crate::syntax::ast::{CodeBlock, Preamble};
 
-/// The serializer that both languages have: a value goes as it lies in memory.
+/// The serializer that both languages have: a value is sent as it lies in memory.
 const NATIVE: &str = "native";
 
-/// What is said of a connection between federates.
+/// The label of a connection between federates.
 const GOES: &str = "it goes to another federate here";
 
 /// Reports ports whose values cannot go to another federate, and connections that cannot copy them, as far as that is
 /// known without the target languages' own compilers; each declaration of a port once. Connections between federates in
-/// different languages are told what values are at both ends.
+/// different languages get the layouts of values at both ends.
 pub(super) fn check(graph: &mut Graph<'_>, program: &Program, diagnostics: &mut Diagnostics) {
     let all = program.units.iter().flat_map(|unit| {
         let inner = unit.ast.reactors.iter().flat_map(|reactor| texts(&reactor.body.preambles));
@@ -49,7 +49,7 @@ fn texts(preambles: &[Preamble]) -> Vec<String> {
     preambles.iter().map(|preamble| preamble.code.text.clone()).collect()
 }
 
-/// A port at the end of a connection, and what its type can name.
+/// A port at the end of a connection, and the declarations that its type can name.
 struct TypedEnd<'a> {
     id: (ClassId, usize),
     class: &'a Class<'a>,
@@ -64,7 +64,7 @@ impl TypedEnd<'_> {
         Preambles { visible: &self.visible_texts, all: self.all }
     }
 
-    /// Where a type cannot be sent: at the port, or where a part of it is declared.
+    /// Returns the place of an unsendable type: the port, or the declaration of a part of the type.
     fn span_of(&self, why: &Unsendable) -> Span {
         let declared =
             why.place.as_ref().and_then(|place| Some((self.visible.get(place.preamble)?.span, &place.range)));
@@ -82,9 +82,9 @@ struct Ends<'a> {
     program: &'a Program,
     /// All preambles.
     all: Vec<String>,
-    /// The ports of classes that have been looked at, with what says how their values become bytes.
+    /// The checked ports of classes, with their serializers.
     seen: BTreeSet<(ClassId, usize, Option<Serializer>)>,
-    /// What has been reported in preambles: several ports can have a type.
+    /// The reports about preambles: several ports can have a type.
     told: BTreeSet<(Span, String)>,
     diagnostics: &'a mut Diagnostics,
 }
@@ -137,8 +137,8 @@ impl Ends<'_> {
         }
     }
 
-    /// What values are at both ends of a connection between two languages; nothing where they do not fit, which is
-    /// reported.
+    /// Returns the layouts of values at both ends of a connection between two languages; reports layouts that do not
+    /// match, and returns `None`.
     fn shapes(&mut self, graph: &Graph<'_>, link: &Link) -> Option<(Shape, Shape)> {
         let (from, to) = (self.end(graph, link.from), self.end(graph, link.to));
         let mut found = Vec::new();
@@ -176,7 +176,7 @@ impl Ends<'_> {
 }
 
 impl Serializer {
-    /// The name, unless it stands for what lies in memory.
+    /// Returns the name, unless it stands for the layout in memory.
     fn name_beside_memory(&self) -> Option<&str> {
         self.name.as_deref().filter(|name| *name != NATIVE)
     }

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-//! How values become bytes between federates, from what connections and ports say.
+//! The serialization of values between federates, from the settings of connections and ports.
 
 use crate::diagnostics::{Code, Diagnostic, Diagnostics};
 use crate::plan::Serializer;
 use crate::resolve::{CheckedConnection, CheckedPort, Given};
 
-/// How the values of a connection become bytes: what it says itself, or else what one of its ports says.
+/// Returns the serialization of a connection: its own setting, or else that of one of its ports.
 pub(super) fn of_connection(
     connection: &CheckedConnection<'_>,
     from: &CheckedPort<'_>,
@@ -15,13 +15,13 @@ pub(super) fn of_connection(
     let (own, from, to) = (connection.sending, from.sending, to.sending);
     let name = one_of(own.serializer, from.serializer, to.serializer, "serializer", diagnostics);
     let max_length = one_of(own.max_length, from.max_length, to.max_length, "length", diagnostics);
-    // LF's name for the layout of the type itself.
+    // This is LF's name for the layout of the type itself.
     let name = name.filter(|name| *name != "native").map(str::to_owned);
     let found = Serializer { name, max_length };
     (found != Serializer::default()).then_some(found)
 }
 
-/// What the connection says, or the ports, which must not contradict each other.
+/// Returns the connection's setting, or that of the ports, which must not contradict each other.
 fn one_of<T: Copy + PartialEq>(
     own: Option<Given<T>>,
     from: Option<Given<T>>,

@@ -20,15 +20,17 @@ use crate::plan::{self, InputIndex, SpacingPolicy, TriggerIndex, TriggerKind};
 use crate::resolve::{CAPACITY_MAX, Variable};
 use crate::syntax::ast::ActionKind;
 
-/// How many pending events an action holds besides those that its minimum delay keeps on their way.
+/// The number of pending events that an action holds in addition to those that its minimum delay keeps in transit.
 const ACTION_CAPACITY: usize = 8;
 
-/// How many messages the queue of a network input holds besides those that the connection's delay keeps on their way.
+/// The number of messages that the queue of a network input holds in addition to those that the connection's delay
+/// keeps in transit.
 ///
-/// The RTI passes on messages of up to 16 tags that the receiver has still before it when the sender is past them. Up
-/// to 16 more can come when the federation agrees on a stop tag, because the answer of a sender that was held up lies
-/// behind what it had sent: so many tags with messages a federate begins before the RTI has taken them. What the delay
-/// keeps on its way counts twice, because a next event that the RTI did not ask for can be told late by as much.
+/// The RTI forwards messages of up to 16 tags that the receiver has not reached when the sender is past them. Up to 16
+/// more can arrive when the federation agrees on a stop tag, because the answer of a blocked sender lies behind its
+/// earlier messages: a federate begins this number of tags with messages before the RTI has read them. The messages
+/// that the delay keeps in transit count twice, because a next event that the RTI did not ask for can be announced
+/// later by as much.
 pub const NETWORK_CAPACITY: usize = 16 + 16;
 
 impl FederateBuilder<'_> {
@@ -60,7 +62,7 @@ impl FederateBuilder<'_> {
         self.triggers.push(trigger);
     }
 
-    /// The variables of all reactions of this federate, with the instances.
+    /// Returns the variables of all reactions of this federate, with the instances.
     fn variables(&self) -> Vec<(InstanceId, Variable)> {
         let graph = self.context.graph;
         let mut variables = Vec::new();
@@ -79,7 +81,7 @@ impl FederateBuilder<'_> {
             (Variable::Shutdown, Source::Shutdown, "shutdown", TriggerKind::Shutdown),
             (Variable::Reset, Source::Reset, "reset", TriggerKind::Reset),
         ] {
-            // What enters a mode for the first time needs it, too.
+            // A mode that is entered for the first time needs it, too.
             let is_entry = variable == Variable::Reset && !self.modes.is_empty();
             if is_entry || variables.iter().any(|(_, used)| *used == variable) {
                 let (path, reactions) = (path.to_owned(), Vec::new());
@@ -88,7 +90,7 @@ impl FederateBuilder<'_> {
         }
     }
 
-    /// The timers and actions that a reaction names, in the order of instances and declarations, timers first.
+    /// Returns the timers and actions that a reaction names, in the order of instances and declarations, timers first.
     fn named_sources(&self) -> Vec<Source> {
         let mut sources: Vec<_> = self
             .variables()
@@ -173,7 +175,7 @@ impl FederateBuilder<'_> {
         self.add(Source::Action(instance, action), trigger);
     }
 
-    /// The reactions that can schedule an action.
+    /// Returns the reactions that can schedule an action.
     fn schedulers(&self, instance: InstanceId, action: usize) -> Vec<usize> {
         let graph = self.context.graph;
         let schedules = |step: &usize| {
@@ -183,7 +185,7 @@ impl FederateBuilder<'_> {
         graph.reactions_of(instance).filter(schedules).collect()
     }
 
-    /// The capacity that the program gives to a connection, at itself or at its destination.
+    /// Returns the capacity that the program sets for a connection, at itself or at its destination.
     fn given_capacity(&self, link: usize) -> Option<usize> {
         let graph = self.context.graph;
         let link = &graph.links[link];
@@ -195,9 +197,9 @@ impl FederateBuilder<'_> {
         let link = &graph.links[position];
         let delay_ns = link.delay.unwrap_or_default();
         let rate = rates.of_port_in(graph.root[link.from], link.mode);
-        // One value waits for the next microstep while the one before it is there.
+        // One value waits for the next microstep while the previous one is present.
         if link.physical {
-            // As of a physical action: how far physical time is ahead of the tag is not known.
+            // As for a physical action, the lead of physical time over the tag is unknown.
             let derived = in_flight(&rate.streams, delay_ns).saturating_add(ACTION_CAPACITY);
             let capacity = self.given_capacity(position).unwrap_or_else(|| bounded(derived, link.span, diagnostics));
             let (source, fills) = (self.port(link.from), self.port(link.to));
@@ -267,7 +269,7 @@ impl FederateBuilder<'_> {
         self.add_link(position, kind, capacity);
     }
 
-    /// Says where more messages come while this federate waits than the queue holds, if that is certain.
+    /// Reports a queue that receives more messages during a wait than it holds, if that is certain.
     fn report_crowd(&self, position: usize, rate: &Rate, capacity: usize, diagnostics: &mut Diagnostics) {
         let link = &self.context.graph.links[position];
         let coming = in_flight(&rate.streams, link.delay.unwrap_or_default().saturating_add(self.wait_ns()));
@@ -284,15 +286,15 @@ impl FederateBuilder<'_> {
         diagnostics.push_for_channel(Diagnostic::new(Code::SmallCapacity, link.span, message).hint(hint));
     }
 
-    /// How long a message can be held up by what this federate waits for elsewhere, waits for ever left out: how many
-    /// messages come meanwhile nobody can know.
+    /// Returns the maximum time for which a wait of this federate elsewhere can block a message, without infinite
+    /// waits, during which the number of messages is unknown.
     fn wait_ns(&self) -> i64 {
         let inputs = self.context.network.inputs[self.part].iter().map(|input| self.context.waits[*input]);
         let waits = inputs.map(|waits| waits.max_wait_ns.saturating_add(waits.absent_after_ns));
         waits.filter(|wait| *wait != i64::MAX).max().unwrap_or_default()
     }
 
-    /// Whether what this connection carries can come back to the federate that sends it.
+    /// Returns whether a value on this connection can come back to the federate that sends it.
     fn is_in_cycle(&self, link: usize) -> bool {
         let graph = self.context.graph;
         let from = graph.part(graph.links[link].from);

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-//! How long federates wait for messages in decentralized coordination, and handlers of messages that come too late.
+//! The waits of federates for messages in decentralized coordination, and handlers of late messages.
 //!
-//! A federate begins a tag when it knows all that comes before it, or when it has waited for its `@maxwait` (LF's STA).
+//! A federate begins a tag when it knows all earlier messages, or when it has waited for its `@maxwait` (LF's STA).
 //! Within a tag, an input counts as absent when its `@absent_after` (STAA) is over as well. Older programs write the
 //! first as a parameter of the federate's reactor and the second behind reactions.
 
@@ -19,15 +19,15 @@ use crate::resolve::Wait;
 /// Names of the parameter by which older programs set the `@maxwait` of a federate, in small letters.
 const OLDER_PARAMETERS: [&str; 2] = ["sta", "stp_offset"];
 
-/// How long a federate waits at one of its inputs, in nanoseconds; [`i64::MAX`] is for ever.
+/// The waits of a federate at one of its inputs, in nanoseconds; [`i64::MAX`] is forever.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Waits {
     pub(super) max_wait_ns: i64,
-    /// Less the connection's delay.
+    /// The wait within a tag, less the connection's delay.
     pub(super) absent_after_ns: i64,
 }
 
-/// Works out the waits of every connection of the graph; 0 where a connection has none.
+/// Computes the waits of every connection of the graph; 0 for a connection without any.
 pub(super) fn waits(
     graph: &Graph<'_>,
     network: &NetworkPorts,
@@ -60,7 +60,7 @@ pub(super) fn waits(
     waits
 }
 
-/// What is left of a time; nothing is taken from for ever.
+/// Returns the remainder of a time; forever stays forever.
 fn less(time_ns: i64, taken_ns: i64) -> i64 {
     if time_ns == i64::MAX { time_ns } else { time_ns.saturating_sub(taken_ns).max(0) }
 }
@@ -76,7 +76,7 @@ struct WaitSearch<'a> {
 type Older<'a> = (&'a str, Vec<(usize, i64)>);
 
 impl<'a> WaitSearch<'a> {
-    /// The instances and connections of the main or federated reactor, with what they are and their attributes.
+    /// Returns the instances and connections of the main or federated reactor, with their kinds and their attributes.
     fn attributes(&self) -> Vec<(&'static str, Wait<'a>)> {
         let main = self.graph.program.main();
         let mut found: BTreeMap<Span, (&'static str, Wait<'a>)> = BTreeMap::new();
@@ -93,7 +93,7 @@ impl<'a> WaitSearch<'a> {
         found.into_values().collect()
     }
 
-    /// Says what has no effect because the coordination is not decentralized.
+    /// Reports settings without an effect because the coordination is not decentralized.
     fn report_idle(&mut self) {
         let (reason, hint) = if self.graph.program.parts.federated {
             (
@@ -113,7 +113,7 @@ impl<'a> WaitSearch<'a> {
         }
     }
 
-    /// The handlers of the reactors that are instantiated, each once, with the position of the reaction's class.
+    /// Returns the handlers of the instantiated reactors, each once, with the position of the reaction's class.
     fn handlers(&self) -> Vec<(usize, &'a crate::syntax::ast::TardySyntax)> {
         let mut found: BTreeMap<Span, _> = BTreeMap::new();
         let program = self.graph.program;
@@ -127,7 +127,7 @@ impl<'a> WaitSearch<'a> {
         found.into_values().collect()
     }
 
-    /// Says which connections have attributes that mean nothing there.
+    /// Reports connections with attributes that have no meaning there.
     fn report_idle_connections(&mut self) {
         let main = self.graph.program.main();
         let counts = |span: Span| self.graph.links.iter().any(|link| link.span == span && link.is_logical_network());
@@ -150,7 +150,7 @@ impl<'a> WaitSearch<'a> {
         }
     }
 
-    /// Names the form of today for older handlers.
+    /// Reports older handlers, with today's form.
     fn report_older_handlers(&mut self) {
         for (_, tardy) in self.handlers() {
             if tardy.absent_after.is_none() {
@@ -162,7 +162,7 @@ impl<'a> WaitSearch<'a> {
         }
     }
 
-    /// The `@maxwait` of a federate. An older parameter goes before the attribute, as in LF.
+    /// Returns the `@maxwait` of a federate. An older parameter takes precedence over the attribute, as in LF.
     fn max_wait(&mut self, part: usize) -> i64 {
         let program = self.graph.program;
         let top = self.graph.program.parts.list[part].top;
@@ -200,7 +200,7 @@ impl<'a> WaitSearch<'a> {
         max_wait_ns
     }
 
-    /// Names the form of today for older parameters.
+    /// Reports older parameters, with today's form.
     fn report_older_parameters(&mut self) {
         for (span, (name, federates)) in std::mem::take(&mut self.older) {
             let waiting = federates.iter().filter(|(part, _)| self.has_logical_input(*part));
@@ -222,7 +222,7 @@ impl<'a> WaitSearch<'a> {
         }
     }
 
-    /// Names the federates of each cycle that nobody can leave: all wait for ever for what would come at once.
+    /// Reports each cycle that no federate can leave: all wait without end for messages that would come at once.
     fn report_deadlocks(&mut self, network: &NetworkPorts, waits: &[Waits]) {
         let (graph, parts) = (self.graph, &self.graph.program.parts);
         let cycles = Cycles::over(graph, |position, link| {
@@ -253,7 +253,7 @@ impl<'a> WaitSearch<'a> {
         links.any(|link| self.graph.part(link.to) == Some(part))
     }
 
-    /// The offset of a reaction's older handler, 0 if it has none.
+    /// Returns the offset of a reaction's older handler, 0 if it has none.
     fn absent_after(&mut self, step: usize) -> i64 {
         let instance = self.graph.steps[step].instance;
         let reaction = self.graph.reaction(step);

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Zero-delay cycles: groups of federates each of which reaches the others over connections without `after`.
 //!
-//! Such federates may be at one tag at the same time, and wait within it for each other's values or for word that there
-//! are none. This is sound as long as no reactions wait for each other, which the order of reactions has shown.
+//! Such federates may be at one tag at the same time, and wait within it for each other's values or absences. This is
+//! sound as long as no reactions wait for each other, which the order of reactions has shown.
 
 use super::graph::{Graph, Link};
 
-/// Which federates are in cycles.
+/// The cycles of federates.
 #[derive(Debug)]
 pub(super) struct Cycles {
     /// Per federate, those that it reaches over at least one connection.
@@ -14,17 +14,17 @@ pub(super) struct Cycles {
 }
 
 impl Cycles {
-    /// The zero-delay cycles.
+    /// Returns the zero-delay cycles.
     pub(super) fn without_delay(graph: &Graph<'_>) -> Self {
         Self::over(graph, |_, link| is_immediate(link))
     }
 
-    /// All cycles, whatever the delays.
+    /// Returns all cycles, whatever the delays.
     pub(super) fn of_any_delay(graph: &Graph<'_>) -> Self {
         Self::over(graph, |_, link| link.network)
     }
 
-    /// The cycles over those connections that count, by their positions in the graph.
+    /// Returns the cycles over those connections that count, by their positions in the graph.
     pub(super) fn over(graph: &Graph<'_>, counts: impl Fn(usize, &Link) -> bool) -> Self {
         let count = graph.program.parts.list.len();
         let mut next: Vec<Vec<usize>> = vec![Vec::new(); count];
@@ -46,18 +46,18 @@ impl Cycles {
         Self { reaches: reaches.collect() }
     }
 
-    /// Whether a federate is in a cycle.
+    /// Returns whether a federate is in a cycle.
     pub(super) fn is_in_one(&self, federate: usize) -> bool {
         self.reaches[federate][federate]
     }
 
-    /// Whether two federates are in the same cycle.
+    /// Returns whether two federates are in the same cycle.
     pub(super) fn is_common(&self, one: usize, other: usize) -> bool {
         self.reaches[one][other] && self.reaches[other][one]
     }
 }
 
-/// Whether a value arrives in another federate at the tag at which it is sent.
+/// Returns whether a value arrives in another federate at the tag at which it is sent.
 pub(super) fn is_immediate(link: &Link) -> bool {
     link.network && link.delay.is_none() && !link.physical
 }

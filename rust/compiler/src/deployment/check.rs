@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! What a deployment file must fulfil beyond its keys: addresses that make sense and occur once, and known names.
+//! The rules for a deployment file beyond its keys: plausible and unique addresses, and known names.
 
 use core::net::{IpAddr, Ipv4Addr};
 use std::collections::BTreeMap;
@@ -13,14 +13,14 @@ use crate::diagnostics::did_you_mean;
 use crate::plan::Plan;
 use crate::yaml::{FileError, place};
 
-/// What the RTI is called where a federate has a name; no federate can have this one.
+/// The name of the RTI in messages, which no federate can have.
 pub(super) const RTI: &str = "the RTI";
 
-/// Collects what is wrong, and what must not occur twice.
+/// Collects errors, and values that must not occur twice.
 pub(super) struct DeploymentChecker<'a> {
     pub(super) path: &'a str,
     pub(super) errors: Vec<FileError>,
-    /// Who has an address or a probe, and where that is written.
+    /// The owner of each address and probe, and the line that names it.
     pub(super) taken: BTreeMap<(&'static str, String), (String, u64)>,
 }
 
@@ -90,7 +90,7 @@ impl DeploymentChecker<'_> {
         Some(Platform::Zephyr(raw.value.clone()))
     }
 
-    /// Keys that mean something for other platforms only.
+    /// Refuses keys that have a meaning for other platforms only.
     pub(super) fn refuse_keys(&mut self, keys: &[(&str, &Option<Spanned<String>>)], platform: &str, reason: &str) {
         for (key, value) in keys {
             if let Some(value) = value {
@@ -123,7 +123,7 @@ impl DeploymentChecker<'_> {
         Some(network)
     }
 
-    /// How many ones the netmask has; `None` when it is none.
+    /// Returns the number of ones in the netmask; `None` if it is invalid.
     fn netmask(&mut self, raw: &RawPlace) -> Option<u8> {
         if let Some(prefix) = &raw.prefix {
             let hint = "write `netmask`, such as 255.255.255.0";
@@ -145,7 +145,7 @@ impl DeploymentChecker<'_> {
         }
     }
 
-    /// The length of the prefix of an IPv6 network; `None` when it is none.
+    /// Returns the length of the prefix of an IPv6 network; `None` if it is invalid.
     fn prefix(&mut self, raw: &RawPlace) -> Option<u8> {
         if let Some(netmask) = &raw.netmask {
             self.error(netmask.referenced, "`netmask` is for IPv4 addresses", Some("write `prefix`, such as 64"));
@@ -221,7 +221,7 @@ impl DeploymentChecker<'_> {
         self.taken.insert((what, value), (called(owner), line));
     }
 
-    /// A board cannot reach an RTI on this computer's loopback, nor one that no route leads to.
+    /// Reports an RTI that a board cannot reach: one on this computer's loopback, or one without a route.
     pub(super) fn reachable(&mut self, federate: &Place, raw: &RawPlace, rti: &RtiPlace) {
         let (Some(network), Some(raw_ip)) = (federate.network, &raw.ip) else { return };
         let hint = match rti.home {
@@ -250,13 +250,13 @@ impl DeploymentChecker<'_> {
     }
 }
 
-/// How messages call a participant; the RTI has no name.
+/// Returns the name of a participant in messages; the RTI has no name.
 fn called(name: &str) -> String {
     if name == RTI { name.to_owned() } else { format!("\"{name}\"") }
 }
 
 impl BoardNetwork {
-    /// Whether this address is in it.
+    /// Returns whether the network contains this address.
     fn contains(self, other: IpAddr) -> bool {
         let bits = |ip: IpAddr| match ip {
             IpAddr::V4(ip) => u128::from(ip.to_bits()) << 96,
@@ -266,7 +266,7 @@ impl BoardNetwork {
         self.ip.is_ipv4() == other.is_ipv4() && differing.leading_zeros() >= self.prefix_bits.into()
     }
 
-    /// How large it is, in words.
+    /// Returns the size of the network, for messages.
     fn extent(self) -> String {
         match self.netmask() {
             Some(netmask) => format!("netmask {netmask}"),

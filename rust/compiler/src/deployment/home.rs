@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! What the RTI is part of: a program of this computer, an image of its own, or the image of a federate.
+//! The location of the RTI: a program of this computer, an image of its own, or the image of a federate.
 
 use core::net::IpAddr;
 
@@ -10,11 +10,11 @@ use super::raw::{RawDeployment, RawPlace, RawRti};
 use super::{Deployment, RtiHome, RtiPlace};
 use crate::plan::Plan;
 
-/// A federate as it stands in the file.
+/// A federate of the file.
 type Listed<'r> = (&'r String, &'r Option<Spanned<RawPlace>>);
 
 impl DeploymentChecker<'_> {
-    /// What is said under `rti`.
+    /// Reads the keys under `rti`.
     pub(super) fn rti(&mut self, raw: &RawRti) -> RtiPlace {
         let port = raw.port.as_ref().and_then(|port| {
             let number = port.value.parse::<u16>().ok().filter(|number| *number != 0);
@@ -36,7 +36,7 @@ impl DeploymentChecker<'_> {
         RtiPlace { home: RtiHome::Program, ip: self.address(raw.ip.as_ref(), "ip"), port }
     }
 
-    /// Finds the federate whose image has the RTI in it, if one has: it says so, or the program does.
+    /// Finds the federate whose image contains the RTI, if there is one: the federate or the program demands it.
     pub(super) fn joint(
         &mut self,
         raw: &RawDeployment,
@@ -84,8 +84,8 @@ impl DeploymentChecker<'_> {
         }
     }
 
-    /// The federate for `joint-rti: true` in the program: the board with the RTI's address, or the only one. Where all
-    /// federates run on this computer, the RTI is a program like them.
+    /// Returns the federate for `joint-rti: true` in the program: the board with the RTI's address, or the only one. If
+    /// all federates run on this computer, the RTI is a program like them.
     fn joint_of_program(&mut self, plan: &Plan, deployment: &Deployment) -> Option<String> {
         let boards = || deployment.federates.iter().filter_map(|(name, place)| Some((name, place.network?)));
         let at: Option<IpAddr> = plan.rti.as_ref().and_then(|rti| rti.host.parse().ok());
@@ -108,7 +108,7 @@ impl DeploymentChecker<'_> {
         }
     }
 
-    /// The RTI is part of this federate and has its address.
+    /// Makes the RTI a part of this federate, with its address.
     fn join(&mut self, name: String, said: Option<&Spanned<String>>, deployment: &mut Deployment) {
         let ip = deployment.place(&name).address();
         if let (Some(ip), Some(said)) = (ip, said)

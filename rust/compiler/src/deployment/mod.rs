@@ -47,28 +47,28 @@ use std::collections::BTreeMap;
 
 use crate::plan::{Plan, Rti};
 
-/// Where everything runs.
+/// The places of the federates and the RTI.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Deployment {
     /// The RTI.
     pub rti: RtiPlace,
-    /// The federates that are listed, by name.
+    /// The listed federates, by name.
     pub federates: BTreeMap<String, Place>,
 }
 
-/// Where the RTI runs, and where it is reached.
+/// The place and the address of the RTI.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct RtiPlace {
-    /// What it is part of.
+    /// The program or image that contains it.
     pub home: RtiHome,
-    /// The address that federates connect to, which for an image is that of its board; the program's own `at` when it
-    /// is missing.
+    /// The address to which federates connect, which for an image is that of its board; the program's own `at` if it is
+    /// missing.
     pub ip: Option<IpAddr>,
-    /// The TCP port; the program's own when it is missing.
+    /// The TCP port; the program's own if it is missing.
     pub port: Option<u16>,
 }
 
-/// What the RTI is part of.
+/// The program or image that contains the RTI.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub enum RtiHome {
     /// A program of this computer.
@@ -80,30 +80,30 @@ pub enum RtiHome {
     Joint(String),
 }
 
-/// Where a federate runs, or an RTI that is an image of its own.
+/// The place of a federate, or of an RTI that is an image of its own.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Place {
     /// This computer, or a Zephyr board.
     pub platform: Platform,
-    /// The board's address and what belongs to it.
+    /// The network configuration of the board.
     pub network: Option<BoardNetwork>,
-    /// The MAC address that the image gives to the board.
+    /// The MAC address that the image assigns to the board.
     pub mac: Option<Mac>,
     /// The devicetree label of the Ethernet MAC.
     pub ethernet: Option<String>,
     /// The runner that flashes the board.
     pub runner: Option<String>,
-    /// The probe that the board is attached to.
+    /// The probe to which the board is attached.
     pub probe: Option<String>,
 }
 
 impl Place {
-    /// Where it is reached, as far as that is known: at its board's address, or with this computer's sockets here.
+    /// Returns its address, if it is known: that of its board, or this computer's if it uses its sockets here.
     pub(super) fn address(&self) -> Option<IpAddr> {
         self.network.map(|network| network.ip).or(self.is_offloaded().then_some(Ipv4Addr::LOCALHOST.into()))
     }
 
-    /// Whether it is a Zephyr image that runs as a program of this computer, with this computer's sockets.
+    /// Returns whether it is a Zephyr image that runs as a program of this computer, with this computer's sockets.
     pub fn is_offloaded(&self) -> bool {
         self.platform.is_native_sim() && self.network.is_none()
     }
@@ -120,18 +120,18 @@ pub enum Platform {
 }
 
 impl Platform {
-    /// Whether it is a Zephyr image that runs as a program of this computer.
+    /// Returns whether it is a Zephyr image that runs as a program of this computer.
     pub fn is_native_sim(&self) -> bool {
         self.board_name() == Some("native_sim")
     }
 
-    /// Whether it is a board that a program of this computer plays: `native_sim` or QEMU. It has no address of its own
-    /// that a maker gave it.
+    /// Returns whether it is a virtual board: `native_sim` or QEMU. Such a board has no MAC address from its
+    /// manufacturer.
     pub fn is_virtual(&self) -> bool {
         self.board_name().is_some_and(|name| name == "native_sim" || name == "mps2" || name.starts_with("qemu_"))
     }
 
-    /// The board without qualifiers and revision.
+    /// Returns the board without qualifiers and revision.
     fn board_name(&self) -> Option<&str> {
         match self {
             Self::Host => None,
@@ -145,14 +145,14 @@ impl Platform {
 pub struct BoardNetwork {
     /// The board's address.
     pub ip: IpAddr,
-    /// Bits that the addresses of its network begin with.
+    /// The length of its network's prefix.
     pub prefix_bits: u8,
     /// The gateway, if there is one.
     pub gateway: Option<IpAddr>,
 }
 
 impl BoardNetwork {
-    /// The netmask of an IPv4 network.
+    /// Returns the netmask of an IPv4 network.
     pub fn netmask(self) -> Option<Ipv4Addr> {
         let ones = u32::MAX.checked_shl(32_u32.saturating_sub(self.prefix_bits.into())).unwrap_or_default();
         self.ip.is_ipv4().then_some(Ipv4Addr::from_bits(ones))
@@ -164,7 +164,7 @@ impl BoardNetwork {
 pub struct Mac(pub [u8; 6]);
 
 impl Mac {
-    /// The address of a virtual board that was given none: local, and different where the IP addresses are.
+    /// Returns the default address of a virtual board: locally administered, and different for different IP addresses.
     pub fn of_virtual_board(ip: IpAddr) -> Self {
         match ip {
             IpAddr::V4(ip) => {
@@ -192,7 +192,7 @@ impl fmt::Display for Mac {
 }
 
 impl Deployment {
-    /// Where the federates of a program find its RTI: as deployed, else as the program says.
+    /// Returns the address at which the federates of a program find its RTI: as deployed, or else as in the program.
     pub fn rti_of(&self, plan: &Plan) -> Option<Rti> {
         let mut rti = plan.rti.clone()?;
         if let Some(ip) = self.rti.ip {
@@ -202,12 +202,12 @@ impl Deployment {
         Some(rti)
     }
 
-    /// Whether the RTI is in the image of this federate.
+    /// Returns whether the RTI is in the image of this federate.
     pub fn is_joint(&self, federate: &str) -> bool {
         matches!(&self.rti.home, RtiHome::Joint(name) if name == federate)
     }
 
-    /// The place of a federate; this computer when it is not listed.
+    /// Returns the place of a federate; this computer if it is not listed.
     pub fn place(&self, federate: &str) -> Place {
         self.federates.get(federate).cloned().unwrap_or_default()
     }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! From the text of a deployment file to a deployment.
+//! Reads a deployment file.
 
 use std::collections::BTreeMap;
 
@@ -13,26 +13,26 @@ impl Deployment {
     /// Reads a deployment file and checks it against the program.
     ///
     /// # Errors
-    /// All that is wrong with the file, in the order of its lines; only the first where it is not valid YAML or has a
-    /// key or a value of the wrong kind.
+    /// Returns all errors of the file, in the order of its lines; only the first one if the file is not valid YAML or
+    /// has a key or a value of the wrong kind.
     pub fn parse(path: &str, text: &str, plan: &Plan) -> Result<Self, Vec<FileError>> {
         let raw: RawDeployment = yaml::read(path, text).map_err(|error| vec![error])?;
         check(path, &raw, plan)
     }
 }
 
-/// Turns the file into a deployment.
+/// Converts the file to a deployment.
 fn check(path: &str, raw: &RawDeployment, plan: &Plan) -> Result<Deployment, Vec<FileError>> {
     let mut checker = DeploymentChecker { path, errors: Vec::new(), taken: BTreeMap::new() };
     let mut deployment = Deployment::default();
     if let Some(rti) = &raw.rti {
         deployment.rti = checker.rti(rti);
     }
-    // In the order of the file, so that of two that clash the later one is wrong.
+    // The checks follow the order of the file, so that of two conflicting entries the later one is wrong.
     let mut federates: Vec<_> = raw.federates.iter().collect();
     federates.sort_by_key(|(_, spanned)| spanned.as_ref().map(|spanned| place(spanned.referenced)));
     for (name, raw_place) in &federates {
-        // A name without anything behind it (`a:`) is a federate with all defaults.
+        // A name without a value (`a:`) is a federate with all defaults.
         let Some(spanned) = raw_place else {
             deployment.federates.insert((*name).clone(), Place::default());
             continue;
@@ -43,7 +43,7 @@ fn check(path: &str, raw: &RawDeployment, plan: &Plan) -> Result<Deployment, Vec
         }
     }
     checker.joint(raw, &federates, plan, &mut deployment);
-    // Where the address of the RTI is wrong, nothing follows from it.
+    // A wrong address of the RTI allows no conclusions.
     let rti_ip_is_wrong = deployment.rti.ip.is_none()
         && (deployment.rti.home != RtiHome::Program || raw.rti.as_ref().is_some_and(|rti| rti.ip.is_some()));
     for (name, spanned) in federates.iter().filter(|_| !rti_ip_is_wrong) {

@@ -14,10 +14,10 @@ pub(super) struct RawDeployment {
     pub(super) federates: BTreeMap<String, Option<Spanned<RawPlace>>>,
 }
 
-/// A key with a text, if it is written.
+/// A key with a text, if it is present.
 pub(super) type Key = Option<Spanned<String>>;
 
-/// Declares what can be said of a participant: keys of its own, and those of a place in the network.
+/// Declares the keys of a participant: its own, and those of a place in the network.
 macro_rules! participant {
     ($name:ident { $($key:ident: $ty:ty),* $(,)? }) => {
         #[derive(Debug, Deserialize)]
@@ -35,7 +35,7 @@ macro_rules! participant {
         }
 
         impl $name {
-            /// The keys of a place in the network; the first five are about its addresses.
+            /// Returns the keys of a place in the network; the first five are about its addresses.
             pub(super) fn keys(&self) -> [(&'static str, &Key); 8] {
                 [
                     ("ip", &self.ip),
@@ -60,7 +60,7 @@ participant!(RawPlace {
 });
 
 impl RawRti {
-    /// What is said about its place, on a platform.
+    /// Returns the keys of its place, on a platform.
     pub(super) fn place(&self, platform: Spanned<String>) -> RawPlace {
         let [ip, netmask, prefix, gateway, mac, ethernet, runner, probe] = self.keys().map(|(_, value)| value.clone());
         RawPlace { platform, joint_rti: None, ip, netmask, prefix, gateway, mac, ethernet, runner, probe }

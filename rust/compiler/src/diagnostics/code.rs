@@ -10,10 +10,10 @@ macro_rules! codes {
         pub enum Code { $($(#[$doc])* $variant,)* }
 
         impl Code {
-            /// Every code there is.
+            /// All codes.
             pub const ALL: &'static [Code] = &[$(Code::$variant,)*];
 
-            /// The name as it is printed.
+            /// Returns the name as it is printed.
             pub fn text(self) -> &'static str {
                 match self { $(Code::$variant => $text,)* }
             }
@@ -22,7 +22,7 @@ macro_rules! codes {
 }
 
 codes! {
-    /// Text that is no part of the language here.
+    /// Text that is not part of the language in this position.
     Syntax = "E001-syntax",
     /// A `{=` without `=}`.
     UnterminatedCode = "E002-unterminated-code",
@@ -40,7 +40,7 @@ codes! {
     RustName = "E008-rust-name",
     /// A name that bodies in another language cannot use.
     LanguageName = "E064-language-name",
-    /// A host name or address that is none.
+    /// A host name or address that is invalid.
     BadHost = "E009-bad-host",
 
     /// No `target`, or not `target Rust`.
@@ -63,12 +63,12 @@ codes! {
     /// A reactor that the imported file does not have.
     MissingImport = "E022-missing-import",
 
-    /// A file whose name the files and programs made of it cannot have.
+    /// A file whose name is impossible for generated files and programs.
     FileName = "E023-file-name",
 
     /// A feature of the language that is not supported yet.
     Unsupported = "E030-unsupported",
-    /// A target property that is not honoured yet.
+    /// A target property that is not supported yet.
     UnsupportedProperty = "E031-unsupported-property",
 
     /// No main or federated reactor.
@@ -87,7 +87,7 @@ codes! {
     UnknownInstance = "E046-unknown-instance",
     /// A port that does not exist.
     UnknownPort = "E047-unknown-port",
-    /// A name that nothing has.
+    /// A name without a declaration.
     UnknownName = "E048-unknown-name",
     /// A parameter without a value.
     MissingValue = "E049-missing-value",
@@ -99,14 +99,14 @@ codes! {
     DuplicateValue = "E052-duplicate-value",
     /// Types for the type parameters of a reactor that has another number of them.
     TypeArguments = "E053-type-arguments",
-    /// A width that is not known when the program is compiled.
+    /// A width that is unknown at compile time.
     BadWidth = "E054-bad-width",
 
-    /// Modes of which none or several are initial, or where there can be none.
+    /// Modes of which none or several are initial, or modes in a place where there can be none.
     BadMode = "E055-bad-mode",
     /// Something of another mode.
     OtherMode = "E056-other-mode",
-    /// State in a mode that is entered by reset, of which nothing says what becomes of it.
+    /// State in a mode that is entered by reset, without a rule for what happens to it.
     NotReset = "E057-not-reset",
 
     /// A reaction without a trigger.
@@ -135,7 +135,7 @@ codes! {
     /// A type whose values a connection would have to copy, and that cannot be copied.
     Uncopyable = "E075-uncopyable",
 
-    /// A time that is none.
+    /// A value that is no time.
     NotATime = "E080-not-a-time",
     /// A time without a unit.
     MissingUnit = "E081-missing-unit",
@@ -143,7 +143,7 @@ codes! {
     BadUnit = "E082-bad-unit",
     /// A time below zero.
     NegativeTime = "E083-negative-time",
-    /// A value that is no value of the type.
+    /// A value that does not belong to the type.
     WrongValue = "E084-wrong-value",
     /// A policy that does not exist.
     BadPolicy = "E085-bad-policy",
@@ -156,16 +156,16 @@ codes! {
     NoFederates = "E093-no-federates",
     /// Two federates with one name in the generated files.
     FederateNameClash = "E094-federate-name-clash",
-    /// A capacity that cannot be worked out.
+    /// A capacity that cannot be computed.
     UnboundedCapacity = "E095-unbounded-capacity",
     /// A program that is too large for the ids of the protocol or of the tables.
     TooLarge = "E096-too-large",
-    /// A place (`at`) where nothing can be placed.
+    /// A host (`at`) for something that has no host.
     MisplacedHost = "E097-misplaced-host",
 
     /// An initial value in parentheses.
     OldInitialiser = "W001-old-initialiser",
-    /// A target property that says nothing new.
+    /// A target property without an effect beyond the default.
     IdleProperty = "W002-idle-property",
     /// A C type where a Rust type belongs.
     CType = "W003-c-type",
@@ -175,20 +175,20 @@ codes! {
     SmallCapacity = "W005-small-capacity",
     /// A capacity in a cycle of federates that the compiler can only guess.
     UnknownCapacity = "W006-unknown-capacity",
-    /// A way of writing something that newer programs write differently.
+    /// An older notation, which newer programs do not use.
     OlderForm = "W007-older-form",
-    /// Federates that wait for each other for ever.
+    /// Federates that wait for each other without end.
     EndlessWait = "W008-endless-wait",
-    /// A connection that leaves channels of one side without an end.
+    /// A connection that leaves channels of one side unconnected.
     UnequalWidths = "W009-unequal-widths",
     /// A reaction without a body.
     MissingBody = "W010-missing-body",
-    /// A macro that inherited code sees, and whose own file has another one or none.
+    /// A macro that inherited code uses, and that its own file defines differently or not at all.
     InheritedMacro = "W011-inherited-macro",
 }
 
 impl Code {
-    /// Whether this kind of diagnostic forbids a plan.
+    /// Returns whether this kind of diagnostic prevents a plan.
     pub fn severity(self) -> Severity {
         if self.text().starts_with('W') { Severity::Warning } else { Severity::Error }
     }

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-//! What the compiler says about a program: errors and warnings with their places, and how they are printed.
+//! The messages of the compiler about a program: errors and warnings with their places, and their rendering.
 //!
-//! Nothing here decides whether a program is right; the other modules make [`Diagnostic`]s and collect them in
-//! [`Diagnostics`], which also owns the texts, so that it can be rendered by itself.
+//! This module does not decide whether a program is right; the other modules make [`Diagnostic`]s and collect them in
+//! [`Diagnostics`], which also owns the texts, so that it can render itself.
 
 mod code;
 mod render;
@@ -16,10 +16,10 @@ pub(crate) use suggest::did_you_mean;
 
 use indexmap::{IndexMap, IndexSet};
 
-/// How bad a diagnostic is.
+/// The severity of a diagnostic.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum Severity {
-    /// The program is compiled all the same.
+    /// The program is compiled nevertheless.
     Warning,
     /// There is no plan for this program.
     Error,
@@ -30,34 +30,34 @@ pub enum Severity {
 pub struct Label {
     /// The place.
     pub span: Span,
-    /// What is there, without a full stop.
+    /// The text at that place, without a full stop.
     pub text: String,
 }
 
-/// One thing that is wrong with a program, or that its author should know.
+/// An error, or a warning that the author of a program should know.
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
 pub struct Diagnostic {
     /// The stable name of this kind of diagnostic.
     pub code: Code,
-    /// Where it is.
+    /// The place.
     pub span: Span,
-    /// What is wrong, one sentence without a full stop.
+    /// The problem, as one sentence without a full stop.
     pub message: String,
-    /// What is written beside the underlined text; may be empty.
+    /// The text beside the underlined code; may be empty.
     pub label: String,
     /// Further places.
     pub secondary: Vec<Label>,
-    /// What to do about it.
+    /// The advice.
     pub hint: Option<String>,
 }
 
 impl Diagnostic {
-    /// A diagnostic with its place and its sentence.
+    /// Returns a diagnostic with its place and its sentence.
     pub fn new(code: Code, span: Span, message: impl Into<String>) -> Self {
         Self { code, span, message: message.into(), label: String::new(), secondary: Vec::new(), hint: None }
     }
 
-    /// Sets what is written beside the underlined text.
+    /// Sets the text beside the underlined code.
     #[must_use]
     pub fn label(mut self, text: impl Into<String>) -> Self {
         self.label = text.into();
@@ -71,14 +71,14 @@ impl Diagnostic {
         self
     }
 
-    /// Sets what to do about it.
+    /// Sets the advice.
     #[must_use]
     pub fn hint(mut self, text: impl Into<String>) -> Self {
         self.hint = Some(text.into());
         self
     }
 
-    /// Sets what to do about it, if there is something to say.
+    /// Sets the advice, if there is some.
     #[must_use]
     pub fn hint_maybe(mut self, text: Option<String>) -> Self {
         if text.is_some() {
@@ -87,24 +87,24 @@ impl Diagnostic {
         self
     }
 
-    /// Whether it forbids a plan.
+    /// Returns whether it prevents a plan.
     pub fn severity(&self) -> Severity {
         self.code.severity()
     }
 }
 
-/// All that was said about a program, in the order of the text, with the texts.
+/// All diagnostics of a program, in the order of the text, with the texts.
 #[derive(Clone, Debug, Default)]
 pub struct Diagnostics {
     sources: SourceTexts,
     entries: IndexSet<Diagnostic>,
     errors: usize,
-    /// The first one of each kind about the channels of a connection, and how many more there are.
+    /// The first one of each kind about the channels of a connection, and the number of further ones.
     of_channels: IndexMap<(Code, Span), (Diagnostic, usize)>,
 }
 
 impl Diagnostics {
-    /// Adds one; the same one twice is kept once.
+    /// Adds one; keeps one of two equal ones.
     pub fn push(&mut self, diagnostic: Diagnostic) {
         let is_error = diagnostic.severity() == Severity::Error;
         if self.entries.insert(diagnostic) && is_error {
@@ -119,34 +119,34 @@ impl Diagnostics {
         }
     }
 
-    /// Adds one about a channel of a connection. A connection can have tens of thousands of them, so the first one
-    /// is told, with the number of the others.
+    /// Adds one about a channel of a connection. A connection can have tens of thousands of channels, so only the first
+    /// one is kept, with the number of the others.
     pub(crate) fn push_for_channel(&mut self, diagnostic: Diagnostic) {
         let others = &mut self.of_channels.entry((diagnostic.code, diagnostic.span)).or_insert((diagnostic, 0)).1;
         *others += 1;
     }
 
-    /// Whether there is at least one error.
+    /// Returns whether there is at least one error.
     pub fn has_errors(&self) -> bool {
         self.errors > 0
     }
 
-    /// All entries, sorted by file and place once the compilation has ended.
+    /// Returns all entries, sorted by file and place once the compilation has ended.
     pub fn iter(&self) -> impl Iterator<Item = &Diagnostic> {
         self.entries.iter()
     }
 
-    /// The number of errors and of warnings.
+    /// Returns the numbers of errors and of warnings.
     pub fn counts(&self) -> (usize, usize) {
         (self.errors, self.entries.len() - self.errors)
     }
 
-    /// Whether nothing was said.
+    /// Returns whether there are no diagnostics.
     pub fn is_empty(&self) -> bool {
         self.entries.is_empty()
     }
 
-    /// The texts of the program.
+    /// Returns the texts of the program.
     pub fn sources(&self) -> &SourceTexts {
         &self.sources
     }
@@ -155,8 +155,8 @@ impl Diagnostics {
         &mut self.sources
     }
 
-    /// Forgets all that was said about files of another target, but for that, and about what was made of them; whether
-    /// there are such files. What else is wrong in them is right in their own language.
+    /// Drops all diagnostics of files of another target, except for that error, and those of their contents; returns
+    /// whether there are such files. Everything else that looks wrong in them may be right in their own language.
     pub(crate) fn keep_wrong_targets(&mut self) -> bool {
         let is_known = |entry: &Diagnostic| entry.code == Code::WrongTarget && entry.span.end > entry.span.start;
         let is_wrong = self.entries.iter().any(is_known);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Diagnostics as text for people: `FILE.lf:LINE:COLUMN: error[CODE]: sentence`, the lines meant, and a hint.
+//! Renders diagnostics as text: `FILE.lf:LINE:COLUMN: error[CODE]: sentence`, the lines concerned, and a hint.
 
 use annotate_snippets::renderer::DecorStyle;
 use annotate_snippets::{Annotation, AnnotationKind, Group, Level, Renderer, Snippet};
@@ -16,19 +16,19 @@ pub enum Style {
     Coloured,
 }
 
-/// How many entries are printed. Nobody reads more of them at once, and most follow from the first ones.
+/// The maximum number of printed entries. A user does not read more at once, and most follow from the first ones.
 const PRINTED_MAX: usize = 100;
 
-/// How many bytes of a line are shown at most before and behind what is underlined.
+/// The maximum number of bytes of a line that are shown before and behind the underlined code.
 const LINE_MAX: usize = 500;
 
-/// How many bytes apart two places are at most that are shown as parts of one text.
+/// The maximum distance in bytes of two places that are shown as parts of one text.
 const GAP_MAX: usize = 20_000;
 
 impl Diagnostics {
-    /// The first entries as text, each with its place, the line of the program and its hint, and how many more there
-    /// are. Errors are printed before warnings are, where there is no room for all; what is printed is in the order of
-    /// the text.
+    /// Returns the first entries as text, each with its place, the line of the program and its hint, and the number of
+    /// further ones. If there is no room for all, errors take precedence over warnings; the printed entries are in the
+    /// order of the text.
     pub fn render(&self, style: Style) -> String {
         let (errors, warnings) = self.counts();
         let shown_errors = errors.min(PRINTED_MAX);
@@ -53,7 +53,7 @@ impl Diagnostics {
     }
 }
 
-/// One diagnostic, ending in a new line.
+/// Renders one diagnostic, ending in a new line.
 fn render(diagnostic: &Diagnostic, sources: &SourceTexts, style: Style) -> String {
     let (word, colour) = match diagnostic.severity() {
         Severity::Error => ("error", "\x1b[1;31m"),
@@ -85,7 +85,7 @@ fn place(span: Span, sources: &SourceTexts) -> String {
     })
 }
 
-/// The lines of the program that the diagnostic is about, with what is underlined in them.
+/// Renders the lines of the program that the diagnostic is about, with the underlined code in them.
 fn excerpt(diagnostic: &Diagnostic, sources: &SourceTexts, style: Style) -> Option<String> {
     let file = sources.get(diagnostic.span.file)?;
     if file.is_blank() {
@@ -117,12 +117,12 @@ fn excerpt(diagnostic: &Diagnostic, sources: &SourceTexts, style: Style) -> Opti
     Some(renderer.decor_style(DecorStyle::Ascii).render(&[group]))
 }
 
-/// Whether two places are shown as parts of one text, what is between them left out.
+/// Returns whether two places are shown as parts of one text, without the code between them.
 fn is_near(one: Span, other: Span) -> bool {
     one.file == other.file && one.start.abs_diff(other.start) <= GAP_MAX
 }
 
-/// The lines of a file that some spans touch; the rest of a long file, or of a long line, is not looked at.
+/// The lines of a file that some spans touch; the renderer skips the rest of a long file, or of a long line.
 struct Window<'s> {
     text: &'s str,
     /// The first byte of the window in the file.
@@ -147,8 +147,8 @@ impl<'s> Window<'s> {
         Self { text: &text[start..end], start, line: file.position(start).line }
     }
 
-    /// A span within the window, on character boundaries and within one line, so that a missing end of a block does
-    /// not print the whole file.
+    /// Returns a span within the window, on character boundaries and within one line, so that a missing end of a block
+    /// does not print the whole file.
     fn underlined(&self, span: Span) -> std::ops::Range<usize> {
         let start = floor(self.text, span.start.saturating_sub(self.start));
         let end = floor(self.text, span.end.saturating_sub(self.start)).max(start);
@@ -161,7 +161,7 @@ impl<'s> Window<'s> {
     }
 }
 
-/// The last character boundary that is not after a byte.
+/// Returns the last character boundary that is not after a byte.
 fn floor(text: &str, at: usize) -> usize {
     (0..=at.min(text.len())).rev().find(|at| text.is_char_boundary(*at)).unwrap_or(0)
 }

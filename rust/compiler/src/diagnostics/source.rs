@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 //! The texts of a program and places in them.
 
-/// Names one text of a [`SourceTexts`].
+/// The id of a text in a [`SourceTexts`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Default)]
 pub struct FileId(u32);
 
 impl FileId {
-    /// The position of the text in its [`SourceTexts`].
+    /// Returns the position of the text in its [`SourceTexts`].
     pub fn index(self) -> usize {
         self.0 as usize
     }
@@ -24,19 +24,19 @@ pub struct Span {
 }
 
 impl Span {
-    /// The range `start..end` of a text.
+    /// Returns the range `start..end` of a text.
     pub fn new(file: FileId, start: usize, end: usize) -> Self {
         Self { file, start, end }
     }
 
-    /// From the start of this one to the end of the other one, which must be in the same text.
+    /// Returns the range from the start of this one to the end of the other one, which must be in the same text.
     #[must_use]
     pub fn to(self, other: Span) -> Span {
         Span { file: self.file, start: self.start, end: other.end.max(self.end) }
     }
 }
 
-/// A place as people count it.
+/// A line and a column.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Position {
     /// The line, from 1.
@@ -60,22 +60,22 @@ impl SourceText {
         Self { path, text, line_starts }
     }
 
-    /// The path under which it was asked for.
+    /// Returns the path that the compiler was given.
     pub fn path(&self) -> &str {
         &self.path
     }
 
-    /// The whole text.
+    /// Returns the whole text.
     pub fn text(&self) -> &str {
         &self.text
     }
 
-    /// Whether there is nothing to show of it.
+    /// Returns whether the text has only blanks.
     pub(crate) fn is_blank(&self) -> bool {
         self.text.trim_start().is_empty()
     }
 
-    /// The line and column of a byte; bytes behind the end are at the end.
+    /// Returns the line and column of a byte; bytes behind the end are at the end.
     pub fn position(&self, byte: usize) -> Position {
         let byte = byte.min(self.text.len());
         let line = self.line_starts.partition_point(|start| *start <= byte);
@@ -97,17 +97,17 @@ impl SourceTexts {
         FileId(u32::try_from(self.files.len() - 1).unwrap_or(u32::MAX))
     }
 
-    /// The text of this id, if there is one.
+    /// Returns the text of this id, if there is one.
     pub fn get(&self, file: FileId) -> Option<&SourceText> {
         self.files.get(file.0 as usize)
     }
 
-    /// The part of the text that a span names; empty if it names none.
+    /// Returns the part of the text in a span; empty if the span is invalid.
     pub fn slice(&self, span: Span) -> &str {
         self.get(span.file).and_then(|file| file.text.get(span.start..span.end)).unwrap_or_default()
     }
 
-    /// All texts with their ids, the main one first.
+    /// Returns all texts with their ids, the main one first.
     pub fn iter(&self) -> impl Iterator<Item = (FileId, &SourceText)> {
         (0u32..).map(FileId).zip(&self.files)
     }

@@ -1,17 +1,17 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Guesses at what a misspelt name was meant to be.
+//! Suggestions for misspelt names.
 
-/// How many candidates are looked at, so that programs with thousands of mistakes and names are read all the same.
+/// The maximum number of candidates, so that programs with thousands of errors and names do not take long.
 const CANDIDATES_MAX: usize = 500;
 
-/// A hint that names the candidate nearest to `name`, if one is near enough to be a slip of the keyboard.
+/// Returns a hint that names the candidate nearest to `name`, if one is near enough to be a typing error.
 pub(crate) fn did_you_mean<'a>(name: &str, candidates: impl IntoIterator<Item = &'a str>) -> Option<String> {
     let near = |candidate: &str| strsim::damerau_levenshtein(&name.to_lowercase(), &candidate.to_lowercase());
     let length = name.chars().count();
     candidates
         .into_iter()
         .take(CANDIDATES_MAX)
-        // A name that is much longer or shorter is far away.
+        // A name that is much longer or shorter is not near.
         .filter(|candidate| *candidate != name && candidate.chars().count().abs_diff(length) <= 1 + length / 4)
         .map(|candidate| (near(candidate), candidate))
         .filter(|(distance, candidate)| *distance <= 1 + candidate.chars().count().min(name.chars().count()) / 4)

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! What emission results in: files, or what no file can be made of.
+//! The results of emission: files, or errors.
 
 use core::fmt;
 
@@ -14,7 +14,7 @@ pub struct File {
     pub text: String,
 }
 
-/// Something in the program of which no crate can be made.
+/// An element of the program that cannot be emitted.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct EmitError {
     /// The LF file.
@@ -23,7 +23,7 @@ pub struct EmitError {
     pub line: usize,
     /// The column, from 1.
     pub column: usize,
-    /// What is wrong.
+    /// The problem.
     pub message: String,
 }
 

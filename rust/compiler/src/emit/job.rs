@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-//! What is to be emitted.
+//! The input of emission.
 
 use crate::deployment::Deployment;
 use crate::plan::{Federate, Plan};
 
 use super::view::View;
 
-/// What the caller decides about the generated crates.
+/// The caller's settings for the generated crates.
 #[derive(Clone, Copy, Debug)]
 pub struct Settings<'a> {
     /// The folder of the crate `lf-linux`, absolute or relative to a generated crate.
@@ -15,23 +15,23 @@ pub struct Settings<'a> {
     pub lf_zephyr: &'a str,
     /// The folder of the crate `lf-c-build`, absolute or relative to a generated crate.
     pub lf_c_build: &'a str,
-    /// The version of all packages. Cargo tells packages of one name apart by it, so two programs whose crates share
-    /// cargo's intermediate results must not have the same.
+    /// The version of all packages. Cargo distinguishes packages of one name by it, so two programs whose crates share
+    /// cargo's intermediate results must have different versions.
     pub version: &'a str,
-    /// Where paths of the program begin, when they are relative: the folder in which the compiler runs.
+    /// The base of the program's relative paths: the folder in which the compiler runs.
     pub current: &'a str,
-    /// Where the federates run.
+    /// The places of the federates.
     pub deployment: &'a Deployment,
 }
 
 impl Settings<'_> {
-    /// A path of the program, from wherever a generated crate lies.
+    /// Returns a path of the program that is valid from any generated crate.
     pub(crate) fn absolute(&self, path: &str) -> String {
         if path.starts_with('/') { path.to_owned() } else { format!("{}/{path}", self.current) }
     }
 }
 
-/// The program of one participant, to be emitted.
+/// The program of one participant to emit.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Job<'a> {
     /// The plan as its language sees it.
@@ -41,9 +41,9 @@ pub(crate) struct Job<'a> {
     pub(crate) name: &'a str,
     /// The federate, unless it is an RTI and nothing else.
     pub(crate) federate: Option<&'a Federate>,
-    /// Whether the RTI is in it.
+    /// Whether it contains the RTI.
     pub(crate) rti: bool,
-    /// How long the values are that this RTI passes on between federates in other languages.
+    /// The lengths of the values that this RTI forwards between federates in other languages.
     pub(crate) passed_on: &'a [u64],
     /// Whether it is a static library for a Zephyr image, and not a program for this computer.
     pub(crate) is_image: bool,
@@ -54,12 +54,12 @@ pub(crate) struct Job<'a> {
 }
 
 impl<'a> Job<'a> {
-    /// The plan as a whole.
+    /// Returns the whole plan.
     pub(crate) fn plan(&self) -> &'a Plan {
         self.view.plan
     }
 
-    /// Returns how many threads run reactions. Images have one.
+    /// Returns the number of threads that run reactions. Images have one.
     pub(crate) fn workers(&self) -> u16 {
         let is_one = self.is_image || !self.view.language.facts().workers;
         if is_one { 1 } else { self.plan().target.workers }

@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-//! From a plan to text: a crate per federate and, for Zephyr, a Kconfig fragment and a devicetree overlay.
+//! Emits text from a plan: a crate per federate and, for Zephyr, a Kconfig fragment and a devicetree overlay.
 //!
-//! `host` writes the crates and knows no language; `rust` and `c` write the bodies, and know nothing of each other.
+//! `host` writes the crates and does not depend on a language; `rust` and `c` write the bodies, and do not depend on
+//! each other.
 //!
-//! Nothing here reads or writes files; the caller does that with the [`Emitted`] it gets.
+//! This module neither reads nor writes files; the caller does that with the [`Emitted`] that it gets.
 
 mod c;
 mod file;
@@ -31,21 +32,21 @@ pub use job::Settings;
 pub use source_map::SourceMap;
 pub(crate) use source_map::{Anchor, FileMap, Lines, Origin, Piece};
 
-/// All that was generated for a program.
+/// All generated files of a program.
 #[derive(Clone, Debug)]
 pub struct Emitted {
     /// The files.
     pub files: Vec<File>,
-    /// The RTI, where it is an image of its own; then the federates in order of id, or the main reactor.
+    /// The RTI, if it is an image of its own; then the federates in order of id, or the main reactor.
     pub participants: Vec<Participant>,
-    /// From generated files back to the program.
+    /// The map from generated files to the program.
     pub source_map: SourceMap,
 }
 
-/// What was generated for one federate, or for the RTI.
+/// The generated crate of one federate, or of the RTI.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Participant {
-    /// What it does in the federation.
+    /// Its role in the federation.
     pub role: Role,
     /// The federate's name, or one that no federate has.
     pub name: String,
@@ -53,11 +54,11 @@ pub struct Participant {
     pub folder: String,
     /// The crate's package.
     pub package: String,
-    /// How it is built and run.
+    /// The artifact of its build.
     pub artifact: Artifact,
 }
 
-/// What a participant does in the federation.
+/// The role of a participant in the federation.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Role {
     /// It is the RTI, and nothing else.
@@ -71,7 +72,7 @@ pub enum Role {
     },
 }
 
-/// How a participant is built and run.
+/// The artifact of a participant's build.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Artifact {
     /// A program of the cargo workspace in the output folder, named like the package.
@@ -84,7 +85,7 @@ pub enum Artifact {
         kconfig: String,
         /// The devicetree overlay, below the output folder.
         overlay: String,
-        /// Where it runs, with runner and probe.
+        /// Its place, with runner and probe.
         place: Box<Place>,
     },
 }
@@ -92,7 +93,7 @@ pub enum Artifact {
 /// Generates the crates of a program.
 ///
 /// # Errors
-/// For each federate the first thing of which no crate can be made; each thing once.
+/// For each federate the first element that cannot be emitted; each element once.
 pub fn emit(plan: &Plan, settings: &Settings<'_>) -> Result<Emitted, Vec<EmitError>> {
     with_stack(|| emitted(plan, settings))
 }
@@ -112,7 +113,7 @@ fn emitted(plan: &Plan, settings: &Settings<'_>) -> Result<Emitted, Vec<EmitErro
         let name = rti_name(plan);
         let folder = folders.give(&name);
         if let Some(participant) = work.rti(name, place, folder) {
-            // It comes first, because it is started first.
+            // It is first because it starts first.
             work.emitted.participants.insert(0, participant);
         }
     }
@@ -126,7 +127,7 @@ fn emitted(plan: &Plan, settings: &Settings<'_>) -> Result<Emitted, Vec<EmitErro
     if errors.is_empty() { Ok(emitted) } else { Err(errors) }
 }
 
-/// What the RTI is called where it is an image of its own: a name that no federate has.
+/// Returns the name of the RTI if it is an image of its own: a name that no federate has.
 pub fn rti_name(plan: &Plan) -> String {
     let mut name = "rti".to_owned();
     while plan.federates.iter().any(|federate| federate.name == name) {
@@ -140,7 +141,7 @@ fn package_of(plan: &Plan, federate: &Federate) -> String {
     package_name(&plan.name, plan.is_federated().then_some(&federate.name), crates)
 }
 
-/// The name that Zephyr's build knows a crate by.
+/// The name by which Zephyr's build knows a crate.
 const ZEPHYR_PACKAGE: &str = "rustapp";
 
 struct Emitter<'a> {
@@ -168,7 +169,7 @@ impl Emitter<'_> {
         self.program(Participant { role, name, folder, package, artifact }, Some(federate))
     }
 
-    /// An image that is the RTI and nothing else.
+    /// Adds an image that is the RTI and nothing else.
     fn rti(&mut self, name: String, place: &Place, folder: String) -> Option<Participant> {
         let Platform::Zephyr(board) = &place.platform else { return None };
         let text = rti_kconfig(self.plan, &name, place, self.settings.deployment);
@@ -177,7 +178,7 @@ impl Emitter<'_> {
         Some(self.program(Participant { role: Role::Rti, name, folder, package, artifact }, None))
     }
 
-    /// Adds what an image has beside its program.
+    /// Adds the files of an image beside its program.
     fn image(&mut self, name: &str, folder: &str, board: &str, place: &Place, kconfig_text: String) -> Artifact {
         let (kconfig, overlay_path) = (format!("{folder}/{name}.conf"), format!("{folder}/{name}.overlay"));
         self.emitted.files.push(File { path: kconfig.clone(), text: kconfig_text });

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Names of generated files, packages and other things, which are never given twice.
+//! Unique names of generated files, packages and other elements.
 
 use std::collections::BTreeSet;
 use std::hash::{DefaultHasher, Hash as _, Hasher as _};
 
-/// The text with everything that cannot be in an identifier replaced.
+/// Returns the text with all characters replaced that cannot be in an identifier.
 pub(crate) fn plain(text: &str) -> String {
     let mut plain: String = text.chars().map(|c| if c.is_ascii_alphanumeric() { c } else { '_' }).collect();
     if plain.starts_with(|c: char| c.is_ascii_digit()) || plain.is_empty() {
@@ -13,7 +13,7 @@ pub(crate) fn plain(text: &str) -> String {
     plain
 }
 
-/// `RelayUnit` becomes `relay_unit`, `HTTPServer` becomes `http_server`.
+/// Converts a name to snake case: `RelayUnit` becomes `relay_unit`, `HTTPServer` becomes `http_server`.
 pub(crate) fn snake_case(name: &str) -> String {
     let characters: Vec<char> = plain(name).chars().collect();
     let mut snake = String::new();
@@ -32,14 +32,14 @@ pub(crate) fn snake_case(name: &str) -> String {
     snake
 }
 
-/// `RelayUnit` becomes `relay-unit`.
+/// Converts a name to kebab case: `RelayUnit` becomes `relay-unit`.
 fn kebab_case(name: &str) -> String {
     let kebab: Vec<String> = snake_case(name).split('_').filter(|word| !word.is_empty()).map(str::to_owned).collect();
     if kebab.is_empty() { "federate".to_owned() } else { kebab.join("-") }
 }
 
-/// What no package can be called, because cargo has folders of these names, Rust has words or crates of these names,
-/// or some system has devices of these names.
+/// Names that no package can have, because cargo has folders, Rust has keywords or crates, or some system has devices
+/// of these names.
 const NO_PACKAGES: [&str; 36] = [
     "alloc",
     "as",
@@ -79,8 +79,8 @@ const NO_PACKAGES: [&str; 36] = [
     "where",
 ];
 
-/// The name of the package and of the program of a participant, whose own name may be missing: `smart-grid-unit-a`.
-/// It is none of `crates`, which the package depends on.
+/// Returns the name of the package and of the program of a participant, whose own name may be missing:
+/// `smart-grid-unit-a`. It differs from all `crates`, on which the package depends.
 pub(crate) fn package_name<'c>(
     program: &str,
     participant: Option<&str>,
@@ -98,7 +98,7 @@ pub(crate) fn package_name<'c>(
     shortened(&name, '-')
 }
 
-/// A name that files can have and build tools take, however long it was: what is cut off is a number behind it.
+/// Returns a name that is short enough for files and build tools: a number replaces the rest of a long one.
 pub(crate) fn shortened(name: &str, separator: char) -> String {
     const LENGTH_MAX: usize = 60;
     const KEPT: usize = 40;
@@ -111,19 +111,19 @@ pub(crate) fn shortened(name: &str, separator: char) -> String {
     format!("{}{separator}{:016x}", kept.trim_end_matches(separator), hasher.finish())
 }
 
-/// Names that are given once each.
+/// A set of unique names.
 #[derive(Default)]
 pub(crate) struct Names {
     taken: BTreeSet<String>,
 }
 
 impl Names {
-    /// Names that must not be given.
+    /// Returns a set that excludes these names.
     pub(crate) fn reserving(names: &[&str]) -> Self {
         Self { taken: names.iter().map(|name| (*name).to_owned()).collect() }
     }
 
-    /// The name itself, or with a number where it has been given before.
+    /// Returns the name itself, or with a number if it is taken.
     pub(crate) fn give(&mut self, name: &str) -> String {
         let mut given = name.to_owned();
         let mut number = 2;

@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
-//! From places in generated files back to places in the LF program.
+//! A map from places in generated files to places in the LF program.
 
 use std::collections::BTreeMap;
 
 use serde::{Deserialize, Serialize};
 
-/// Where the pieces of generated files come from. Lines and columns count from 1, columns in characters.
+/// The origins of the pieces of generated files. Lines and columns count from 1, columns in characters.
 ///
-/// It can be kept beside a crate that somebody else compiles; a later version need not be able to read it.
+/// It can be stored beside a crate that another tool compiles; a later version need not be able to read it.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct SourceMap {
     lf_paths: Vec<String>,
@@ -19,21 +19,21 @@ pub struct SourceMap {
 pub(crate) struct FileMap {
     /// Verbatim pieces, at most one per line where they span lines; sorted by place.
     pub(crate) pieces: Vec<Piece>,
-    /// Lines of scaffolding from which on everything stems from one declaration; sorted by line.
+    /// Lines of scaffolding from which on all code belongs to one declaration; sorted by line.
     pub(crate) anchors: Vec<Anchor>,
 }
 
-/// A piece of one generated line that stands in the LF program as it is.
+/// A piece of one generated line that is a verbatim part of the LF program.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub(crate) struct Piece {
     pub(crate) line: usize,
     pub(crate) column: usize,
-    /// Characters; the place directly after the last one still belongs to the piece.
+    /// The length in characters; the position directly after the last one still belongs to the piece.
     pub(crate) len: usize,
     pub(crate) to: Origin,
 }
 
-/// A generated line that a declaration stands behind.
+/// A generated line that belongs to a declaration.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub(crate) struct Anchor {
     pub(crate) line: usize,
@@ -59,7 +59,7 @@ impl SourceMap {
         self.files.insert(generated_path, map);
     }
 
-    /// The map of the files in one folder, such as a crate's, by their paths in it.
+    /// Returns the map of the files in one folder, such as a crate's, by their paths in it.
     #[must_use]
     pub fn in_folder(&self, folder: &str) -> Self {
         let inside = |path: &str| Some(path.strip_prefix(folder)?.strip_prefix('/')?.to_owned());
@@ -67,32 +67,33 @@ impl SourceMap {
         Self { lf_paths: self.lf_paths.clone(), files }
     }
 
-    /// The place in the LF program from which a place in a generated file stems.
+    /// Returns the place in the LF program for a place in a generated file.
     ///
-    /// A place in a verbatim piece (a body, a preamble, a value) is mapped exactly; any other place to the declaration
-    /// that it was generated for. `None` when nothing of the program stands behind it.
+    /// A place in a verbatim piece (a body, a preamble, a value) maps exactly; any other place maps to the declaration
+    /// for which it was generated. Returns `None` for code without an origin in the program.
     pub fn to_lf(&self, generated_path: &str, line: usize, column: usize) -> Option<(&str, usize, usize)> {
         let file = self.files.get(generated_path)?;
         let place = file.piece(line, column).or_else(|| file.anchor(line))?;
         Some((self.lf_paths.get(place.file)?.as_str(), place.line, place.column))
     }
 
-    /// Whether a place in a generated file lies in a verbatim piece, so that an excerpt of the LF file shows it.
+    /// Returns whether a place in a generated file lies in a verbatim piece, so that an excerpt of the LF file shows
+    /// it.
     pub fn is_verbatim(&self, generated_path: &str, line: usize, column: usize) -> bool {
         self.files.get(generated_path).is_some_and(|file| file.piece(line, column).is_some())
     }
 }
 
-/// Lines of a generated file that follow each other in the program, too.
+/// Lines of a generated file that are consecutive in the program, too.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Lines {
-    /// The first one, from the column on at which it is in the program.
+    /// The first one, from the column at which it begins in the program.
     pub(crate) first: Piece,
     pub(crate) count: usize,
 }
 
 impl FileMap {
-    /// What is verbatim, in as few rows as possible.
+    /// Returns the verbatim lines, in as few rows as possible.
     pub(crate) fn lines(&self) -> Vec<Lines> {
         let mut all: Vec<Lines> = Vec::new();
         for piece in &self.pieces {

@@ -10,16 +10,16 @@ use crate::plan::{
 
 /// A plan without the code of other languages than one. Crates in that language hold what it shows.
 ///
-/// What has to do with no language is looked up in the plan itself.
+/// The plan itself has all data that do not depend on a language.
 #[derive(Debug)]
 pub(crate) struct View<'p> {
     pub(crate) plan: &'p Plan,
     pub(crate) language: Language,
-    /// What the program says about the compiler of C, as far as it is for this language.
+    /// The program's settings for the C compiler, as far as they are for this language.
     pub(crate) native: NativeCode,
-    /// What the program says about cargo, as far as it is for this language.
+    /// The program's settings for cargo, as far as they are for this language.
     pub(crate) cargo: Cargo,
-    /// The federated reactor that only contains, where its own code is in another language.
+    /// The federated reactor without its code, if that is in another language.
     container: Option<ReactorClass>,
 }
 
@@ -40,7 +40,7 @@ impl<'p> View<'p> {
         Self { plan, language, native, cargo, container }
     }
 
-    /// Returns a class: the federated reactor without its code, where that is in another language.
+    /// Returns a class: the federated reactor without its code, if that is in another language.
     pub(crate) fn class(&self, index: ClassIndex) -> &ReactorClass {
         match &self.container {
             Some(container) if index == self.plan.main => container,
@@ -48,7 +48,7 @@ impl<'p> View<'p> {
         }
     }
 
-    /// Whether the bodies of a class are in this language.
+    /// Returns whether the bodies of a class are in this language.
     pub(crate) fn is_own(&self, class: ClassIndex) -> bool {
         self.plan.language_of_class(class) == self.language
     }
@@ -75,11 +75,10 @@ impl Plan {
         self.language_of_class(federate.instances.first().map_or(self.main, |instance| instance.class))
     }
 
-    /// Returns how many bytes the values take at most that an RTI passes on between federates of other languages than
-    /// this.
+    /// Returns the maximum lengths of the values that an RTI forwards between federates of other languages than this.
     ///
     /// # Errors
-    /// A connection of which that is not known.
+    /// A connection of which the length is unknown.
     pub(crate) fn lengths_beside(&self, language: Language) -> Result<Vec<u64>, EmitError> {
         let mut lengths = Vec::new();
         for receiver in &self.federates {

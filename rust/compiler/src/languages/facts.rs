@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! What the compiler has to know of a target language to check a program and to plan it.
+//! The properties of a target language that the compiler needs to check and plan a program.
 
 use core::ops::Range;
 
@@ -7,63 +7,62 @@ use crate::diagnostics::{Code, Diagnostic};
 use crate::plan::{Serializer, Shape};
 use crate::syntax::ast::{Expression, Literal, TypeSyntax};
 
-/// The facts about a target language. There is one table of them per language, and nothing that asks has to know which
-/// language it is.
+/// The facts about a target language. Each language has one table, and users of the table need not know the language.
 #[allow(clippy::struct_excessive_bools, reason = "these are facts, each of its own")]
 pub(crate) struct Facts {
-    /// The diagnostic for a name that the language cannot have.
+    /// The diagnostic for a name that is invalid in the language.
     pub(crate) name_code: Code,
-    /// What bodies write between a contained reactor and its port.
+    /// The separator that bodies write between a contained reactor and its port.
     pub(crate) between_child_and_port: &'static str,
-    /// What bodies write before a state variable or a parameter.
+    /// The prefix that bodies write before a state variable or a parameter.
     pub(crate) before_member: &'static str,
     /// The type of LF's times.
     pub(crate) time_type: &'static str,
-    /// The type of what has no value.
+    /// The type without values.
     pub(crate) empty_type: &'static str,
     /// The serializers that a program can name.
     pub(crate) serializers: &'static [&'static str],
-    /// Whether a logical action that is scheduled twice for one tag keeps the last value alone. Otherwise the second
+    /// Whether a logical action that is scheduled twice for one tag keeps only the last value. Otherwise the second
     /// event happens a microstep later.
     pub(crate) replaces_events: bool,
-    /// Whether reactions with a deadline, and what they wait for, run before those of the same tag without.
+    /// Whether reactions with a deadline, and those that they wait for, precede those of the same tag without.
     pub(crate) deadlines_come_first: bool,
-    /// Whether a value can be a time below zero.
+    /// Whether a value can be a negative time.
     pub(crate) negative_times: bool,
     /// Whether LF lets a program name types for a reactor that has no type parameters.
     pub(crate) superfluous_types: bool,
-    /// Whether reactions of different reactors can run side by side.
+    /// Whether reactions of different reactors can run in parallel.
     pub(crate) workers: bool,
-    /// Whether a reaction that has a name and no body calls a function of this name, which the program has elsewhere.
+    /// Whether a reaction with a name and without a body calls a function of this name elsewhere in the program.
     pub(crate) external_bodies: bool,
     /// Whether any thread may schedule a physical action at any time, so that a program with one stays although it has
-    /// no more events. Otherwise the runtime knows all that can schedule.
+    /// no more events. Otherwise the runtime knows all threads that can schedule.
     pub(crate) unknown_threads: bool,
-    /// Whether a compiler of C compiles the bodies, so that all that the program says about that compiler is for them.
+    /// Whether a C compiler compiles the bodies, so that all settings of the program for that compiler apply to them.
     pub(crate) native_bodies: bool,
     /// Whether a preprocessor can replace names of the program.
     pub(crate) preprocessor: bool,
     /// Returns a type in the language's spelling.
     pub(crate) type_text: fn(&TypeSyntax) -> String,
-    /// Returns what is wrong with a type as it is written; its arguments are looked at by themselves.
+    /// Returns the problem of a type as it is written; its arguments are checked separately.
     pub(crate) type_problem: fn(&TypeSyntax) -> Option<Diagnostic>,
-    /// Returns the type of a literal that is written without one.
+    /// Returns the type of a literal without a declared type.
     pub(crate) type_of_literal: fn(&Literal) -> &'static str,
-    /// Returns the literals that a type takes; `None` for a type of which nothing is known.
+    /// Returns the literals that a type accepts; `None` for an unknown type.
     pub(crate) literals_of: fn(&str) -> Option<LiteralKind>,
-    /// Whether values can go from a port of one type to a port of the other, as far as that is known here.
+    /// Returns whether values can go from a port of one type to a port of the other, as far as the compiler knows.
     pub(crate) is_same_type: fn(&str, &str) -> bool,
     /// Returns a value as an expression of the language, for a place of this type.
     pub(crate) value_text: fn(&Expression, &str) -> String,
-    /// Returns the value of code that is arithmetic of integers and parameters; nothing for any other code.
+    /// Returns the value of arithmetic code with integers and parameters; `None` for any other code.
     pub(crate) integer: IntegerOf,
-    /// Returns all reasons why values of a type cannot go to another federate, as far as the program's text tells.
-    /// What only the language's own compiler knows, it says.
+    /// Returns all reasons why values of a type cannot go to another federate, as far as the program's text shows. The
+    /// language's own compiler reports the others.
     pub(crate) unsendable: fn(&str, Option<&Serializer>, Preambles<'_>) -> Vec<Unsendable>,
-    /// Returns what values of a type are in messages, for a federate in another language; or all reasons why no other
-    /// language can know it.
+    /// Returns the layout of a type's values in messages, for a federate in another language; or all reasons why no
+    /// other language can know it.
     pub(crate) shape: fn(&str, Preambles<'_>) -> Result<Shape, Vec<Unsendable>>,
-    /// Returns why a connection cannot copy values of a type, as far as the program's text tells.
+    /// Returns the reason why a connection cannot copy values of a type, as far as the program's text shows.
     pub(crate) uncopyable: fn(&str, Preambles<'_>) -> Option<Unsendable>,
 }
 
@@ -79,12 +78,12 @@ pub(crate) struct Preambles<'a> {
     pub(crate) all: &'a [String],
 }
 
-/// Why a type cannot be sent to another federate, and what to write instead.
+/// The reason why a type cannot be sent to another federate, and its replacement.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) struct Unsendable {
     pub(crate) message: String,
     pub(crate) hint: String,
-    /// Where the reason is, unless it is the type itself.
+    /// The place of the reason, unless it is the type itself.
     pub(crate) place: Option<PlaceInPreamble>,
 }
 
@@ -97,7 +96,7 @@ pub(crate) struct PlaceInPreamble {
     pub(crate) range: Range<usize>,
 }
 
-/// What kind of literals a simple type takes.
+/// The kind of literals that a simple type accepts.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum LiteralKind {
     /// Any number, character or boolean, which the language converts.

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Integers that can be worked out when the program is compiled.
+//! Integers that are known at compile time.
 
-/// What an operator makes of two values; nothing where it does not fit, or for an operator that is none of integers.
+/// Returns the result of an operator; `None` on overflow, or for an operator that is none of integers.
 pub(super) fn operation(operator: &str, left: i64, right: i64) -> Option<i64> {
     match operator {
         "+" => left.checked_add(right),

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-//! The facts about target languages: types, values, and what reactions do there.
+//! The facts about target languages: types, values, and the semantics of reactions.
 //!
-//! `resolve` and `analysis` ask this table. What the lexer has to know lies below the parser in
-//! [`lexical`](crate::lexical), and what is emitted lies above the plan in [`emit`](crate::emit).
+//! `resolve` and `analysis` use this table. The facts for the lexer lie below the parser in
+//! [`lexical`](crate::lexical), and emission lies above the plan in [`emit`](crate::emit).
 
 pub(crate) mod c;
 mod facts;
@@ -14,7 +14,7 @@ pub(crate) use facts::{Facts, LiteralKind, Preambles, Unsendable};
 use crate::lexical::Language;
 
 impl Language {
-    /// Returns what is known of the language.
+    /// Returns the facts about the language.
     pub(crate) fn facts(self) -> &'static Facts {
         match self {
             Self::Rust => &rust::FACTS,

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-//! What all languages have in common that know strings, comments and brackets: where a code block ends, and whether
-//! its brackets have counterparts.
+//! The common parts of all languages with strings, comments and brackets: the end of a code block, and the matching of
+//! its brackets.
 
 use core::ops::Range;
 
@@ -8,14 +8,13 @@ use super::code::{BlockEnd, CodeProblem};
 use crate::characters::{instead, is_invisible, shown};
 use crate::diagnostics::Code;
 
-/// How deeply brackets may be nested. Compilers have such limits; Clang's is the same.
+/// The maximum nesting of brackets. Compilers have such limits; Clang's is the same.
 pub(super) const BRACKETS_MAX: usize = 256;
 
-/// The end of what begins at a byte that is not within anything else: of a comment, of a literal, of a word, or of the
-/// character.
+/// Returns the end of the token that begins at a byte: a comment, a literal, a word, or a character.
 pub(super) type Skip = fn(text: &str, at: usize) -> usize;
 
-/// Whether a byte is part of a word of ASCII.
+/// Returns whether a byte is part of a word of ASCII.
 pub(super) fn is_word(byte: u8) -> bool {
     byte.is_ascii_alphanumeric() || byte == b'_'
 }
@@ -32,7 +31,7 @@ pub(super) fn block_end(text: &str, skip: Skip) -> BlockEnd {
         let inside = &text[at..end];
         if let Some(found) = inside.find("=}") {
             let first = BlockEnd::Hidden { end: at + found + 2, by: at };
-            // A line that begins so within a string of several lines: the string's own end is missing.
+            // A string of several lines with such a line: the string's own end is missing.
             if inside.starts_with('"') && inside.lines().skip(1).any(|line| line.trim_start().starts_with("=}")) {
                 return first;
             }
@@ -43,13 +42,13 @@ pub(super) fn block_end(text: &str, skip: Skip) -> BlockEnd {
     hidden.unwrap_or(BlockEnd::Missing)
 }
 
-/// An open bracket and where it closes, whose lines begin at different columns.
+/// A bracket and its counterpart, whose lines begin at different columns.
 struct Askew {
     open: usize,
     close: usize,
 }
 
-/// Where a line begins, line feeds left out, and how many blanks come first.
+/// The beginning of a line, without line feeds, and the number of its leading blanks.
 #[derive(Clone, Copy)]
 struct LineStart {
     at: usize,
@@ -57,7 +56,7 @@ struct LineStart {
 }
 
 impl LineStart {
-    /// The last line that begins in a part of the text.
+    /// Returns the last line that begins in a part of the text.
     fn last_in(text: &str, range: Range<usize>) -> Option<Self> {
         let at = range.start + text[range].rfind('\n')? + 1;
         let blanks = text[at..].len() - text[at..].trim_start_matches([' ', '\t']).len();
@@ -65,10 +64,10 @@ impl LineStart {
     }
 }
 
-/// The first bracket that has no counterpart.
+/// Returns the problem of the first bracket without a counterpart.
 pub(super) fn brackets(text: &str, skip: Skip) -> Option<CodeProblem> {
     let bytes = text.as_bytes();
-    // Nothing is known of the first line, whose beginning is not part of the text.
+    // The beginning of the first line is not part of the text.
     let mut line: Option<LineStart> = None;
     let mut open: Vec<(usize, Option<LineStart>)> = Vec::new();
     let mut askew: Option<Askew> = None;
@@ -97,7 +96,7 @@ pub(super) fn brackets(text: &str, skip: Skip) -> Option<CodeProblem> {
     Some(unclosed(text, open.last()?.0, askew))
 }
 
-/// The first bracket that more are around than may be.
+/// Returns the problem of the first bracket that exceeds the nesting limit.
 pub(super) fn too_deep(text: &str, skip: Skip) -> Option<CodeProblem> {
     let mut depth = 0_usize;
     let mut at = 0;
@@ -116,7 +115,7 @@ pub(super) fn too_deep(text: &str, skip: Skip) -> Option<CodeProblem> {
 }
 
 impl CodeProblem {
-    /// Code that is nested too deeply at a place.
+    /// Returns the problem of code that is nested too deeply.
     pub(super) fn too_deep(range: Range<usize>) -> Self {
         Self {
             code: Code::NestingTooDeep,
@@ -128,11 +127,11 @@ impl CodeProblem {
     }
 }
 
-/// Characters that nobody sees, and that Rust takes for blanks.
+/// Invisible characters that Rust accepts as blanks.
 const BLANKS: [char; 6] = ['\u{B}', '\u{85}', '\u{200E}', '\u{200F}', '\u{2028}', '\u{2029}'];
 
-/// The first character outside of strings and comments that has no meaning, of those that nobody sees or that look like
-/// others.
+/// Returns the problem of the first meaningless character outside of strings and comments: one that is invisible or
+/// looks like another.
 pub(super) fn strange(text: &str, skip: Skip, language: &str) -> Option<CodeProblem> {
     if text.is_ascii() && !text.bytes().any(|byte| is_invisible(char::from(byte))) {
         return None;
@@ -154,7 +153,7 @@ pub(super) fn strange(text: &str, skip: Skip, language: &str) -> Option<CodeProb
     None
 }
 
-/// A bracket that closes nothing.
+/// Returns the problem of a bracket that closes nothing.
 fn superfluous(text: &str, at: usize, askew: Option<Askew>) -> CodeProblem {
     let also = askew.filter(|askew| text[askew.open..at].contains('\n'));
     CodeProblem {
@@ -167,10 +166,10 @@ fn superfluous(text: &str, at: usize, askew: Option<Askew>) -> CodeProblem {
     }
 }
 
-/// A bracket that nothing closes.
+/// Returns the problem of a bracket that is not closed.
 fn unclosed(text: &str, at: usize, askew: Option<Askew>) -> CodeProblem {
     let (at, also) = match askew {
-        // What closes it belongs to another one, as far as the lines tell.
+        // According to the lines, its counterpart belongs to another bracket.
         Some(askew) if askew.open > at => (askew.open, Some((one(askew.close), "this closes another one".into()))),
         _ => (at, None),
     };
@@ -184,7 +183,7 @@ fn unclosed(text: &str, at: usize, askew: Option<Askew>) -> CodeProblem {
     }
 }
 
-/// Two brackets that do not belong together.
+/// Returns the problem of two brackets that do not match.
 fn crossed(text: &str, open: usize, close: usize, outer: Option<usize>) -> CodeProblem {
     let (bytes, shown) = (text.as_bytes(), &text[one(close)]);
     if outer.is_some_and(|outer| counterpart(bytes[outer]) == bytes[close]) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Blocks of code: what they are for, where they end, and what is wrong with them.
+//! Blocks of code: their kinds, their ends, and their problems.
 
 use core::ops::Range;
 
@@ -10,18 +10,18 @@ use crate::diagnostics::Code;
 pub(crate) enum BlockEnd {
     /// The position directly after `=}`.
     Found(usize),
-    /// Every `=}` lies within a string or comment; the position directly after the first one, to go on from there.
+    /// Every `=}` lies within a string or comment; parsing continues directly after the first one.
     Hidden {
-        /// Directly after the first one.
+        /// The position directly after the first one.
         end: usize,
-        /// Where the string or comment begins that it lies in.
+        /// The beginning of the string or comment that hides it.
         by: usize,
     },
     /// There is no `=}` at all.
     Missing,
 }
 
-/// What a code block is for.
+/// The kind of a code block.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum CodeKind {
     /// The body of a reaction, of a handler or of a method.
@@ -36,17 +36,17 @@ pub enum CodeKind {
     TypeParameter,
 }
 
-/// What is wrong with a code block; places are bytes of its text.
+/// A problem of a code block; places are bytes of its text.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) struct CodeProblem {
-    /// What is reported.
+    /// The code of the diagnostic.
     pub(crate) code: Code,
-    /// Where it is.
+    /// The place.
     pub(crate) range: Range<usize>,
-    /// One sentence without a full stop.
+    /// The sentence, without a full stop.
     pub(crate) message: String,
     /// A further place that explains it.
     pub(crate) also: Option<(Range<usize>, String)>,
-    /// What to do about it.
+    /// The advice.
     pub(crate) hint: Option<String>,
 }

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-//! What can be told of code in a target language without parsing LF: where a block of it ends, what is wrong with it,
-//! its words, and the names that it cannot have. The parser stands on this; nothing here knows of LF's syntax.
+//! The lexical properties of code in a target language, which need no parser of LF: the end of a block, its problems,
+//! its words, and invalid names. The parser depends on this module; the module does not depend on LF's syntax.
 
 mod blocks;
 mod c;
@@ -18,7 +18,7 @@ pub(crate) use rust::{NEVER, byte_of, is_plain, raw};
 /// A language of reaction bodies. The name in a target declaration chooses it.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
 pub enum Language {
-    /// `target Rust`. Texts without a target declaration are read as this language.
+    /// `target Rust`. Texts without a target declaration have this language.
     #[default]
     Rust,
     /// `target C`, and `target CCpp`, whose bodies are compiled as C++.
@@ -28,7 +28,7 @@ pub enum Language {
 /// The name in a target declaration by which bodies are compiled as C++.
 const CPP: &str = "CCpp";
 
-/// Whether bodies are compiled as C++ where the target declaration has this name.
+/// Returns whether bodies are compiled as C++ if the target declaration has this name.
 pub(crate) fn is_cpp(target: &str) -> bool {
     target.eq_ignore_ascii_case(CPP)
 }
@@ -37,7 +37,7 @@ impl Language {
     /// All languages.
     pub const ALL: [Self; 2] = [Self::Rust, Self::C];
 
-    /// The name in the target declaration.
+    /// Returns the name in the target declaration.
     pub fn name(self) -> &'static str {
         match self {
             Self::Rust => "Rust",
@@ -45,7 +45,7 @@ impl Language {
         }
     }
 
-    /// Other names that the target declaration can have for it.
+    /// Returns other names of the language in the target declaration.
     fn aliases(self) -> &'static [&'static str] {
         match self {
             Self::Rust => &[],
@@ -63,17 +63,17 @@ impl Language {
         [self.name()].into_iter().chain(self.aliases().iter().copied())
     }
 
-    /// Returns the names of all languages, with the other ones that they have.
+    /// Returns the names of all languages, including their aliases.
     pub(crate) fn names() -> impl Iterator<Item = &'static str> {
         Self::ALL.into_iter().flat_map(Self::all_names)
     }
 
-    /// Looks for the end of a code block in the text after its `{=`. What strings and comments hide does not count.
+    /// Returns the end of a code block in the text after its `{=`, ignoring strings and comments.
     pub(crate) fn block_end(self, text: &str) -> BlockEnd {
         blocks::block_end(text, self.skip())
     }
 
-    /// Returns what is wrong with the syntax of a code block, as far as can be told without the language's compiler.
+    /// Returns the problem with the syntax of a code block, as far as it is visible without the language's compiler.
     pub(crate) fn code_problem(self, text: &str, kind: CodeKind) -> Option<CodeProblem> {
         match self {
             Self::Rust => rust::problem(text, kind),
@@ -81,8 +81,8 @@ impl Language {
         }
     }
 
-    /// Returns why a name of the program cannot be one of generated code, or of the variables of bodies; `target` is
-    /// the name that the target declaration has for the language.
+    /// Returns the reason why a name of the program is invalid in generated code, or for the variables of bodies;
+    /// `target` is the language's name in the target declaration.
     pub(crate) fn name_problem(self, name: &str, in_bodies: bool, target: &str) -> Option<&'static str> {
         match self {
             Self::Rust => rust::name_problem(name, in_bodies),
@@ -90,7 +90,7 @@ impl Language {
         }
     }
 
-    /// Returns what code consists of: words, literals, comments, and single characters.
+    /// Returns the tokens of code: words, literals, comments, and single characters.
     pub(crate) fn pieces(self, code: &str) -> impl Iterator<Item = &str> {
         let (skip, mut at) = (self.skip(), 0);
         std::iter::from_fn(move || {
@@ -109,7 +109,7 @@ impl Language {
                 let (start, first) = (at, pieces.next()?);
                 at += first.len();
                 if is_word(&first) {
-                    // Letters that are not ASCII are pieces of their own.
+                    // Letters outside of ASCII are tokens of their own.
                     while let Some(next) = pieces.next_if(is_word) {
                         at += next.len();
                     }

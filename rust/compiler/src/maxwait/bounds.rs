@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Bounds on what can delay a message, as stated or measured, in a file:
+//! Stated or measured bounds on the delays of messages, in a file:
 //!
 //! ```yaml
 //! latency: 5 ms                        # from sending a message to its arrival, on every connection
@@ -17,9 +17,9 @@
 //! reactions: { a.algorithm.reaction_2: 80 us }
 //! ```
 //!
-//! What says more precisely what it is about goes before what says less: a connection before hosts before `latency`, a
-//! federate's `lag` before what its reactions take, a reaction before its reactor before `execution`. All keys may be
-//! missing as long as what they would say is said by others.
+//! The more specific bound takes precedence: a connection over hosts over `latency`, a federate's `lag` over the
+//! execution of its reactions, a reaction over its reactor over `execution`. A key may be missing if others supply its
+//! value.
 
 use core::fmt;
 use std::collections::BTreeMap;
@@ -46,7 +46,7 @@ pub struct Bounds {
     pub hosts: Vec<HostLatency>,
     /// Latencies of connections, by their names in the plan.
     pub connections: BTreeMap<String, i64>,
-    /// What is known of federates.
+    /// The bounds of single federates.
     pub federates: BTreeMap<String, FederateBounds>,
     /// The execution of every reaction of a reactor.
     pub reactors: BTreeMap<String, i64>,
@@ -63,16 +63,16 @@ pub struct HostLatency {
     pub latency_ns: i64,
 }
 
-/// What is known of a federate, in nanoseconds.
+/// The bounds of a federate, in nanoseconds.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct FederateBounds {
     /// Between its clock and the RTI's.
     pub clock_error_ns: Option<i64>,
-    /// From where it may begin a tag to its last message of the tag.
+    /// From the earliest possible begin of a tag to its last message of the tag.
     pub lag_ns: Option<i64>,
 }
 
-/// A bound that is needed and not given.
+/// A bound that is necessary and missing.
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum MissingBound {
     /// The latency of this connection.
@@ -99,8 +99,8 @@ impl Bounds {
     /// Reads a file of bounds and checks it against the program.
     ///
     /// # Errors
-    /// All that is wrong with the file, in the order of its lines; only the first where it is not valid YAML or has a
-    /// key or a value of the wrong kind.
+    /// Returns all errors of the file, in the order of its lines; only the first one if the file is not valid YAML or
+    /// has a key or a value of the wrong kind.
     pub fn parse(path: &str, text: &str, plan: &Plan) -> Result<Self, Vec<FileError>> {
         let raw: RawBounds = yaml::read(path, text).map_err(|error| vec![error])?;
         let mut reader = BoundsReader { path, plan, errors: Vec::new() };
@@ -109,7 +109,7 @@ impl Bounds {
         if reader.errors.is_empty() { Ok(bounds) } else { Err(reader.errors) }
     }
 
-    /// The file with these bounds.
+    /// Returns the file with these bounds.
     pub fn to_yaml(&self) -> String {
         let mut text = String::new();
         for (key, ns) in
@@ -142,7 +142,7 @@ impl Bounds {
         text
     }
 
-    /// The bound of the latency of a connection into a federate.
+    /// Returns the bound of the latency of a connection into a federate.
     pub(super) fn latency(&self, plan: &Plan, to: &Federate, input: &NetworkInput) -> Option<i64> {
         let host = |federate: &Federate| federate.host.clone().unwrap_or_else(|| "localhost".to_owned());
         let (one, other) = (host(&plan.federates[usize::from(input.federate)]), host(to));
@@ -153,7 +153,7 @@ impl Bounds {
         self.connections.get(&input.name).copied().or_else(of_hosts).or(self.latency_ns)
     }
 
-    /// The bound of the difference between two clocks.
+    /// Returns the bound of the difference between two clocks.
     pub(super) fn clock_error(&self, one: &Federate, other: &Federate) -> Option<i64> {
         let own = |federate: &Federate| self.federates.get(&federate.name).and_then(|bounds| bounds.clock_error_ns);
         match (own(one), own(other)) {
@@ -162,15 +162,15 @@ impl Bounds {
         }
     }
 
-    /// The bound of a reaction's execution.
+    /// Returns the bound of a reaction's execution.
     pub(super) fn execution(&self, plan: &Plan, federate: &Federate, reaction: &ScheduledReaction) -> Option<i64> {
         let ReactionKind::Body { instance, .. } = &reaction.kind else { return Some(0) };
         let class = &plan.class(&federate.instances[instance.0]).name;
         self.reactions.get(&reaction.name).or_else(|| self.reactors.get(class)).copied().or(self.execution_ns)
     }
 
-    /// The bound of what a federate takes from where it may begin a tag to sending: its lag, or what the reactions that
-    /// come before can take.
+    /// Returns the bound of a federate's time from the earliest possible begin of a tag to sending: its lag, or the
+    /// execution of the reactions that come before.
     pub(super) fn lag(&self, plan: &Plan, federate: &Federate, before: usize) -> Result<i64, MissingBound> {
         if let Some(lag_ns) = self.federates.get(&federate.name).and_then(|bounds| bounds.lag_ns) {
             return Ok(lag_ns);
@@ -195,10 +195,10 @@ fn list(text: &mut String, key: &str, times: &BTreeMap<String, i64>) {
 /// Reads a time from 0 on: `5 ms`, `1.2us`, `0`.
 ///
 /// # Errors
-/// A sentence about what is wrong.
+/// Returns a sentence about the error.
 pub fn parse_time(text: &str) -> Result<i64, String> {
     match number_and_unit(text) {
-        // The unit of 0 may be left out.
+        // The unit of 0 is optional.
         (number, "") => match nanoseconds(number, "s") {
             Ok(0) => Ok(0),
             Ok(_) => Err(format!("`{number}` needs a unit of time, like `{number} ms`")),

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! The connections between federates, with what can delay a message on each.
+//! The connections between federates, with the bounds of each.
 
 use serde::Serialize;
 
@@ -7,16 +7,16 @@ use super::bounds::{Bounds, MissingBound};
 use super::least::Edge;
 use crate::plan::{Federate, InputIndex, OutputIndex, Plan, ReactionKind};
 
-/// A connection from federate to federate, and what can delay a message on it; times in nanoseconds.
+/// A connection from federate to federate, with the delays of its messages; times in nanoseconds.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 pub struct Connection {
-    /// For people: `unit_a.out -> unit_b.in`.
+    /// The name for messages: `unit_a.out -> unit_b.in`.
     pub name: String,
-    /// The federate that sends.
+    /// The sending federate.
     pub from: u16,
-    /// The federate that receives.
+    /// The receiving federate.
     pub to: u16,
-    /// What reactions of the sender take before the message is sent (L).
+    /// The time of the sender's reactions before the message is sent (L).
     pub lag_ns: i64,
     /// From sending to arrival (N).
     pub latency_ns: i64,
@@ -31,8 +31,8 @@ pub struct Connection {
 }
 
 impl Connection {
-    /// How much longer the receiver has to wait than the sender (X); less than 0 where the delay is longer than all
-    /// that can come together.
+    /// Returns the additional wait of the receiver compared with the sender (X); negative if the delay exceeds the sum
+    /// of all other terms.
     pub fn demand_ns(&self) -> i64 {
         let parts = [self.latency_ns, self.clock_error_ns];
         parts.iter().fold(self.lag_ns, |sum, part| sum.saturating_add(*part)).saturating_sub(self.delay_ns)
@@ -46,7 +46,7 @@ pub(super) struct TaggedConnections {
 }
 
 impl TaggedConnections {
-    /// Applies the bounds to a program; names those that are missing.
+    /// Applies the bounds to a program; returns the missing ones.
     pub(super) fn of(plan: &Plan, bounds: &Bounds) -> Result<Self, Vec<MissingBound>> {
         let (mut connections, mut missing) = (Vec::new(), Vec::new());
         for to in &plan.federates {
@@ -82,7 +82,7 @@ impl TaggedConnections {
         if missing.is_empty() { Ok(Self { connections }) } else { Err(missing) }
     }
 
-    /// The connections as edges of a graph of federates.
+    /// Returns the connections as edges of a graph of federates.
     pub(super) fn edges(&self) -> Vec<Edge> {
         let edge = |connection: &Connection| Edge {
             from: usize::from(connection.from),
@@ -93,14 +93,14 @@ impl TaggedConnections {
     }
 }
 
-/// The output of a federate from which an input of another one gets its messages.
+/// Returns the output of a federate that sends the messages of another one's input.
 fn output(from: &Federate, to: &Federate, input: usize) -> OutputIndex {
     let is_it =
         |output: &crate::plan::NetworkOutput| output.federate == to.id && output.port == to.port_of(InputIndex(input));
     OutputIndex(from.outputs.iter().position(is_it).expect("a plan has an output for every input"))
 }
 
-/// The place of sending in the order of execution.
+/// Returns the position of sending in the order of execution.
 pub(super) fn send(federate: &Federate, output: OutputIndex) -> usize {
     let sends = federate.reactions.iter().position(|reaction| reaction.kind == ReactionKind::Send(output));
     sends.expect("a plan has a reaction for every output")

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Where more messages come during a wait than there is room for. Then the sender is held up, and what it sends comes
-//! later than its lag says.
+//! Detects waits during which more messages arrive than there is room for. The sender is then blocked, and its messages
+//! arrive later than its lag says.
 
 use serde::Serialize;
 
@@ -14,15 +14,15 @@ use crate::plan::{Federate, Plan};
 pub struct Crowd {
     /// The connection; its position in [`Offsets::connections`](super::Offsets::connections).
     pub connection: usize,
-    /// How long the receiver waits, as the program says or by its safe offset, in nanoseconds: the longer of both.
+    /// The wait of the receiver in nanoseconds: the program's or the safe offset, whichever is longer.
     pub wait_ns: i64,
-    /// How many messages can come meanwhile.
+    /// The number of messages that can arrive meanwhile.
     pub messages: usize,
-    /// How many the queue holds.
+    /// The capacity of the queue.
     pub capacity: usize,
 }
 
-/// The connections of which it is known how often they bring messages, and that it is too often.
+/// Returns the connections whose known rate of messages is too high.
 pub(super) fn crowds(plan: &Plan, network: &TaggedConnections, offsets: &[FederateOffset]) -> Vec<Crowd> {
     let mut crowds = Vec::new();
     for (connection, ends) in network.connections.iter().enumerate() {
@@ -32,7 +32,7 @@ pub(super) fn crowds(plan: &Plan, network: &TaggedConnections, offsets: &[Federa
         let own_wait_ns = own_wait(federate);
         let wait_ns = own_wait_ns.max(offsets[usize::from(ends.to)].offset_ns.unwrap_or_default());
         let capacity = federate.triggers[input.trigger.0].capacity;
-        // A capacity that the program does not say follows its waits.
+        // A capacity that the program does not set follows the waits.
         let follows = capacity == direct_capacity(spacings, ends.delay_ns, own_wait_ns);
         let capacity = if follows { direct_capacity(spacings, ends.delay_ns, wait_ns) } else { capacity };
         let messages = in_flight(spacings, ends.delay_ns.saturating_add(wait_ns));
@@ -43,7 +43,7 @@ pub(super) fn crowds(plan: &Plan, network: &TaggedConnections, offsets: &[Federa
     crowds
 }
 
-/// The longest wait that the program says for a federate; one for ever left out.
+/// Returns the longest finite wait that the program sets for a federate.
 fn own_wait(federate: &Federate) -> i64 {
     let inputs = federate.inputs.iter().filter(|input| !input.physical);
     let waits = inputs.map(|input| input.max_wait_ns.saturating_add(input.absent_after_ns));

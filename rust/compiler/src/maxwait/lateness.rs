@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-//! How late messages can be with the waits that the program itself says, and where it does not wait long enough.
+//! Computes the lateness of messages with the program's own waits, and finds waits that are too short.
 //!
-//! A federate that waits longer than it has to sends later than it has to, so these are other numbers than the smallest
-//! offsets. What matters is what can cause an output: a federate whose messages only answer those of one other federate
-//! sends when these have come, however long it would wait for them.
+//! A federate that waits longer than necessary sends later than necessary, so these numbers differ from the smallest
+//! offsets. The possible causes of an output matter: a federate that only answers messages of one other federate sends
+//! when these have arrived, however long it would wait for them.
 
 use std::collections::BTreeSet;
 
@@ -15,7 +15,7 @@ use crate::plan::{
     TriggerKind,
 };
 
-/// An input at which the program waits for too short a time.
+/// An input at which the program's wait is too short.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 pub struct ShortWait {
     /// The connection; its position in [`Offsets::connections`](super::Offsets::connections).
@@ -24,32 +24,33 @@ pub struct ShortWait {
     pub max_wait_ns: i64,
     /// `@absent_after` in nanoseconds, less the delay.
     pub absent_after_ns: i64,
-    /// How long after its tag's time a message can come, in nanoseconds; `None` if there is no bound.
+    /// The maximum time after its tag's time at which a message can arrive, in nanoseconds; `None` if there is no
+    /// bound.
     pub needed_ns: Option<i64>,
 }
 
 impl ShortWait {
-    /// Whether a message still comes in time for its own tag, although a later one may have begun.
+    /// Returns whether a message still arrives in time for its own tag, although a later one may have begun.
     pub fn absent_after_helps(&self) -> bool {
         self.needed_ns.is_some_and(|needed| self.max_wait_ns.saturating_add(self.absent_after_ns) >= needed)
     }
 }
 
-/// No bound, and no end of a wait.
+/// The absence of a bound, or of the end of a wait.
 const FOREVER: i64 = i64::MAX;
 
-/// What a value at an output can come from.
+/// The cause of a value at an output.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 enum Cause {
     /// The first tag, which begins at once.
     Startup,
-    /// A timer, an action or the like: its tag begins when nothing that is waited for can come before it.
+    /// A timer, an action or the like: its tag begins when no awaited message can precede it.
     OwnEvent,
     /// A message at an input.
     Message(InputIndex),
 }
 
-/// The inputs at which a message can come after the wait for it has ended.
+/// Returns the inputs at which a message can arrive after the wait for it has ended.
 pub(super) fn short_waits(plan: &Plan, network: &TaggedConnections) -> Vec<ShortWait> {
     let lateness = lateness(plan, network);
     let mut short = Vec::new();
@@ -65,10 +66,10 @@ pub(super) fn short_waits(plan: &Plan, network: &TaggedConnections) -> Vec<Short
     short
 }
 
-/// Whether a federate has tags at which no message at this input can come, so that one can come too late.
+/// Returns whether a federate has tags at which no message at this input can come, so that one can be late.
 fn has_other_tags(plan: &Plan, federate: &Federate, input: InputIndex) -> bool {
     let others = federate.triggers.iter().any(|trigger| match trigger.kind {
-        // A stop that somebody asks for is not waited for; the last tag of a time-out is.
+        // No federate waits for a requested stop; all wait for the last tag of a time-out.
         TriggerKind::Startup | TriggerKind::Shutdown => false,
         TriggerKind::NetworkInput { input: other, .. } => other != input,
         _ => true,
@@ -76,7 +77,7 @@ fn has_other_tags(plan: &Plan, federate: &Federate, input: InputIndex) -> bool {
     others || plan.target.timeout_ns.is_some()
 }
 
-/// Per connection, how long after its tag's time a message arrives at most.
+/// Returns, per connection, the maximum time after its tag's time at which a message arrives.
 fn lateness(plan: &Plan, network: &TaggedConnections) -> Vec<i64> {
     let connections = &network.connections;
     let causes: Vec<_> = connections
@@ -114,7 +115,7 @@ fn lateness(plan: &Plan, network: &TaggedConnections) -> Vec<i64> {
     late
 }
 
-/// How long after the tag's time an output of this level is sent at most, when its value has this cause.
+/// Returns the maximum time after the tag's time at which an output of this level is sent, if its value has this cause.
 fn sending(federate: &Federate, level: u16, cause: Cause, arrival: &impl Fn(InputIndex) -> i64) -> i64 {
     let unknown = || {
         let inputs = federate.inputs.iter().enumerate();
@@ -130,7 +131,7 @@ fn sending(federate: &Federate, level: u16, cause: Cause, arrival: &impl Fn(Inpu
     begin.max(absent.unwrap_or(0))
 }
 
-/// What a value of a port can come from, within a federate.
+/// Returns the possible causes of a port's value, within a federate.
 fn causes(plan: &Plan, federate: &Federate, port: PortIndex) -> BTreeSet<Cause> {
     let mut causes = BTreeSet::new();
     let (mut open, mut seen) = (vec![port], BTreeSet::from([port]));
@@ -177,7 +178,7 @@ fn causes(plan: &Plan, federate: &Federate, port: PortIndex) -> BTreeSet<Cause> 
     causes
 }
 
-/// The variables of a reaction's body with what they stand for.
+/// Returns the variables of a reaction's body with their meanings.
 fn dependencies<'p>(
     plan: &'p Plan,
     federate: &'p Federate,

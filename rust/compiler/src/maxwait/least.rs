@@ -10,10 +10,10 @@ use serde::Serialize;
 pub struct FederateOffset {
     /// The federate.
     pub name: String,
-    /// In nanoseconds; `None` if none is long enough, because of a cycle.
+    /// The offset in nanoseconds; `None` if a cycle makes every offset too short.
     pub offset_ns: Option<i64>,
     /// The connections that demand it, the last one into this federate; positions in
-    /// [`Offsets::connections`](super::Offsets::connections). It is empty where nothing does.
+    /// [`Offsets::connections`](super::Offsets::connections). It is empty if none does.
     pub path: Vec<usize>,
 }
 
@@ -53,8 +53,8 @@ impl Least {
             }
             grown
         };
-        // A path without repetition has fewer edges than there are nodes, so what grows after that is in or behind a
-        // cycle. The rounds after that let every such cycle be found by going back.
+        // A path without repetition has fewer edges than there are nodes, so an offset that grows after that is in a
+        // cycle or behind one. The further rounds make every such cycle visible on the way back.
         let mut growing = Vec::new();
         for _ in 0..=nodes {
             growing = relax(&mut lengths);
@@ -71,7 +71,7 @@ impl Least {
         Self { offsets: offsets.collect(), cycles, demanded_by }
     }
 
-    /// The edges that demand a node's offset, the last one into the node; none where it has no offset.
+    /// Returns the edges that demand a node's offset, the last one into the node; none without an offset.
     pub(super) fn path(&self, node: usize, edges: &[Edge]) -> Vec<usize> {
         let mut path = Vec::new();
         let mut at = node;
@@ -95,7 +95,7 @@ fn reachable(nodes: usize, edges: &[Edge], from: &[usize]) -> Vec<bool> {
     reached
 }
 
-/// Goes back from nodes that still grow until a node comes again.
+/// Follows edges back from nodes that still grow, until a node repeats.
 fn find_cycles(edges: &[Edge], growing: &[usize], demanded_by: &[Option<usize>]) -> Vec<Vec<usize>> {
     let mut found: Vec<Vec<usize>> = Vec::new();
     let mut seen = BTreeSet::new();
@@ -105,7 +105,7 @@ fn find_cycles(edges: &[Edge], growing: &[usize], demanded_by: &[Option<usize>])
             if let Some(begin) = passed.iter().position(|(node, _)| *node == at) {
                 let mut cycle: Vec<usize> = passed[begin..].iter().map(|(_, edge)| *edge).collect();
                 cycle.reverse();
-                // The same cycle can be met at any of its nodes.
+                // The same cycle can be found at any of its nodes.
                 let least = cycle.iter().enumerate().min_by_key(|(_, edge)| **edge).map_or(0, |(place, _)| place);
                 cycle.rotate_left(least);
                 if seen.insert(cycle.clone()) {

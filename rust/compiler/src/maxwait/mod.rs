@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-//! How long federates have to wait in decentralized coordination, from bounds on what can delay a message.
+//! Computes the waits of federates in decentralized coordination, from bounds on the delays of messages.
 //!
-//! A message that federate i sends at tag t leaves at most `S_i + L` after t: `S_i` is how long i may wait before it
-//! begins the tag, and L, the launch lag, what its reactions take before it is sent. It arrives N later, by clocks that
-//! differ by at most E, and its tag at j is later than t by the connection's delay α. So j is safe if it waits
+//! A message that federate i sends at tag t leaves at most `S_i + L` after t: `S_i` is the maximum wait of i before it
+//! begins the tag, and L, the launch lag, the time of its reactions before the message is sent. It arrives N later, by
+//! clocks that differ by at most E, and its tag at j is later than t by the connection's delay α. So j is safe if it
+//! waits
 //!
 //! ```text
 //! S_j = max(0, max over all connections from i to j of S_i + X),    X = L + N + E − α
@@ -12,8 +13,7 @@
 //! The least solution is the length of the longest path to j. Where a cycle's X add up to more than 0 there is none:
 //! each round would have to wait longer than the one before it.
 //!
-//! All that is true as long as nobody is held up in sending: while j waits, its queues have to hold what goes on to
-//! come.
+//! All that is true as long as no sender is blocked: while j waits, its queues have to hold the messages that arrive.
 
 mod bounds;
 mod connections;
@@ -36,45 +36,45 @@ use crate::plan::{Plan, ReactionKind};
 use connections::TaggedConnections;
 use least::Least;
 
-/// What was worked out for a program.
+/// The offsets of a program.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 pub struct Offsets {
     /// The program.
     pub program: String,
-    /// The connections between federates that carry tags, with what can delay a message on each.
+    /// The connections between federates that carry tags, with the delays of each.
     pub connections: Vec<Connection>,
     /// The federates, in order of id.
     pub federates: Vec<FederateOffset>,
     /// Cycles of federates without enough delay, each as its connections in order; positions in `connections`.
     pub cycles: Vec<Vec<usize>>,
-    /// Where the program waits for too short a time.
+    /// The waits of the program that are too short.
     pub short_waits: Vec<ShortWait>,
-    /// Where more messages can come during a wait than a queue holds, so that the sender may be held up.
+    /// Queues that can receive more messages during a wait than they hold, so that the sender may be blocked.
     pub crowds: Vec<Crowd>,
-    /// The deadlines, with what the offsets leave of them.
+    /// The deadlines, with the remainders that the offsets leave.
     pub deadlines: Vec<Deadline>,
 }
 
-/// What is left of a deadline.
+/// The remainder of a deadline.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 pub struct Deadline {
     /// The reaction.
     pub reaction: String,
     /// The deadline in nanoseconds.
     pub deadline_ns: i64,
-    /// The deadline less the offset (the launch lag of the thesis's equation 2.20), in nanoseconds; `None` where there
-    /// is no offset.
+    /// The deadline less the offset (the launch lag of the thesis's equation 2.20), in nanoseconds; `None` without an
+    /// offset.
     pub launch_lag_ns: Option<i64>,
-    /// What reactions before it can take, in nanoseconds.
+    /// The time of the preceding reactions, in nanoseconds.
     pub before_ns: i64,
 }
 
 impl Offsets {
-    /// Works out the offsets of a program. A program with centralized coordination has offsets too, but no waits of its
+    /// Computes the offsets of a program. A program with centralized coordination has offsets too, but no waits of its
     /// own.
     ///
     /// # Errors
-    /// The bounds that are needed and not given.
+    /// Returns the necessary bounds that are missing.
     pub fn of(plan: &Plan, bounds: &Bounds) -> Result<Self, Vec<MissingBound>> {
         let network = TaggedConnections::of(plan, bounds)?;
         let least = Least::of(plan.federates.len(), &network.edges());
@@ -95,8 +95,8 @@ impl Offsets {
         Ok(Self { program: plan.name.clone(), connections, federates, cycles, short_waits, crowds, deadlines })
     }
 
-    /// Whether all federates have a safe offset, and the program waits long enough, has room for what comes meanwhile,
-    /// and leaves its deadlines enough.
+    /// Returns whether all federates have a safe offset, and the program waits long enough, has room for the messages
+    /// during waits, and leaves its deadlines enough time.
     pub fn is_safe(&self) -> bool {
         self.cycles.is_empty()
             && self.short_waits.is_empty()
@@ -106,7 +106,7 @@ impl Offsets {
 }
 
 impl Deadline {
-    /// Whether the reaction begins in time as long as the bounds hold.
+    /// Returns whether the reaction begins in time as long as the bounds hold.
     pub fn is_met(&self) -> bool {
         self.launch_lag_ns.is_some_and(|lag| lag >= self.before_ns)
     }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Offsets for people to read: `lfz plan --stp`.
+//! Renders offsets as text: `lfz plan --stp`.
 
 use core::fmt::{self, Display, Formatter};
 
@@ -131,7 +131,7 @@ fn write_deadline(deadline: &Deadline, f: &mut Formatter<'_>) -> fmt::Result {
     }
 }
 
-/// What a connection's demand consists of.
+/// The terms of a connection's demand.
 struct Parts<'a>(&'a Connection);
 
 impl Display for Parts<'_> {

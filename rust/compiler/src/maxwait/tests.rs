@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Offsets against brute force on small graphs, and what is said about programs.
+//! Offsets compared with brute force on small graphs, and messages about programs.
 
 use proptest::prelude::*;
 
@@ -8,8 +8,8 @@ use super::{Bounds, Offsets, parse_time};
 use crate::plan::Plan;
 use crate::{SourceProvider, compile};
 
-/// What a message meets, as it happens: it leaves federate i as late as it may, takes as long as it may, and meets a
-/// clock that is as far ahead as it may be. It is in time if the receiver has not begun a tag after its own.
+/// The worst case of a message: it leaves federate i as late as it may, takes as long as it may, and meets a clock that
+/// is as far ahead as it may be. It is in time if the receiver has not begun a tag after its own.
 #[derive(Clone, Copy, Debug)]
 struct Way {
     from: usize,
@@ -47,7 +47,7 @@ fn ways() -> impl Strategy<Value = Vec<Way>> {
     prop::collection::vec(way.prop_filter("no federate sends to itself", |way| way.from != way.to), 0..6)
 }
 
-/// All offsets up to [`ENOUGH`] with which every message is in time.
+/// Returns all offsets up to [`ENOUGH`] with which every message is in time.
 fn safe(ways: &[Way]) -> Vec<Vec<i64>> {
     let mut all = vec![Vec::new()];
     for _ in 0..FEDERATES {
@@ -60,7 +60,7 @@ fn safe(ways: &[Way]) -> Vec<Vec<i64>> {
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(2000))]
 
-    /// With the offsets that are found no message is late, and no federate could do with less.
+    /// With the computed offsets no message is late, and every smaller offset makes one late.
     #[test]
     fn the_offsets_are_safe_and_no_smaller_ones_are(ways in ways()) {
         let edges: Vec<Edge> = ways.iter().map(Way::edge).collect();
@@ -77,7 +77,7 @@ proptest! {
         }
     }
 
-    /// What is called a cycle is one, and it demands more in each round.
+    /// A reported cycle is one, and it demands more in each round.
     #[test]
     fn cycles_without_enough_delay_are_named(ways in ways()) {
         let edges: Vec<Edge> = ways.iter().map(Way::edge).collect();
@@ -90,7 +90,7 @@ proptest! {
         prop_assert_eq!(least.cycles.is_empty(), least.offsets.iter().all(Option::is_some));
     }
 
-    /// The connections that are shown for an offset add up to it.
+    /// The connections on the path of an offset add up to it.
     #[test]
     fn the_path_explains_the_offset(ways in ways()) {
         let edges: Vec<Edge> = ways.iter().map(Way::edge).collect();
@@ -149,10 +149,10 @@ fn a_chain_adds_up_and_says_how() {
 
 #[test]
 fn a_wait_that_is_long_enough_is_not_named_and_one_for_ever_is_no_bound() {
-    // The filter only passes messages on, so it is no later than they are, whatever it waits.
+    // The filter only forwards messages, so it is no later than they are, however long it waits.
     let enough = "a = new Source() b = new Filter() @maxwait(11 ms) c = new Sink() a.y -> b.x b.y -> c.x";
     assert_eq!(offsets(&program(enough), BOUNDS).short_waits, []);
-    // One with a timer of its own waits for ever before its tags.
+    // A federate with a timer of its own waits without end before its tags.
     let no_bound = "a = new Source() b = new Both() @maxwait(11 ms) c = new Sink() a.y -> b.x b.y -> c.x";
     let found = offsets(&program(no_bound), BOUNDS);
     assert_eq!(found.short_waits.iter().map(|wait| wait.needed_ns).collect::<Vec<_>>(), [None]);
@@ -175,7 +175,7 @@ fn a_queue_that_cannot_hold_what_comes_during_a_wait_is_named() {
     let found = offsets(&program(small), BOUNDS);
     assert!(!found.is_safe());
     insta::assert_snapshot!(found);
-    // The queue follows the wait, but only so far; and what the program waits now need not be what it has to wait.
+    // The capacity follows the wait, but only up to a limit; and the program's wait may differ from the necessary one.
     let long = "a = new Source() @maxwait(10 s) b = new Sink() a.y -> b.x";
     let counts = |found: &Offsets| found.crowds.iter().map(|it| (it.messages, it.capacity)).collect::<Vec<_>>();
     assert_eq!(counts(&offsets(&program(long), BOUNDS)), [(1001, 264)]);

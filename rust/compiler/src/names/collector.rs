@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! A walk over the trees of a program: first all declarations, then all that names them.
+//! Walks the trees of a program: first all declarations, then all references to them.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -23,7 +23,7 @@ pub(super) struct Collector<'p> {
     places: BTreeMap<Span, usize>,
     reactors: BTreeMap<ReactorId, usize>,
     members: BTreeMap<ReactorId, ByName<'p>>,
-    /// The reactors that instances are of, by the declarations of the instances.
+    /// The reactors of instances, by the declarations of the instances.
     classes: BTreeMap<usize, ReactorId>,
 }
 
@@ -40,7 +40,7 @@ impl<'p> Collector<'p> {
         }
     }
 
-    /// Returns the declarations, and where each is named.
+    /// Returns the declarations, and the places that name them.
     pub(super) fn collected(mut self) -> (Vec<Declaration>, BTreeMap<Span, usize>) {
         let reactors: Vec<_> = reactors(self.program).collect();
         for (id, reactor) in &reactors {
@@ -63,7 +63,7 @@ impl<'p> Collector<'p> {
     fn declare(&mut self, unit: usize, name: &Name, kind: NameKind, ty: Option<String>) -> usize {
         let unit = &self.program.units[unit];
         let text = self.texts.get(name.span.file).map_or("", |file| file.text());
-        // A parameter beside the name of its reactor has no comment of its own.
+        // A parameter on the line of its reactor's name has no comment of its own.
         let is_beside =
             kind == NameKind::Parameter && !text[..name.span.start].trim_end_matches([' ', '\t']).ends_with('\n');
         let docs = comment_before(text, &unit.ast.comments, name.span.start).filter(|_| !is_beside);
@@ -146,7 +146,7 @@ impl<'p> Collector<'p> {
         None
     }
 
-    /// Notes that a place names something of a reactor, and returns what.
+    /// Notes that a place names an element of a reactor, and returns that element.
     fn name(&mut self, id: ReactorId, name: &str, place: Span) -> Option<usize> {
         let found = self.member(id, name)?;
         self.places.insert(place, found);
@@ -254,7 +254,7 @@ impl<'p> Collector<'p> {
     }
 }
 
-/// All reactors of a program with their numbers.
+/// Returns all reactors of a program with their numbers.
 fn reactors(program: &Program) -> impl Iterator<Item = (ReactorId, &Reactor)> {
     program.units.iter().enumerate().flat_map(|(unit, file)| {
         file.ast.reactors.iter().enumerate().map(move |(reactor, ast)| (ReactorId { unit, reactor }, ast))

@@ -1,14 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
-//! What a name can mean.
+//! The meanings of names.
 
 use crate::diagnostics::Span;
 
-/// What a name means.
+/// The meaning of a name.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Declaration {
     /// The name in its declaration.
     pub span: Span,
-    /// What is declared.
+    /// The kind of the declared element.
     pub kind: NameKind,
     /// The type in the spelling of the target language, or `time`; of an instance its class.
     pub ty: Option<String>,
@@ -16,7 +16,7 @@ pub struct Declaration {
     pub docs: Option<String>,
 }
 
-/// What a name is the name of.
+/// The kind of a named element.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum NameKind {
     /// A reactor.

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-//! What each name of a program means: for editors, which ask while a program is being written and so is wrong.
+//! The meaning of each name in a program: for editors, which ask while the program is incomplete and therefore
+//! incorrect.
 //!
-//! Nothing here is refused or reported, and nothing is instantiated. A name that means nothing has no entry.
+//! This module reports no errors, and instantiates nothing. A name without a meaning has no entry.
 
 mod collector;
 mod declaration;
@@ -14,17 +15,18 @@ use crate::stack::with_stack;
 use collector::Collector;
 pub use declaration::{Declaration, NameKind};
 
-/// What the names of a program mean.
+/// The meanings of the names in a program.
 #[derive(Clone, Debug, Default)]
 pub struct ResolvedNames {
     texts: SourceTexts,
     declarations: Vec<Declaration>,
-    /// Where declarations are named, their own places included.
+    /// The places that name declarations, including those of the declarations.
     places: BTreeMap<Span, usize>,
 }
 
 impl ResolvedNames {
-    /// Returns what the name at a byte of a text means, and the whole name. The byte behind a name belongs to it.
+    /// Returns the declaration behind the name at a byte of a text, and the whole name. The byte behind a name belongs
+    /// to it.
     pub fn at(&self, file: FileId, byte: usize) -> Option<(Span, &Declaration)> {
         let until = Span::new(file, byte, usize::MAX);
         let (span, declaration) = self.places.range(..=until).next_back()?;
@@ -32,12 +34,12 @@ impl ResolvedNames {
         is_inside.then(|| (*span, &self.declarations[*declaration]))
     }
 
-    /// Returns all names that mean something, by file and place.
+    /// Returns all names with a meaning, by file and place.
     pub fn iter(&self) -> impl Iterator<Item = (Span, &Declaration)> {
         self.places.iter().map(|(span, declaration)| (*span, &self.declarations[*declaration]))
     }
 
-    /// Returns the places that name what is declared at a place, which is one of them.
+    /// Returns the places that name the element declared at a place, including that place.
     pub fn places_of(&self, declared: Span) -> impl Iterator<Item = Span> {
         self.iter().filter(move |(_, declaration)| declaration.span == declared).map(|(span, _)| span)
     }
@@ -48,9 +50,9 @@ impl ResolvedNames {
     }
 }
 
-/// Finds out what the names of the program mean whose main file is `main_path`, and those of all files that it imports.
+/// Returns the meanings of the names in the program whose main file is `main_path`, and in all files that it imports.
 ///
-/// The program may have errors of any kind. What cannot be read is left out.
+/// The program may have errors of any kind. Unreadable parts are left out.
 pub fn names(main_path: &str, sources: &dyn SourceProvider) -> ResolvedNames {
     let mut diagnostics = Diagnostics::default();
     let collected = with_stack(|| {

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-//! What a program says about the crates that it becomes: what they depend on, which files of the user's are part of
-//! them, and how they are compiled.
+//! The settings of a program for its crates: their dependencies, the user's files that are part of them, and the
+//! profile.
 
 use serde::{Deserialize, Serialize};
 
 use super::source::Location;
 
-/// The target properties that are about cargo.
+/// The target properties for cargo.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Cargo {
     /// `cargo-dependencies`, in order.
@@ -22,7 +22,7 @@ pub struct Cargo {
 }
 
 impl Cargo {
-    /// Whether the program says nothing about it.
+    /// Returns whether the program has no such settings.
     pub fn is_empty(&self) -> bool {
         *self == Self::default()
     }
@@ -31,13 +31,13 @@ impl Cargo {
 /// A crate that bodies can use. At least one of version, path and git is given.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Dependency {
-    /// What bodies call it, with `-` as `_`.
+    /// Its name in bodies, with `-` as `_`.
     pub name: String,
     /// The package, if that has another name.
     pub package: Option<String>,
-    /// Which versions will do, as cargo reads it.
+    /// The accepted versions, in cargo's notation.
     pub version: Option<String>,
-    /// The folder of the crate: absolute, or relative to where paths of LF files are.
+    /// The folder of the crate: absolute, or relative to the base of LF files' paths.
     pub path: Option<String>,
     /// The URL of a git repository.
     pub git: Option<String>,
@@ -47,13 +47,13 @@ pub struct Dependency {
     pub tag: Option<String>,
     /// A commit of the repository.
     pub rev: Option<String>,
-    /// Its features that are wanted.
+    /// The features to enable.
     pub features: Vec<String>,
-    /// Whether its default features are wanted.
+    /// Whether to enable its default features.
     pub default_features: bool,
-    /// Whether it is used only where a feature asks for it.
+    /// Whether it is used only if a feature asks for it.
     pub optional: bool,
-    /// Where it is named.
+    /// The place that names it.
     pub at: Location,
 }
 
@@ -62,13 +62,13 @@ pub struct Dependency {
 pub struct Module {
     /// The name of the module.
     pub name: String,
-    /// The file: absolute, or relative to where paths of LF files are.
+    /// The file: absolute, or relative to the base of LF files' paths.
     pub path: String,
-    /// Where it is named.
+    /// The place that names it.
     pub at: Location,
 }
 
-/// How programs for this computer are compiled, as in LF.
+/// The profile of programs for this computer, as in LF.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum BuildType {
@@ -79,17 +79,17 @@ pub enum BuildType {
     Test,
     /// With optimizations.
     Release,
-    /// The same with what debuggers need.
+    /// Optimized, with debug information.
     RelWithDebInfo,
     /// With optimizations for size.
     MinSizeRel,
 }
 
 impl BuildType {
-    /// All of them.
+    /// All profiles.
     pub const ALL: [Self; 5] = [Self::Release, Self::Debug, Self::Test, Self::RelWithDebInfo, Self::MinSizeRel];
 
-    /// As it is written in LF.
+    /// Returns the name in LF.
     pub fn name(self) -> &'static str {
         match self {
             Self::Debug => "Debug",
@@ -100,7 +100,7 @@ impl BuildType {
         }
     }
 
-    /// The name of cargo's profile.
+    /// Returns the name of cargo's profile.
     pub fn profile(self) -> &'static str {
         match self {
             Self::Debug => "dev",
@@ -111,7 +111,7 @@ impl BuildType {
         }
     }
 
-    /// Whether the compiler optimizes.
+    /// Returns whether the compiler optimizes.
     pub fn is_optimized(self) -> bool {
         !matches!(self, Self::Debug | Self::Test)
     }

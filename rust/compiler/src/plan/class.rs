@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-//! What is common to all instances of a reactor: declarations and reaction bodies.
+//! The common part of all instances of a reactor: declarations and reaction bodies.
 
 use serde::{Deserialize, Serialize};
 
 use super::source::{ClassIndex, FileIndex, Location, SourceCode, Type, Value};
 
-/// The parameter that tells a member of a bank its number.
+/// The parameter that contains the index of a bank's member.
 pub const BANK_INDEX: &str = "bank_index";
 
 /// A reactor that at least one federate instantiates.
@@ -13,14 +13,14 @@ pub const BANK_INDEX: &str = "bank_index";
 pub struct ReactorClass {
     /// The name in LF; names are unique within a file, not within a program.
     pub name: String,
-    /// Where the name is declared.
+    /// The place of the name's declaration.
     pub at: Location,
     /// The comment directly before the declaration, without comment marks.
     pub docs: Option<String>,
     /// The types that stand for its type parameters, by their names.
     pub types: Vec<(String, Type)>,
-    /// The files in which names of its code may be declared, beside its own: those of what it inherits, and those in
-    /// which `types` are written.
+    /// Further files in which names of its code may be declared: those of inherited code, and those that contain
+    /// `types`.
     pub files: Vec<FileIndex>,
     /// The reactors whose declarations `types` may name.
     pub users: Vec<ClassIndex>,
@@ -48,12 +48,13 @@ pub struct ReactorClass {
 }
 
 impl ReactorClass {
-    /// Whether state in this mode, or in none, is reset. A reactor without reactions has no state that anybody sees.
+    /// Returns whether state in this mode, or outside of modes, is reset. A reactor without reactions has no visible
+    /// state.
     pub fn has_resets(&self, mode: Option<usize>) -> bool {
         !self.reactions.is_empty() && self.state.iter().any(|state| state.resets && state.mode == mode)
     }
 
-    /// Returns the class without what code runs in it: it has its ports, and makes what it contains.
+    /// Returns the class without its code: it has its ports, and constructs its contained reactors.
     pub(crate) fn only_containing(&self) -> Self {
         Self {
             name: self.name.clone(),
@@ -85,11 +86,11 @@ pub struct Method {
     pub constant: bool,
     /// Its arguments with their types.
     pub arguments: Vec<(String, Type)>,
-    /// What it returns.
+    /// The type of its result.
     pub ty: Option<Type>,
     /// The body.
     pub body: SourceCode,
-    /// Where it is declared.
+    /// The place of the declaration.
     pub at: Location,
 }
 
@@ -102,20 +103,20 @@ pub struct Parameter {
     pub ty: Type,
     /// Its default, which may name earlier parameters.
     pub default: Option<Value>,
-    /// Of the main reactor: why the program has to know the value when it is compiled.
+    /// Of the main reactor: the reason why the program has to know the value at compile time.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub fixed: Option<Fixed>,
-    /// Where it is declared.
+    /// The place of the declaration.
     pub at: Location,
 }
 
-/// What follows from a parameter of the main reactor when the program is compiled.
+/// The property that follows from a parameter of the main reactor at compile time.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Fixed {
-    /// How many members a bank has, or channels a port.
+    /// The number of a bank's members, or of a port's channels.
     Width,
-    /// When a timer, an action, a connection or a deadline is due.
+    /// The time of a timer, an action, a connection or a deadline.
     Time,
 }
 
@@ -126,12 +127,12 @@ pub struct Child {
     pub name: String,
     /// Its reactor.
     pub class: ClassIndex,
-    /// One per parameter of that reactor, in the order of declaration: the value as it is written, which may name
-    /// parameters of the containing reactor; `None` for the parameter's default.
+    /// The arguments in the order of that reactor's parameters: a value as it is written, which may name parameters of
+    /// the containing reactor; `None` for the parameter's default.
     pub arguments: Vec<Option<Value>>,
-    /// Whether it is a bank, whose members know their numbers by the parameter `bank_index`.
+    /// Whether it is a bank, whose members have their index in the parameter `bank_index`.
     pub is_bank: bool,
-    /// Where it is declared.
+    /// The place of the declaration.
     pub at: Location,
 }
 
@@ -147,10 +148,10 @@ pub struct StateVariable {
     /// Whether it gets this value again when its mode, or that of its reactor, is entered by reset.
     #[serde(default, skip_serializing_if = "core::ops::Not::not")]
     pub resets: bool,
-    /// The mode of the class that it is in, by its position.
+    /// The position of its mode in the class.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub mode: Option<usize>,
-    /// Where it is declared.
+    /// The place of the declaration.
     pub at: Location,
 }
 
@@ -173,13 +174,13 @@ pub struct PortDeclaration {
     pub direction: PortDirection,
     /// The type of its values.
     pub ty: Type,
-    /// Whether it is a `mutable input`, so that bodies may change what comes. Those in Rust have a copy or a reference
+    /// Whether it is a `mutable input`, so that bodies may change its value. Bodies in Rust have a copy or a reference
     /// of it anyway.
     #[serde(default, skip_serializing_if = "core::ops::Not::not")]
     pub mutable: bool,
-    /// Whether it is a multiport; how wide it is may differ per instance.
+    /// Whether it is a multiport; the width may differ per instance.
     pub is_wide: bool,
-    /// Where it is declared.
+    /// The place of the declaration.
     pub at: Location,
 }
 
@@ -192,7 +193,7 @@ pub struct ActionDeclaration {
     pub physical: bool,
     /// The type of its values, `()` when it carries none.
     pub ty: Type,
-    /// Where it is declared.
+    /// The place of the declaration.
     pub at: Location,
 }
 
@@ -201,7 +202,7 @@ pub struct ActionDeclaration {
 pub struct TimerDeclaration {
     /// Its name.
     pub name: String,
-    /// Where it is declared.
+    /// The place of the declaration.
     pub at: Location,
 }
 
@@ -219,36 +220,36 @@ pub struct Reaction {
     pub parameters: Vec<ReactionParameter>,
     /// The body.
     pub body: SourceCode,
-    /// Whether the body is a function of the reaction's name, which is elsewhere in the program.
+    /// Whether the body is the function of the reaction's name, elsewhere in the program.
     #[serde(default, skip_serializing_if = "core::ops::Not::not")]
     pub external: bool,
     /// The deadline's handler; the deadline's value may differ per instance and stands in the federate's reaction.
     pub deadline: Option<SourceCode>,
-    /// What happens in decentralized coordination with a message that comes too late; `None` if nothing is said.
+    /// The treatment of late messages in decentralized coordination; `None` if the program does not set it.
     pub tardy: Option<Tardy>,
-    /// Where the keyword `reaction` stands.
+    /// The place of the keyword `reaction`.
     pub at: Location,
 }
 
-/// What a reaction does with messages that come too late.
+/// A reaction's treatment of late messages.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Tardy {
-    /// This runs in place of the body.
+    /// This code runs instead of the body.
     Handler(SourceCode),
-    /// The body runs, which knows what to do: `tardy` without code.
+    /// The body runs and handles tardy inputs itself: `tardy` without code.
     Body,
 }
 
 /// A variable in the scope of a reaction's body.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct ReactionParameter {
-    /// The name that the body uses: `port`, or for a port of a contained reactor what the language makes of it.
+    /// The name that the body uses: `port`, or for a port of a contained reactor the language's form of it.
     pub name: String,
-    /// The port of a contained reactor that it is; `None` for all else.
+    /// The port of a contained reactor, if it is one.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub child: Option<ChildPort>,
-    /// What the variable is.
+    /// The kind of the variable.
     pub kind: VariableKind,
     /// Whether it is among the triggers.
     pub triggers: bool,
@@ -256,7 +257,7 @@ pub struct ReactionParameter {
     pub uses: bool,
     /// Whether it is among the effects, so that the body may set or schedule it.
     pub effect: bool,
-    /// Where it is written for the first time.
+    /// The place of its first occurrence.
     pub at: Location,
 }
 
@@ -273,7 +274,7 @@ pub struct ChildPort {
     pub is_wide: bool,
 }
 
-/// What a variable of a reaction stands for.
+/// The meaning of a reaction's variable.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum VariableKind {
@@ -303,7 +304,7 @@ pub enum VariableKind {
     Watchdog,
     /// A mode that the reaction can change to.
     Mode {
-        /// Whether it goes on where it was left.
+        /// Whether it continues where it was left.
         history: bool,
     },
 }

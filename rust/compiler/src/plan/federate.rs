@@ -21,7 +21,7 @@ pub struct Federate {
     pub id: u16,
     /// The name of the top-level instance, or of the main reactor.
     pub name: String,
-    /// Where the instance or the main reactor is declared.
+    /// The place of the instance's or the main reactor's declaration.
     pub at: Location,
     /// The host from `at`, if it is given.
     pub host: Option<String>,
@@ -29,32 +29,32 @@ pub struct Federate {
     pub instances: Vec<Instance>,
     /// The ports that store a value. An input that is connected without delay is the port that feeds it.
     pub ports: Vec<Port>,
-    /// The modes of all instances, those of a container before those of what it contains.
+    /// The modes of all instances, those of a container before those of its contents.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub modes: Vec<Mode>,
-    /// Everything that can put an event into the queue.
+    /// All sources of events.
     pub triggers: Vec<Trigger>,
     /// The reactions in the order in which they run within a tag.
     pub reactions: Vec<ScheduledReaction>,
-    /// What leaves for other federates.
+    /// The connections to other federates.
     pub outputs: Vec<NetworkOutput>,
-    /// What arrives from other federates, in the order of port numbers on the wire.
+    /// The connections from other federates, in the order of port numbers on the wire.
     pub inputs: Vec<NetworkInput>,
-    /// Port numbers that none of the inputs has, ascending: those of connections from the federate to itself, which
-    /// other compilers send over, too.
+    /// Port numbers that none of the inputs has, ascending: those of connections from the federate to itself, over
+    /// which other compilers also send.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub own_ports: Vec<u16>,
     /// The federates that send to this one directly, in order of id, with the least delay of the connections.
     pub upstream: Vec<Upstream>,
-    /// The federates that this one sends to directly, in order of id.
+    /// The federates to which this one sends directly, in order of id.
     pub downstream: Vec<u16>,
     /// The least delay in nanoseconds on a path from a physical action, its minimum delay included, to an output to
-    /// another federate; `None` when there is no such path. In a cycle without delay, the least minimum delay of any.
+    /// another federate; `None` if there is no such path. In a cycle without delay, the least minimum delay of any.
     pub physical_delay_ns: Option<i64>,
 }
 
 impl Federate {
-    /// The reactions that send outputs with [`NetworkOutput::tells_absence`].
+    /// Returns the reactions that send outputs with [`NetworkOutput::tells_absence`].
     pub fn absence(&self) -> Vec<ReactionIndex> {
         let tells =
             |kind: &ReactionKind| matches!(kind, ReactionKind::Send(output) if self.outputs[output.0].tells_absence);
@@ -62,13 +62,14 @@ impl Federate {
         reactions.filter(|(_, reaction)| tells(&reaction.kind)).map(|(index, _)| ReactionIndex(index)).collect()
     }
 
-    /// Which children of which classes its instances are.
+    /// Returns the children of each class of which it has instances.
     pub(crate) fn children(&self, main: ClassIndex) -> BTreeSet<(ClassIndex, usize)> {
         let parent = |instance: &Instance| instance.parent.map_or(main, |parent| self.instances[parent.0].class);
         self.instances.iter().filter_map(|instance| Some((parent(instance), instance.child?))).collect()
     }
 
-    /// Which reactions of which classes it has, by their numbers: all, but for those of the federated reactor.
+    /// Returns the reactions of each class that it has, by their numbers: all, except for those of the federated
+    /// reactor.
     pub(crate) fn bodies(&self) -> BTreeSet<(ClassIndex, usize)> {
         let body = |reaction: &ScheduledReaction| match reaction.kind {
             ReactionKind::Body { instance, reaction, .. } => Some((self.instances[instance.0].class, reaction)),
@@ -77,30 +78,30 @@ impl Federate {
         self.reactions.iter().filter_map(body).collect()
     }
 
-    /// The port number of an input on the wire.
+    /// Returns the port number of an input on the wire.
     pub fn port_of(&self, input: InputIndex) -> u16 {
         port_of(&self.own_ports, input.0)
     }
 
-    /// The input that has this port number on the wire, if one has.
+    /// Returns the input with this port number on the wire, if there is one.
     pub fn input_of(&self, port: u16) -> Option<InputIndex> {
         (0..self.inputs.len()).map(InputIndex).find(|input| self.port_of(*input) == port)
     }
 }
 
-/// The port number of the input at this position, past those that belong to connections from the federate to itself.
+/// Returns the port number of the input at this position, skipping those of connections from the federate to itself.
 pub(crate) fn port_of(own_ports: &[u16], input: usize) -> u16 {
     let port = u16::try_from(input).unwrap_or(u16::MAX);
     own_ports.iter().fold(port, |port, own| if *own <= port { port.saturating_add(1) } else { port })
 }
 
 impl Federate {
-    /// The federates from which messages come straight to this one, in order of id.
+    /// Returns the federates that send directly to this one, in order of id.
     pub fn peers_in(&self) -> Vec<u16> {
         in_order(self.inputs.iter().filter(|input| input.direct).map(|input| input.federate))
     }
 
-    /// The federates to which this one sends messages straight, in order of id.
+    /// Returns the federates to which this one sends directly, in order of id.
     pub fn peers_out(&self) -> Vec<u16> {
         in_order(self.outputs.iter().filter(|output| output.direct).map(|output| output.federate))
     }
@@ -119,15 +120,15 @@ pub struct Instance {
     pub class: ClassIndex,
     /// The instance that contains it; the top has none.
     pub parent: Option<InstanceIndex>,
-    /// Which of the containing class's [`children`](super::ReactorClass::children) it is; for a federate's top, which
-    /// of the main class's. `None` for the main reactor itself, and for what a federate has of the federated one.
+    /// Its position in the containing class's [`children`](super::ReactorClass::children); for a federate's top, in
+    /// those of the main class. `None` for the main reactor itself, and for a federate's share of the federated one.
     pub child: Option<usize>,
-    /// Which member of a bank it is.
+    /// The index of the member of a bank.
     pub bank_index: Option<usize>,
     /// The innermost mode that it is in.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub mode: Option<ModeIndex>,
-    /// Where it is instantiated.
+    /// The place of the instantiation.
     pub at: Location,
 }
 
@@ -144,54 +145,54 @@ pub struct Mode {
     pub parent: Option<ModeIndex>,
     /// Whether the instance begins in it.
     pub initial: bool,
-    /// Where it is declared.
+    /// The place of the declaration.
     pub at: Location,
 }
 
 /// Storage for the value of a port.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Port {
-    /// The path of the port whose storage this is: `unit_a.sensor.voltage`.
+    /// The path of the port that owns this storage: `unit_a.sensor.voltage`.
     pub path: String,
     /// The type of its values.
     pub ty: Type,
     /// The reactions that a value triggers, [`ReactionKind::Send`] included, in order of execution.
     pub reactions: Vec<ReactionIndex>,
-    /// The [`TriggerKind::Delay`] triggers that carry a value on.
+    /// The [`TriggerKind::Delay`] triggers that delay its values.
     pub delays: Vec<TriggerIndex>,
-    /// Where the port is declared.
+    /// The place of the port's declaration.
     pub at: Location,
 }
 
-/// A source of events, with a queue of pending values where it carries any.
+/// A source of events, with a queue of pending values if it has values.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Trigger {
     /// The path of the timer, action or destination port; `startup` or `shutdown`.
     pub path: String,
-    /// What it is.
+    /// The kind.
     pub kind: TriggerKind,
-    /// How many pending events it can hold at the same time; 1 for those that repeat or occur once.
+    /// The maximum number of pending events; 1 for triggers that repeat or occur once.
     pub capacity: usize,
     /// The reactions that it triggers directly, in order of execution. Triggers that fill a port have none.
     pub reactions: Vec<ReactionIndex>,
     /// The innermost mode that it is in.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub mode: Option<ModeIndex>,
-    /// Where it is declared; `None` for startup, shutdown and reset.
+    /// The place of the declaration; `None` for startup, shutdown and reset.
     pub at: Option<Location>,
 }
 
-/// What happens when an action is scheduled closer than its minimum spacing to the event before it.
+/// The treatment of an action that is scheduled closer than its minimum spacing to the event before it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum SpacingPolicy {
-    /// The later event is put off.
+    /// Defers the later event.
     Defer,
-    /// The later event is dropped.
+    /// Drops the later event.
     Drop,
-    /// The later event's value takes the place of the earlier one's; without a spacing, at the same tag only.
+    /// Replaces the earlier event's value by the later one's; without a spacing, at the same tag only.
     Replace,
-    /// The earlier event is dropped.
+    /// Drops the earlier event.
     Update,
 }
 
@@ -226,14 +227,14 @@ pub enum TriggerKind {
         min_delay_ns: i64,
         /// The minimum spacing in nanoseconds; `None` for none.
         min_spacing_ns: Option<i64>,
-        /// What happens to an event that is too close to the one before it.
+        /// The treatment of an event that is too close to the previous one.
         policy: SpacingPolicy,
     },
     /// A watchdog, which has at most one pending event.
     Watchdog {
         /// The instance that owns it.
         instance: InstanceIndex,
-        /// From its start to the event, in nanoseconds.
+        /// The time from its start to the event, in nanoseconds.
         timeout_ns: i64,
     },
     /// A connection with `after` inside this federate.
@@ -247,7 +248,7 @@ pub enum TriggerKind {
         /// Whether the delay counts from physical time, as in a physical connection.
         physical: bool,
     },
-    /// Messages from another federate.
+    /// Received messages of another federate.
     NetworkInput {
         /// The input.
         input: InputIndex,
@@ -256,10 +257,10 @@ pub enum TriggerKind {
     },
 }
 
-/// A reaction in its place in the order of execution.
+/// A reaction with its position in the order of execution.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct ScheduledReaction {
-    /// For people: `unit_a.sensor.reaction_1`, or `unit_a.out -> unit_b.in` for one that sends.
+    /// The name for messages: `unit_a.sensor.reaction_1`, or `unit_a.out -> unit_b.in` for one that sends.
     pub name: String,
     /// The level, which is common to all federates; reactions of one level do not depend on each other.
     pub level: u16,
@@ -268,11 +269,11 @@ pub struct ScheduledReaction {
     /// The innermost mode that it is in.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub mode: Option<ModeIndex>,
-    /// What it runs.
+    /// The code that it runs.
     pub kind: ReactionKind,
 }
 
-/// What a reaction runs.
+/// The code of a reaction.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum ReactionKind {
@@ -287,7 +288,7 @@ pub enum ReactionKind {
     },
     /// Sending a port's value to another federate.
     Send(OutputIndex),
-    /// A connection in a mode to what is not in that mode.
+    /// A connection in a mode to a port outside of that mode.
     Copy {
         /// The port whose value is copied.
         from: PortIndex,
@@ -308,7 +309,7 @@ pub enum Argument {
     Bank {
         /// All of them, those of the first member first.
         ports: Vec<PortIndex>,
-        /// How many channels each member has.
+        /// The number of channels of each member.
         widths: Vec<usize>,
     },
     /// An action, a timer or a watchdog.
@@ -318,7 +319,7 @@ pub enum Argument {
 }
 
 impl Argument {
-    /// The ports that it stands for.
+    /// Returns the ports behind it.
     pub fn ports(&self) -> &[PortIndex] {
         match self {
             Self::Port(port) => core::slice::from_ref(port),
@@ -331,77 +332,77 @@ impl Argument {
 /// A connection to another federate, at its source.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct NetworkOutput {
-    /// For people: `unit_a.out -> unit_b.in`.
+    /// The name for messages: `unit_a.out -> unit_b.in`.
     pub name: String,
     /// The port whose values are sent.
     pub source: PortIndex,
-    /// The federate that receives.
+    /// The receiving federate.
     pub federate: u16,
     /// The port number on the wire: the position in the receiver's `inputs`.
     pub port: u16,
     /// The delay in nanoseconds.
     pub delay_ns: Option<i64>,
-    /// Whether the receiver is told at each tag when there is no value: there is no delay, and this federate is in a
+    /// Whether the sender reports absences to the receiver at each tag: there is no delay, and this federate is in a
     /// cycle without delay.
     pub tells_absence: bool,
-    /// Whether the connection is physical; its delay is the receiver's then.
+    /// Whether the connection is physical; then its delay belongs to the receiver.
     pub physical: bool,
-    /// Whether messages go straight to the federate that receives them, not through the RTI.
+    /// Whether messages go directly to the receiving federate, not through the RTI.
     pub direct: bool,
     /// The type of the values.
     pub ty: Type,
-    /// How they become bytes, where their type alone does not say it.
+    /// The serializer, if the type alone does not determine the bytes.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub serializer: Option<Serializer>,
-    /// What a value is at the other end, if that is in another language, and this one's compiler has to say whether it
-    /// is the same here.
+    /// The layout of a value at the other end, if that is in another language, and this one's compiler has to check
+    /// that it is the same here.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub counterpart: Option<Shape>,
-    /// Where the connection is written.
+    /// The place of the connection.
     pub at: Location,
 }
 
 /// A connection from another federate, at its destination.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct NetworkInput {
-    /// For people: `unit_a.out -> unit_b.in`.
+    /// The name for messages: `unit_a.out -> unit_b.in`.
     pub name: String,
-    /// The trigger that holds what has arrived.
+    /// The trigger that holds the received messages.
     pub trigger: TriggerIndex,
-    /// The federate that sends.
+    /// The sending federate.
     pub federate: u16,
     /// The delay in nanoseconds.
     pub delay_ns: Option<i64>,
-    /// The least level of the reactions that see the port that it fills, those that send it included; `u16::MAX` if
-    /// none does.
+    /// The lowest level of the reactions that see the port that it fills, those that send it included; `u16::MAX` if
+    /// there are none.
     pub level: u16,
-    /// Whether reactions from that level on wait until it is known what comes. In centralized coordination, at a tag
-    /// that is granted provisionally: there is no delay, the sender is in a cycle without delay, and this federate is
-    /// in the same one or in none. In decentralized coordination, at all inputs of logical connections.
+    /// Whether reactions from that level on wait until the status of the input is known. In centralized coordination,
+    /// at a tag that is granted provisionally: there is no delay, the sender is in a cycle without delay, and this
+    /// federate is in the same one or in none. In decentralized coordination, at all inputs of logical connections.
     pub awaited: bool,
-    /// Whether the connection is physical: the delay counts from the physical time at which a message comes.
+    /// Whether the connection is physical: the delay counts from the physical time at which a message arrives.
     pub physical: bool,
-    /// Whether messages come straight from the federate that sends them, not through the RTI.
+    /// Whether messages come directly from the sending federate, not through the RTI.
     pub direct: bool,
-    /// `@maxwait` in decentralized coordination: a tag begins so many nanoseconds after its time if it is not known
-    /// what comes here before; [`i64::MAX`] is for ever.
+    /// `@maxwait` in decentralized coordination: a tag begins this number of nanoseconds after its time if the input is
+    /// not known earlier; [`i64::MAX`] means without end.
     pub max_wait_ns: i64,
-    /// `@absent_after` in decentralized coordination, less the delay: how many nanoseconds after that a value that is
-    /// not known counts as absent; [`i64::MAX`] is never.
+    /// `@absent_after` in decentralized coordination, less the delay: the number of nanoseconds after that until an
+    /// unknown value counts as absent; [`i64::MAX`] is never.
     pub absent_after_ns: i64,
-    /// The least distance of two values in nanoseconds, for each timer or action that causes some; none for one that
-    /// happens once. Nothing at all, where how often values come is not known.
+    /// The minimum distance of two values in nanoseconds, for each timer or action that causes some; none for one that
+    /// happens once. `None` if the rate of values is unknown.
     pub spacings_ns: Option<Vec<Option<i64>>>,
     /// The type of the values.
     pub ty: Type,
-    /// How they become bytes, where their type alone does not say it.
+    /// The serializer, if the type alone does not determine the bytes.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub serializer: Option<Serializer>,
-    /// What a value is at the other end, if that is in another language, and this one's compiler has to say whether it
-    /// is the same here.
+    /// The layout of a value at the other end, if that is in another language, and this one's compiler has to check
+    /// that it is the same here.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub counterpart: Option<Shape>,
-    /// Where the connection is written.
+    /// The place of the connection.
     pub at: Location,
 }
 

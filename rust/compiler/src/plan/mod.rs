@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! The plan: all that analysis worked out, as plain data, and all that the emitters see.
+//! The plan: the results of analysis as plain data, and the only input of the emitters.
 //!
 //! It can be printed (`Display`, serde), compared and tested by snapshot. It holds no reference to the syntax tree.
 
@@ -53,10 +53,10 @@ pub struct Plan {
     pub federates: Vec<Federate>,
 }
 
-/// The advance message interval of a program that names none, as in LF.
+/// The advance message interval of a program that sets none, as in LF.
 pub(crate) const ADVANCE_INTERVAL_NS_DEFAULT: i64 = 10_000_000;
 
-/// The period of clock synchronization of a program that names none, as in LF.
+/// The period of clock synchronization of a program that sets none, as in LF.
 const CLOCK_SYNC_PERIOD_NS_DEFAULT: i64 = 5_000_000;
 
 /// Target properties, with LF's defaults where the program sets none.
@@ -69,9 +69,9 @@ pub struct Target {
     pub timeout_ns: Option<i64>,
     /// `fast`: do not wait for physical time.
     pub fast: bool,
-    /// `keepalive`: go on when there are no more events.
+    /// `keepalive`: continue when there are no more events.
     pub keepalive: bool,
-    /// `coordination`: who decides when a federate may go on.
+    /// `coordination`: the participant that decides when a federate may advance.
     pub coordination: Coordination,
     /// `logging`.
     pub logging: Logging,
@@ -79,26 +79,26 @@ pub struct Target {
     pub clock_sync: ClockSync,
     /// `clock-sync-options: {trials}`: exchanges of the initial clock synchronization.
     pub clock_sync_trials: u16,
-    /// `clock-sync-options: {period}` in nanoseconds: how much time there is between rounds with `clock-sync: on`.
+    /// `clock-sync-options: {period}` in nanoseconds: the time between rounds with `clock-sync: on`.
     pub clock_sync_period_ns: i64,
-    /// `clock-sync-options: {attenuation}`: one of so many parts of an error is made up for with each round.
+    /// `clock-sync-options: {attenuation}`: each round corrects one part in this number of the remaining error.
     pub clock_sync_attenuation: u16,
-    /// `clock-sync-options: {local-federates-on}`: whether programs on the RTI's own computer take part, which have its
-    /// clock.
+    /// `clock-sync-options: {local-federates-on}`: whether programs on the RTI's own computer take part, although they
+    /// share its clock.
     pub clock_sync_local: bool,
-    /// `clock-sync-options: {test-offset}` in nanoseconds: the clock of federate i shows 1 + i times as much too much.
+    /// `clock-sync-options: {test-offset}` in nanoseconds: the clock of federate i is ahead by 1 + i times this value.
     pub clock_sync_test_offset_ns: i64,
-    /// `coordination-options: {advance-message-interval}` in nanoseconds: how often a federate whose outputs depend on
-    /// physical actions tells how far it has got.
+    /// `coordination-options: {advance-message-interval}` in nanoseconds: the period at which a federate whose outputs
+    /// depend on physical actions announces its progress.
     pub advance_interval_ns: i64,
-    /// `coordination-options: {log-waits}` in nanoseconds: after how long it is logged what a running participant waits
-    /// for, if at all.
+    /// `coordination-options: {log-waits}` in nanoseconds: the duration after which a running participant logs the
+    /// reason of its wait, if at all.
     pub log_waits_ns: Option<i64>,
-    /// `DNET`: whether the RTI tells federates which of their next event tags nobody waits for.
+    /// `DNET`: whether the RTI informs federates of next event tags for which no other federate waits.
     pub dnet: bool,
     /// `auth`: the RTI and the federates prove to each other that they know the federation id.
     pub authentication: bool,
-    /// `joint-rti`: the RTI is part of the image of a federate, where one is on a board.
+    /// `joint-rti`: the RTI is part of the image of a federate, if one is on a board.
     pub joint_rti: bool,
     /// `joint-rti-options: {federation-id}`, if given.
     pub federation_id: Option<String>,
@@ -108,15 +108,15 @@ pub struct Target {
     pub platform: Option<String>,
     /// `platform: {board}`, if given.
     pub board: Option<String>,
-    /// `platform: {user-threads}`: how many threads bodies may start at most; 0 when not given.
+    /// `platform: {user-threads}`: the maximum number of threads that bodies start; 0 by default.
     pub user_threads: u16,
-    /// `workers`: how many threads run reactions on Linux.
+    /// `workers`: the number of threads that run reactions on Linux.
     #[serde(default = "one_worker", skip_serializing_if = "is_one_worker")]
     pub workers: u16,
-    /// What is about cargo.
+    /// The settings for cargo.
     #[serde(default, skip_serializing_if = "Cargo::is_empty")]
     pub cargo: Cargo,
-    /// What is about the compiler of C.
+    /// The settings for the C compiler.
     #[serde(default, skip_serializing_if = "NativeCode::is_empty")]
     pub c: NativeCode,
 }
@@ -162,17 +162,17 @@ impl Default for Target {
     }
 }
 
-/// Who decides when a federate may go on to a tag.
+/// The participant that decides when a federate may advance to a tag.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Coordination {
-    /// The RTI, which knows what each of them does.
+    /// The RTI, which knows the progress of each federate.
     Centralized,
-    /// Each by itself: messages go from federate to federate, and it waits as long as one may be on its way.
+    /// Each federate by itself: messages go from federate to federate, and each waits as long as one may be in transit.
     Decentralized,
 }
 
-/// How much is logged.
+/// The level of logging.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Logging {
@@ -180,15 +180,15 @@ pub enum Logging {
     Error,
     /// And warnings.
     Warn,
-    /// And what a user wants to know.
+    /// And information for users.
     Info,
-    /// And what a developer of the program wants to know (LF's `LOG`).
+    /// And information for developers of the program (LF's `LOG`).
     Log,
     /// Everything.
     Debug,
 }
 
-/// How clocks are synchronized.
+/// The mode of clock synchronization.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum ClockSync {
@@ -200,7 +200,7 @@ pub enum ClockSync {
     On,
 }
 
-/// Where the RTI is, and the name of the federation.
+/// The address of the RTI, and the name of the federation.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Rti {
     /// Host name or address.
@@ -212,7 +212,7 @@ pub struct Rti {
 }
 
 impl Plan {
-    /// The class of an instance.
+    /// Returns the class of an instance.
     ///
     /// # Panics
     /// If the instance is not one of this plan's.
@@ -220,7 +220,7 @@ impl Plan {
         &self.classes[instance.class.0]
     }
 
-    /// What a reaction of a federate does with messages that come too late, if it says anything about them.
+    /// Returns a reaction's treatment of late messages, if the program sets it.
     ///
     /// # Panics
     /// If the reaction is not one of this federate's.
@@ -229,7 +229,7 @@ impl Plan {
         self.class(&federate.instances[instance.0]).reactions[reaction - 1].tardy.as_ref()
     }
 
-    /// The declaration of an instance: as a child of its container. `None` for an unfederated main reactor.
+    /// Returns the declaration of an instance: as a child of its container. `None` for an unfederated main reactor.
     ///
     /// # Panics
     /// If the instance is not one of this federate's.
@@ -238,7 +238,7 @@ impl Plan {
         self.classes[container.0].children.get(instance.child?)
     }
 
-    /// The path of a location's file.
+    /// Returns the path of a location's file.
     ///
     /// # Panics
     /// If the location is not one of this plan's.
@@ -246,12 +246,12 @@ impl Plan {
         &self.files[at.file.0].path
     }
 
-    /// Whether messages go from federate to federate, and each decides by itself when to go on.
+    /// Returns whether the coordination is decentralized.
     pub fn is_decentralized(&self) -> bool {
         self.target.coordination == Coordination::Decentralized
     }
 
-    /// Whether the program has federates that need an RTI.
+    /// Returns whether the program has federates that need an RTI.
     pub fn is_federated(&self) -> bool {
         self.rti.is_some()
     }

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-//! What a program says about its code in C: which files take part, and how they are compiled.
+//! The settings of a program for its C code: its files, and their compilation.
 
 use serde::{Deserialize, Serialize};
 
 use super::source::Location;
 
-/// The target properties that are about the compiler of C. Where an imported file says it, it is for the federates
-/// that have reactors of that file.
+/// The target properties for the C compiler. Those of an imported file apply to the federates that have reactors of
+/// that file.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct NativeCode {
     /// Whether bodies are compiled as C++: the target is `CCpp`.
@@ -16,7 +16,7 @@ pub struct NativeCode {
     /// `c-sources`, in order: files of C beside bodies in another language.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub sources: Vec<IncludedFile>,
-    /// `c-headers`, in order: what these declare is bound for such bodies.
+    /// `c-headers`, in order: their declarations are bound for such bodies.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub headers: Vec<IncludedFile>,
     /// `c-include-directories`, in order.
@@ -30,19 +30,19 @@ pub struct NativeCode {
     pub compiler: Option<String>,
     /// `compiler-flags`, in order.
     pub flags: Vec<CompilerFlag>,
-    /// `keepalive`, if given; without it, a program with physical actions stays.
+    /// `keepalive`, if given; without it, a program with physical actions stays alive.
     pub keepalive: Option<bool>,
-    /// `no-source-mapping`: what the compiler says is about generated files.
+    /// `no-source-mapping`: messages of the compiler name generated files.
     pub no_lines: bool,
 }
 
 impl NativeCode {
-    /// Whether the program says nothing about it.
+    /// Returns whether the program has no such settings.
     pub fn is_empty(&self) -> bool {
         *self == Self::default()
     }
 
-    /// Returns what is said at these places, and what is said about all code.
+    /// Returns the settings at these places, and those that apply to all code.
     pub(crate) fn of(mut self, is_kept: impl Fn(Location) -> bool) -> Self {
         for files in [&mut self.files, &mut self.sources, &mut self.headers, &mut self.folders] {
             files.retain(|file| is_kept(file.at));
@@ -54,13 +54,13 @@ impl NativeCode {
     }
 }
 
-/// A file or a folder that takes part. Those of `files` code can include by their own names: they are in the folder of
-/// generated files, as far as code sees it.
+/// A file or a folder of the program. Code can include those of `files` by their own names, because it sees them in the
+/// folder of generated files.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct IncludedFile {
-    /// Absolute, or relative to where paths of LF files are.
+    /// The path: absolute, or relative to the base of LF files' paths.
     pub path: String,
-    /// Where it is named.
+    /// The place that names it.
     pub at: Location,
 }
 
@@ -69,29 +69,29 @@ pub struct IncludedFile {
 pub struct Definition {
     /// Its name.
     pub name: String,
-    /// What it stands for.
+    /// Its replacement.
     pub value: String,
-    /// Where it is defined.
+    /// The place of its definition.
     pub at: Location,
 }
 
-/// A word for the compiler of C, which hands some of them on to the linker.
+/// A word for the C compiler, which passes some on to the linker.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct CompilerFlag {
-    /// The word; a path in it that is relative begins in the folder of the file that has it.
+    /// The word; a relative path in it begins in the folder of the file that contains it.
     pub text: String,
-    /// Where it is written.
+    /// The place of the word.
     pub at: Location,
 }
 
-/// A file for CMake, with what it says of which CMake is not needed.
+/// A file for CMake, with those of its settings that do not need CMake.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct CmakeFile {
-    /// Absolute, or relative to where paths of LF files are.
+    /// The path: absolute, or relative to the base of LF files' paths.
     pub path: String,
-    /// Further files of C, found where code sees them.
+    /// Further C files, at paths from which code sees them.
     pub sources: Vec<String>,
-    /// Folders in which headers are looked for.
+    /// Include folders.
     pub folders: Vec<String>,
     /// Macros: `NAME` or `NAME=value`.
     pub definitions: Vec<String>,
@@ -99,8 +99,9 @@ pub struct CmakeFile {
     pub options: Vec<String>,
     /// Libraries by their names: `m`.
     pub libraries: Vec<String>,
-    /// The first thing in it that only CMake understands. An image has CMake, and a program for this computer has not.
+    /// The first command in it that only CMake understands. Images are built by CMake, programs for this computer are
+    /// not.
     pub unread: Option<String>,
-    /// Where it is named.
+    /// The place that names it.
     pub at: Location,
 }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! A plan for people to read: `lfz plan`.
+//! Renders a plan as text: `lfz plan`.
 
 use core::fmt::{self, Display, Formatter};
 
@@ -83,7 +83,7 @@ impl Display for Plan {
     }
 }
 
-/// What a federate is, in a few lines.
+/// A summary of a federate.
 struct Summary<'a>(&'a Plan, &'a Federate, Language);
 
 impl Display for Summary<'_> {
@@ -131,7 +131,7 @@ fn render_target(target: &Target, language: Language, f: &mut Formatter<'_>) -> 
 }
 
 impl Plan {
-    /// Returns a federate in a few lines, which are some of those of the whole plan; its bodies are in this language.
+    /// Returns a summary of a federate, a part of the lines of the whole plan; its bodies are in this language.
     pub(crate) fn summary(&self, federate: &Federate, language: Language) -> String {
         Summary(self, federate, language).to_string()
     }
@@ -280,7 +280,7 @@ impl Plan {
     }
 }
 
-/// A heading and one numbered line per item; nothing when there is none.
+/// Writes a heading and one numbered line per item; nothing without items.
 fn list<T>(
     f: &mut Formatter<'_>,
     heading: &str,
@@ -311,7 +311,7 @@ fn render_port(port: &Port, f: &mut Formatter<'_>) -> fmt::Result {
 fn render_trigger(trigger: &Trigger, f: &mut Formatter<'_>) -> fmt::Result {
     f.write_str(&trigger.path)?;
     match &trigger.kind {
-        // The path says it all.
+        // The path is sufficient.
         TriggerKind::Startup | TriggerKind::Shutdown | TriggerKind::Reset => {}
         TriggerKind::Timer { offset_ns, period_ns, .. } => {
             write!(f, ": timer at {}", Time(*offset_ns))?;

@@ -1,13 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
-//! How values become bytes between federates, where a program says it.
+//! The serialization of values between federates, if a program sets it.
 
 use serde::{Deserialize, Serialize};
 
-/// How the values of a connection become bytes, where their type alone does not say it.
+/// The serialization of a connection's values, if their type alone does not determine it.
 #[derive(Clone, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 pub struct Serializer {
-    /// The serializer, as the target language knows it; `None` for the layout of the type itself.
+    /// The serializer's name in the target language; `None` for the layout of the type itself.
     pub name: Option<String>,
-    /// The most bytes of a serialized value or of a text, or elements of a list; `None` where the type says it.
+    /// The maximum number of bytes of a serialized value or of a text, or of elements of a list; `None` if the type
+    /// determines it.
     pub max_length: Option<usize>,
 }

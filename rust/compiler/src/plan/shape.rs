@@ -1,31 +1,31 @@
 // SPDX-License-Identifier: Apache-2.0
-//! How values lie in messages, in terms that all languages have in common.
+//! The layouts of values in messages, independent of languages.
 
 use core::fmt;
 
 use serde::{Deserialize, Serialize};
 
-/// How a value lies in a message, as far as one language can tell it to another.
+/// The layout of a value in a message, as far as one language can describe it to another.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Shape {
-    /// There are no values.
+    /// No values.
     Nothing,
     /// One byte, 0 or 1.
     Bool,
-    /// One byte, of which it is not known whether it has a sign.
+    /// One byte, with unknown sign.
     Byte,
-    /// An integer of so many bytes without a sign.
+    /// An unsigned integer of this number of bytes.
     Unsigned(u8),
-    /// An integer of so many bytes with a sign.
+    /// A signed integer of this number of bytes.
     Signed(u8),
-    /// A number with a fraction, of so many bytes.
+    /// A floating-point number of this number of bytes.
     Float(u8),
-    /// A text with a zero behind it.
+    /// A text that ends with a zero.
     Text,
-    /// As many elements as there are.
+    /// A variable number of elements.
     List(Box<Shape>),
-    /// A number of elements.
+    /// A fixed number of elements.
     Array(Box<Shape>, u64),
     /// Fields with their names, laid out as C does it.
     Struct(Vec<(String, Shape)>),
@@ -34,7 +34,7 @@ pub enum Shape {
 }
 
 impl Shape {
-    /// Whether values of the one can be read as values of the other, as far as both are known here.
+    /// Returns whether values of the one can be read as values of the other, as far as both are known.
     pub(crate) fn fits(&self, other: &Self) -> bool {
         match (self, other) {
             (Self::Named(_), Self::Nothing | Self::Text | Self::List(_))
@@ -53,12 +53,12 @@ impl Shape {
         }
     }
 
-    /// How many bytes a value takes; nothing where that differs from value to value, or is not known here.
+    /// Returns the number of bytes of a value; `None` if it varies, or is unknown.
     pub(crate) fn size(&self) -> Option<u64> {
         self.layout().map(|(size, _)| size)
     }
 
-    /// The same, and on which multiples of bytes a value begins.
+    /// Returns the size and the alignment of a value.
     fn layout(&self) -> Option<(u64, u64)> {
         match self {
             Self::Nothing => Some((0, 1)),
@@ -78,14 +78,14 @@ impl Shape {
         }
     }
 
-    /// Where the last field of a struct begins.
+    /// Returns the offset of a struct's last field.
     pub(crate) fn offset_of_last(&self) -> Option<u64> {
         let Self::Struct(fields) = self else { return None };
         let ((_, last), before) = fields.split_last()?;
         end_of(before)?.checked_next_multiple_of(last.layout()?.1)
     }
 
-    /// Whether there is a part of which only the name is known here.
+    /// Returns whether there is a part that is known by its name only.
     pub(crate) fn has_names(&self) -> bool {
         match self {
             Self::Named(_) => true,
@@ -96,7 +96,7 @@ impl Shape {
     }
 }
 
-/// Where the last of some fields ends.
+/// Returns the end of the last of some fields.
 fn end_of(fields: &[(String, Shape)]) -> Option<u64> {
     fields.iter().try_fold(0_u64, |end, (_, field)| {
         let (size, align) = field.layout()?;
@@ -104,7 +104,7 @@ fn end_of(fields: &[(String, Shape)]) -> Option<u64> {
     })
 }
 
-/// For people: what a value is.
+/// A description for messages.
 impl fmt::Display for Shape {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Where the parts of a plan come from: source files, positions in them, and pieces of code taken from them verbatim.
+//! The origins of a plan's parts: source files, positions in them, and pieces of code taken from them verbatim.
 
 use serde::{Deserialize, Serialize};
 
 use crate::lexical::Language;
 
-/// Declares a position in one of the plan's lists.
+/// Declares an index into one of the plan's lists.
 macro_rules! index {
     ($(#[$doc:meta] $name:ident;)*) => {$(
         #[$doc]
@@ -47,7 +47,7 @@ index! {
 pub struct SourceFile {
     /// The path as the user gave it, or as the import resolved to.
     pub path: String,
-    /// The language of its bodies, where it is not that of the main file.
+    /// The language of its bodies, if it differs from that of the main file.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub language: Option<Language>,
     /// The files whose reactors it has imported.
@@ -71,18 +71,18 @@ pub struct Location {
 /// Code taken verbatim from the source, without its `{=` and `=}`.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct SourceCode {
-    /// The text, with the line structure that it has in the source.
+    /// The text, with the line structure of the source.
     pub text: String,
-    /// Where the first character of `text` is, that is, directly after `{=`.
+    /// The place of the first character of `text`, directly after `{=`.
     pub at: Location,
 }
 
 /// A type of the target language, as text.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Type {
-    /// The language's spelling; LF's `time` and a missing type have become what it has for them.
+    /// The language's spelling; LF's `time` and a missing type are replaced by the language's types.
     pub text: String,
-    /// Where the type is written, or the declaration when it has none.
+    /// The place of the type, or of the declaration without one.
     pub at: Location,
 }
 

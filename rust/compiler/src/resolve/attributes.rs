@@ -1,15 +1,16 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Attributes: those for diagrams are accepted, those of queues, waits and sending count, and others are refused.
+//! Attributes: those for diagrams are accepted, those of queues, waits and sending have an effect, and others are
+//! refused.
 
 use super::checker::Checker;
 use super::model::{CheckedParameter, Sending, Wait};
 use crate::diagnostics::{Code, Diagnostic, did_you_mean};
 use crate::syntax::ast::{Attribute, Expression, ExpressionKind, Literal};
 
-/// How many events a queue may be told to hold.
+/// The maximum capacity of a queue.
 pub(crate) const CAPACITY_MAX: usize = 65_535;
 
-/// What an attribute stands before.
+/// The element that an attribute precedes.
 #[derive(Clone, Copy)]
 pub(super) enum AttributeTarget<'c, 'p> {
     /// An action, which has a queue.
@@ -18,15 +19,15 @@ pub(super) enum AttributeTarget<'c, 'p> {
     Input,
     /// An output, whose values may go to another federate.
     Output,
-    /// A connection, with the parameters of the reactor that it is in.
+    /// A connection, with the parameters of its reactor.
     Connection(Container<'c, 'p>),
-    /// A contained reactor, with the parameters of the one that it is in.
+    /// A contained reactor, with the parameters of its container.
     Instance(Container<'c, 'p>),
-    /// Anything else.
+    /// Any other element.
     Other,
 }
 
-/// The reactor in which a connection or an instance stands.
+/// The reactor that contains a connection or an instance.
 #[derive(Clone, Copy)]
 pub(super) struct Container<'c, 'p> {
     /// Whether it is a main or federated reactor, whose instances can be federates.
@@ -34,7 +35,7 @@ pub(super) struct Container<'c, 'p> {
     pub(super) parameters: &'c [CheckedParameter<'p>],
 }
 
-/// The attributes that have a meaning.
+/// The attributes with a meaning.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Attributes<'p> {
     pub(super) capacity: Option<usize>,
@@ -43,17 +44,17 @@ pub(super) struct Attributes<'p> {
     pub(super) sending: Sending<'p>,
 }
 
-/// Attributes that only diagrams use; each takes one string, but for `layout`, which takes an option and its value.
+/// Attributes that only diagrams use; each takes one string, except for `layout`, which takes an option and its value.
 const FOR_DIAGRAMS: &[&str] = &["label", "icon", "side", "layout"];
 
 /// Attributes with a meaning.
 const HONOURED: &[&str] = &["capacity", "maxwait", "absent_after", "serializer", "max_length"];
 
-/// Attributes that say nothing which counts here, each with why.
+/// Attributes without an effect in this compiler, each with the reason.
 const IDLE: &[(&str, &str)] =
     &[("sparse", "present channels are found without it"), ("property", "programs are not verified here")];
 
-/// Attributes of LF that mean something and are not supported, each with what to do instead.
+/// Attributes of LF that are not supported, each with the alternative.
 pub(super) const UNSUPPORTED: &[(&[&str], &str)] = &[
     (&["enabled"], "remove it"),
     (&["enclave"], "remove it; what is to run beside the rest can be a federate"),
@@ -66,7 +67,7 @@ pub(super) const UNSUPPORTED: &[(&[&str], &str)] = &[
 ];
 
 impl<'p> Checker<'p> {
-    /// Checks the attributes of a declaration, and returns those that have a meaning.
+    /// Checks the attributes of a declaration, and returns those with a meaning.
     pub(super) fn check_attributes(
         &mut self,
         attributes: &'p [Attribute],
@@ -147,7 +148,7 @@ impl<'p> Checker<'p> {
         value
     }
 
-    /// The time of `@maxwait` or `@absent_after`.
+    /// Returns the time of `@maxwait` or `@absent_after`.
     fn wait(&mut self, attribute: &'p Attribute, target: AttributeTarget<'_, 'p>) -> Option<Wait<'p>> {
         let name = attribute.name.text.as_str();
         let container = match target {
@@ -181,7 +182,7 @@ impl<'p> Checker<'p> {
     }
 }
 
-/// The value of an attribute that has one, without a name.
+/// Returns the value of an attribute with exactly one, without a name.
 pub(super) fn single_value(attribute: &Attribute) -> Option<&Expression> {
     match &attribute.parameters[..] {
         [one] if one.name.is_none() => one.value.as_ref(),

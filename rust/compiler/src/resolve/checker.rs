@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! What all checks share.
+//! The common state of all checks.
 
 use super::load::Program;
 use super::model::{Class, PortRef};
@@ -7,10 +7,10 @@ use crate::diagnostics::{Code, Diagnostic, did_you_mean};
 use crate::lexical::Language;
 use crate::syntax::ast;
 
-/// What all checks share.
+/// The common state of all checks.
 pub(super) struct Checker<'p> {
     pub(super) program: &'p Program,
-    /// That of the reactor that is being checked.
+    /// The language of the current reactor.
     pub(super) language: Language,
     pub(super) found: Vec<Diagnostic>,
 }
@@ -20,7 +20,7 @@ impl<'p> Checker<'p> {
         self.found.push(diagnostic);
     }
 
-    /// Finds a port by its reference in a mode, or outside of modes; reports what does not exist there.
+    /// Finds a port by its reference in a mode, or outside of modes; reports a missing one.
     pub(super) fn find_port(
         &mut self,
         reference: &ast::Reference,
@@ -52,7 +52,7 @@ impl<'p> Checker<'p> {
         if !self.check_mode(container, (declared.mode, declared.name.span), mode, class) {
             return None;
         }
-        // An instance of an unknown reactor has been reported.
+        // An instance of an unknown reactor has been reported already.
         let inner = &classes[class.children[child].class?.0];
         let port = inner.ports.iter().position(|port| port.name.text == name.text);
         if port.is_none() {
@@ -69,7 +69,7 @@ impl<'p> Checker<'p> {
     }
 }
 
-/// What ports a reactor has.
+/// Returns a sentence that lists the ports of a reactor.
 fn ports(class: &Class<'_>) -> Option<String> {
     let of = |direction: ast::Direction| {
         let ports = class.ports.iter().filter(move |port| port.direction == direction);
@@ -83,7 +83,7 @@ fn ports(class: &Class<'_>) -> Option<String> {
     }
 }
 
-/// The first of some names in one sentence; nothing for no names.
+/// Returns the first of some names in one sentence; `None` for no names.
 fn listed<'n>(what: &str, names: impl Iterator<Item = &'n str>) -> Option<String> {
     const LISTED_MAX: usize = 8;
     let names: Vec<_> = names.collect();

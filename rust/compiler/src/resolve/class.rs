@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! What a reactor declares.
+//! The declarations of a reactor.
 
 use super::attributes::{AttributeTarget, Attributes};
 use super::checker::Checker;
@@ -11,7 +11,8 @@ use crate::plan::BANK_INDEX;
 use crate::syntax::ast;
 
 impl<'p> Checker<'p> {
-    /// The declarations of a reactor with their types; contained reactors, connections and reactions follow later.
+    /// Returns the declarations of a reactor with their types; contained reactors, connections and reactions follow
+    /// later.
     pub(super) fn declare(&mut self, expanded: &'p Expanded) -> Class<'p> {
         let (id, reactor) = (expanded.id, &expanded.ast);
         let name = match &reactor.name {
@@ -130,7 +131,7 @@ impl<'p> Checker<'p> {
         ports
     }
 
-    /// Reports what cannot be a part of a width.
+    /// Reports terms that are invalid in a width.
     pub(super) fn check_width(&mut self, width: &ast::Width, scope: &[CheckedParameter<'p>]) {
         if width.terms.is_empty() {
             let message = "this width is left open, and has to be known when the program is compiled";
@@ -193,7 +194,7 @@ impl<'p> Checker<'p> {
         CheckedMethod { ast: declared, arguments, ty: ty.map(|ty| (ty.text, ty.span)) }
     }
 
-    /// The values that an instance gives to the parameters of its class, in the order of the class.
+    /// Returns the arguments of an instance, in the order of its class's parameters.
     pub(super) fn arguments(
         &mut self,
         instance: &'p ast::Instantiation,
@@ -222,7 +223,7 @@ impl<'p> Checker<'p> {
             let what = format!("parameter `{}` of `{}`", name.text, class.name);
             let place =
                 Destination { what: &what, ty: &parameter.ty, ty_span: parameter.ty_span, is_time: parameter.is_time };
-            // The number of a member of a bank is no parameter of the container.
+            // The index of a bank's member is no parameter of the container.
             let member = instance.width.is_some()
                 && matches!(&given.init.value.kind, ast::ExpressionKind::Name(name) if name == BANK_INDEX);
             let mut value = &given.init.value;
@@ -230,7 +231,7 @@ impl<'p> Checker<'p> {
                 if container.language != class.language {
                     value = self.translatable(value, container, class);
                 }
-                // The value is one of the contained reactor's language.
+                // The value belongs to the contained reactor's language.
                 self.language = class.language;
                 self.check_value(value, place, &container.parameters);
                 self.language = container.language;
@@ -249,7 +250,8 @@ impl<'p> Checker<'p> {
         arguments
     }
 
-    /// A value that means the same in another language: a literal, in place of a parameter with such a default.
+    /// Returns a value that has the same meaning in another language: a literal, also instead of a parameter with such
+    /// a default.
     fn translatable(
         &mut self,
         value: &'p ast::Expression,

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-//! What a file for CMake says about a program, as far as that can be told without CMake.
+//! The settings in a file for CMake, as far as they are visible without CMake.
 
 use crate::plan::{CmakeFile, Location};
 
-/// Where LF's compiler says what the program is called.
+/// The variable by which LF's compiler names the program.
 const TARGET: &str = "${LF_MAIN_TARGET}";
 
-/// Conditions that are known on Linux, with whether they hold.
+/// Conditions whose values on Linux are known.
 const CONDITIONS: [(&str, bool); 6] =
     [("WIN32", false), ("MSVC", false), ("APPLE", false), ("CYGWIN", false), ("UNIX", true), ("LINUX", true)];
 
@@ -15,7 +15,7 @@ pub(super) fn read(path: String, text: &str, at: Location) -> CmakeFile {
     let (sources, folders, definitions) = (Vec::new(), Vec::new(), Vec::new());
     let (options, libraries) = (Vec::new(), Vec::new());
     let mut file = CmakeFile { path, sources, folders, definitions, options, libraries, unread: None, at };
-    // Whether each open condition holds.
+    // The values of the open conditions.
     let mut open: Vec<bool> = Vec::new();
     for (command, arguments) in commands(text) {
         let is_active = open.iter().all(|holds| *holds);
@@ -34,14 +34,14 @@ pub(super) fn read(path: String, text: &str, at: Location) -> CmakeFile {
     file
 }
 
-/// What CMake calls the folder of the file itself, or that of the sources, where LF's compiler puts it.
+/// CMake's variables for the folder of the file itself, or for that of the sources, into which LF's compiler copies it.
 const FOLDERS: [&str; 4] =
     ["${CMAKE_CURRENT_LIST_DIR}", "${CMAKE_CURRENT_SOURCE_DIR}", "${CMAKE_SOURCE_DIR}", "${PROJECT_SOURCE_DIR}"];
 
-/// Words before what is added, which say for whom.
+/// Keywords that set the scope of the following arguments.
 const KEYWORDS: [&str; 5] = ["PRIVATE", "PUBLIC", "INTERFACE", "BEFORE", "SYSTEM"];
 
-/// Whether a condition holds; nothing for one that only CMake knows.
+/// Returns the value of a condition; `None` for one that only CMake knows.
 fn condition(arguments: &[String]) -> Option<bool> {
     let words: Vec<&str> = arguments.iter().map(|word| word.trim_matches(['(', ')'])).collect();
     let (is_negated, name) = match &words[..] {
@@ -53,7 +53,7 @@ fn condition(arguments: &[String]) -> Option<bool> {
     Some(*holds != is_negated)
 }
 
-/// Does what a command says; nothing if only CMake can.
+/// Applies a command; returns `None` if only CMake can.
 fn apply(command: &str, arguments: &[String], file: &mut CmakeFile) -> Option<()> {
     let (arguments, is_of_target) = match arguments.split_first() {
         Some((target, rest)) if command.starts_with("target_") => (rest, target == TARGET),
@@ -69,7 +69,7 @@ fn apply(command: &str, arguments: &[String], file: &mut CmakeFile) -> Option<()
         _ => return None,
     };
     let given = arguments.iter().filter(|argument| !KEYWORDS.contains(&argument.as_str()));
-    // Files and folders are looked for beside the file anyway.
+    // The caller searches files and folders beside the file anyway.
     let is_path = ["sources", "include_directories"].iter().any(|one| command.ends_with(one));
     let beside = |argument: &str| {
         let behind = FOLDERS.iter().filter(|_| is_path).find_map(|folder| argument.strip_prefix(folder));
@@ -82,7 +82,7 @@ fn apply(command: &str, arguments: &[String], file: &mut CmakeFile) -> Option<()
     is_known.then_some(())
 }
 
-/// The commands of a text in lower case, with their arguments.
+/// Returns the commands of a text in lower case, with their arguments.
 fn commands(text: &str) -> Vec<(String, Vec<String>)> {
     let plain: String = text.lines().map(|line| uncommented(line).to_owned() + "\n").collect();
     let (mut commands, mut rest) = (Vec::new(), plain.as_str());
@@ -91,13 +91,13 @@ fn commands(text: &str) -> Vec<(String, Vec<String>)> {
         commands.push((name.trim().to_ascii_lowercase(), arguments(&behind[..end])));
         rest = behind.get(end + 1..).unwrap_or_default();
     }
-    // What is no command is none that is known.
+    // Text that is no command counts as an unknown one.
     let left = rest.trim();
     commands.extend((!left.is_empty()).then(|| (left.to_owned(), Vec::new())));
     commands
 }
 
-/// A line without its comment.
+/// Returns a line without its comment.
 fn uncommented(line: &str) -> &str {
     let mut quoted = false;
     let is_mark = |(_, character): &(usize, char)| {
@@ -107,7 +107,7 @@ fn uncommented(line: &str) -> &str {
     line.char_indices().find(is_mark).map_or(line, |(at, _)| &line[..at])
 }
 
-/// Where the bracket closes that is open.
+/// Returns the end of the arguments, where the open bracket closes.
 fn end_of_arguments(text: &str) -> usize {
     let (mut depth, mut quoted) = (0_usize, false);
     for (at, character) in text.char_indices() {
@@ -122,7 +122,7 @@ fn end_of_arguments(text: &str) -> usize {
     text.len()
 }
 
-/// Words, and texts in quotes.
+/// Returns words, and texts in quotes.
 fn arguments(text: &str) -> Vec<String> {
     let mut arguments: Vec<String> = Vec::new();
     for (index, part) in text.split('"').enumerate() {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! The syntax of code blocks: what the target language itself says about them without its compiler.
+//! Checks the syntax of code blocks, without the target language's compiler.
 
 use std::thread;
 
@@ -9,12 +9,12 @@ use crate::lexical::{CodeKind, Language};
 use crate::stack::{STACK_BYTES, joined};
 use crate::syntax::ast;
 
-/// For fewer code blocks than these a thread is not worth starting.
+/// The number of code blocks below which a thread does not pay.
 const BLOCKS_PER_THREAD: usize = 256;
 
-/// Reports for each code block the first thing that is wrong with it.
+/// Reports the first problem of each code block.
 ///
-/// This is half of what the front end does of large programs, so all processors take part.
+/// This takes half of the front end's time for large programs, so it uses all processors.
 pub(crate) fn check(program: &Program, diagnostics: &mut Diagnostics) {
     let units = program.units.iter().enumerate();
     let codes: Vec<_> = units
@@ -31,7 +31,7 @@ pub(crate) fn check(program: &Program, diagnostics: &mut Diagnostics) {
         let others: Vec<_> = parts.map(|part| (part, thread().spawn_scoped(scope, || problems(part)))).collect();
         diagnostics.extend(problems(first));
         for (part, other) in others {
-            // Without a thread the part is looked at here.
+            // If no thread can be created, this thread checks the part.
             diagnostics.extend(other.map_or_else(|_| problems(part), joined));
         }
     });

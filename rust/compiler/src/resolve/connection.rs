@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Connections: their ends, directions, types, and that no port has two writers.
+//! Checks connections: their ends, directions, types, and that no port has two writers.
 
 use std::collections::BTreeMap;
 
@@ -10,7 +10,7 @@ use crate::diagnostics::{Code, Diagnostic, Span};
 use crate::syntax::ast::{self, Direction, Reference};
 
 impl<'p> Checker<'p> {
-    /// The connections of a class, one per pair of ports.
+    /// Checks the connections of a class, one per pair of ports.
     pub(super) fn connections(&mut self, position: usize, classes: &[Class<'p>]) -> Vec<CheckedConnection<'p>> {
         let class = &classes[position];
         let mut connections = Vec::new();
@@ -34,7 +34,7 @@ impl<'p> Checker<'p> {
             if !self.check_directions(&left, &right, class, classes) {
                 continue;
             }
-            // How many channels multiports and banks have is known for each instance only.
+            // The widths of multiports and banks are known for each instance only.
             let is_wide = left.iter().chain(&right).any(|end| class.is_wide(end.port, classes));
             if !is_wide && !self.check_pairs(declared, &left, &right, class, classes) {
                 continue;
@@ -56,7 +56,7 @@ impl<'p> Checker<'p> {
         connections
     }
 
-    /// The ports of one side; nothing if one does not exist, which has been reported.
+    /// Returns the ports of one side; `None` if one is missing, which has been reported.
     fn ends(
         &mut self,
         side: &'p [Reference],
@@ -68,7 +68,8 @@ impl<'p> Checker<'p> {
         ends.into_iter().map(|(port, ast)| Some(ConnectionEnd { port: port?, ast })).collect()
     }
 
-    /// Whether both sides have the same number of ports, or the left one is repeated, and all pairs have one type.
+    /// Checks that both sides have the same number of ports, or the left one is repeated, and that all pairs have one
+    /// type.
     fn check_pairs(
         &mut self,
         declared: &ast::ConnectionSyntax,
@@ -98,7 +99,7 @@ impl<'p> Checker<'p> {
         fits
     }
 
-    /// Whether all of the left side can be sources, and all of the right side destinations.
+    /// Checks that the left side has only sources, and the right side only destinations.
     fn check_directions(
         &mut self,
         left: &[ConnectionEnd<'p>],
@@ -174,14 +175,14 @@ impl<'p> Checker<'p> {
 /// The connections into each port, with their modes.
 type Sources = BTreeMap<PortRef, Vec<(Option<usize>, Span)>>;
 
-/// A connection into a port that can be active together with what is in a mode, or in none.
+/// Returns a connection into a port that can be active together with elements of a mode, or outside of modes.
 fn source_beside(sources: &Sources, port: PortRef, mode: Option<usize>) -> Option<Span> {
     let excludes = |other: Option<usize>| mode.is_some() && other.is_some() && mode != other;
     let mut others = sources.get(&port).into_iter().flatten();
     others.find(|(other, _)| !excludes(*other)).map(|(_, span)| *span)
 }
 
-/// What is wrong when a source and a destination have different types.
+/// Returns the problem of a source and a destination with different types.
 pub(crate) fn type_mismatch(
     from: &ConnectionEnd<'_>,
     to: &ConnectionEnd<'_>,
@@ -190,7 +191,7 @@ pub(crate) fn type_mismatch(
 ) -> Option<Diagnostic> {
     let (source, destination) = (class.port(from.port, classes)?, class.port(to.port, classes)?);
     let language = class.language_at(from.port, classes);
-    // What two languages have in common is compared where the federates are known.
+    // Types of two languages are compared later, when the federates are known.
     if language != class.language_at(to.port, classes) || (language.facts().is_same_type)(&source.ty, &destination.ty) {
         return None;
     }

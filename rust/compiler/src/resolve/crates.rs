@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! The target properties that are about cargo: crates and modules that bodies use, and how all is compiled.
+//! The target properties for cargo: crates and modules of bodies, and the profile.
 
 use super::paths::beside;
 use super::reader::{TargetReader, text_of};
@@ -7,17 +7,17 @@ use crate::diagnostics::{Code, Diagnostic, Span};
 use crate::plan::{BuildType, Dependency, FileIndex, Location, Module};
 use crate::syntax::ast::{Literal, Name, Property, PropertyKind, PropertyValue};
 
-/// What can be said about a dependency.
+/// The keys of a dependency.
 const KEYS: [&str; 10] =
     ["version", "path", "features", "git", "branch", "tag", "rev", "default-features", "optional", "package"];
 
-/// The runtime of LF's own compiler, of which some programs choose the features.
+/// The runtime of LF's own compiler, of which some programs select features.
 const RUNTIME_OF_LFC: &str = "reactor_rt";
 
-/// Names of crates and of modules that generated crates have for themselves.
+/// Names of crates and of modules that generated crates use themselves.
 const TAKEN: [&str; 8] = ["lf", "c", "federate", "rti", "main", "lib", "core", "std"];
 
-/// The editions that there are, but for the first, whose paths are others.
+/// The editions, except for the first, whose paths are different.
 const EDITIONS: [&str; 3] = ["2018", "2021", "2024"];
 
 impl TargetReader<'_> {
@@ -83,7 +83,7 @@ impl TargetReader<'_> {
         is_found.then_some(found)
     }
 
-    /// The folder of a crate, which has to be one.
+    /// Returns the folder of a crate, which has to exist.
     fn crate_folder(&mut self, key: &Name, value: &PropertyValue) -> Option<String> {
         let written = self.text(key, value, "a folder in quotes")?;
         let folder = beside(self.sources, self.path_of(key.span), &written);
@@ -97,7 +97,7 @@ impl TargetReader<'_> {
         }
     }
 
-    /// Reads `cargo-features`, when the dependencies are known. That of the command line all programs have anyway.
+    /// Reads `cargo-features`, after the dependencies. All programs have the feature for the command line anyway.
     pub(super) fn features(&mut self, key: &Name, value: &PropertyValue) {
         for (feature, span) in self.items(key, value).into_iter().filter(|(feature, _)| feature != "cli") {
             let (name, is_of_it) = feature.split_once('/').map_or((feature.as_str(), false), |(name, _)| (name, true));
@@ -161,7 +161,7 @@ impl TargetReader<'_> {
         self.found.push(Diagnostic::new(Code::MissingFile, span, message).hint(hint));
     }
 
-    /// A text that is not empty.
+    /// Returns a text that is not empty.
     pub(super) fn text(&mut self, key: &Name, value: &PropertyValue, expected: &str) -> Option<String> {
         let text = match &value.kind {
             PropertyKind::Literal(Literal::Text(_) | Literal::Int(_)) | PropertyKind::Path(_) => text_of(value),
@@ -175,7 +175,7 @@ impl TargetReader<'_> {
         text
     }
 
-    /// One text, or a list of them.
+    /// Returns one text as a list, or a list of them.
     pub(super) fn items(&mut self, key: &Name, value: &PropertyValue) -> Vec<(String, Span)> {
         let one = std::slice::from_ref(value);
         let items = if let PropertyKind::List(items) = &value.kind { items } else { one };
@@ -183,7 +183,7 @@ impl TargetReader<'_> {
         items.iter().filter_map(text).collect()
     }
 
-    /// A place in a file, which has the position in the plan that its text has.
+    /// Returns a place in a file, which has the position in the plan that its text has.
     pub(super) fn at(&self, span: Span) -> Location {
         let position = self.texts.get(span.file).map(|file| file.position(span.start));
         let (line, column) = position.map_or((1, 1), |position| (position.line, position.column));

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Reactors as they are instantiated: with all that they inherit, and with types in place of type parameters.
+//! Expands reactors for instantiation: with all inherited declarations, and with types instead of type parameters.
 //!
-//! What follows sees neither `extends` nor type parameters: a reactor with type parameters is one reactor for each list
-//! of types with which it is instantiated.
+//! Later stages see neither `extends` nor type parameters: a reactor with type parameters becomes one reactor for each
+//! list of types with which it is instantiated.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -14,29 +14,28 @@ use crate::syntax::ast::{
     StateSyntax, Timer, TypeKind, TypeSyntax,
 };
 
-/// How many reactors a program may have, those with other types included.
+/// The maximum number of reactors in a program, including those with other types.
 const REACTORS_MAX: usize = 10_000;
 
-/// How long the name of a type may be that stands for a type parameter, so that a reactor which contains itself with a
-/// larger type is noticed soon.
+/// The maximum length of a type argument, so that a reactor which contains itself with a larger type is detected soon.
 const TYPE_MAX: usize = 1000;
 
-/// How many others a reactor may inherit from, however indirectly.
+/// The maximum number of reactors from which one inherits, directly or indirectly.
 const BASES_MAX: usize = 500;
 
-/// A reactor as it is instantiated.
+/// An expanded reactor.
 #[derive(Debug)]
 pub(crate) struct Expanded {
     pub(crate) id: ReactorId,
-    /// With what it inherits.
+    /// Its declarations, including the inherited ones.
     pub(crate) ast: Reactor,
     /// The types that stand for its type parameters.
     pub(crate) types: Vec<TypeArgument>,
-    /// The files in which names of its code may be declared, beside its own.
+    /// Further files in which names of its code may be declared.
     pub(crate) files: Vec<usize>,
     /// The reactors that instantiate it with these types, whose declarations the types may name.
     pub(crate) users: Vec<usize>,
-    /// The reactors of its instances, by position; nothing for one that does not exist.
+    /// The reactors of its instances, by position; `None` for one that does not exist.
     pub(crate) children: Vec<Option<usize>>,
 }
 
@@ -44,9 +43,9 @@ pub(crate) struct Expanded {
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub(crate) struct TypeArgument {
     pub(crate) name: String,
-    /// In the target language's spelling.
+    /// The type in the target language's spelling.
     pub(crate) ty: String,
-    /// Where the type is written.
+    /// The place of the type.
     pub(crate) span: Span,
 }
 
@@ -60,7 +59,7 @@ pub(crate) fn expand(program: &Program, diagnostics: &mut Diagnostics) -> Vec<Ex
         work.add(id, &[], None);
     }
     work.follow(0);
-    // Whoever writes a reactor that nothing contains wants to know what is wrong with it all the same.
+    // The author of a reactor that no other one contains wants to know its errors, too.
     for id in generic {
         if !work.known.keys().any(|(known, _)| *known == id) {
             let next = work.list.len();
@@ -75,7 +74,7 @@ struct Expander<'a> {
     program: &'a Program,
     diagnostics: &'a mut Diagnostics,
     list: Vec<Expanded>,
-    /// By reactor, and the types for its type parameters.
+    /// The expanded reactors by reactor and type arguments.
     known: BTreeMap<(ReactorId, Vec<String>), usize>,
 }
 
@@ -84,7 +83,7 @@ impl<'a> Expander<'a> {
         &self.program.units[id.unit].ast.reactors[id.reactor]
     }
 
-    /// The position of a reactor with these types; it is expanded if it is not known yet.
+    /// Returns the position of a reactor with these types; expands it if it is new.
     fn add(&mut self, id: ReactorId, arguments: &[TypeSyntax], user: Option<usize>) -> usize {
         let language = self.program.language(id.unit);
         let texts: Vec<String> = arguments.iter().map(|ty| (language.facts().type_text)(ty)).collect();
@@ -166,12 +165,12 @@ impl<'a> Expander<'a> {
             self.diagnostics.push(Diagnostic::new(Code::TooLarge, instance.class.span, message).hint(hint));
             return None;
         }
-        // Types that are no names of the containing reactor need not be looked for in it.
+        // Types that are no names of the containing reactor need no search in it.
         let user = (needed > 0).then_some(container);
         Some(self.add(id, arguments, user))
     }
 
-    /// The reactor of a name in the file in which the name is written.
+    /// Returns the reactor of a name in the file of that name.
     fn find(&mut self, name: &Name, otherwise: &str) -> Option<ReactorId> {
         let scope = &self.program.units[self.unit_of(name.span)].scope;
         if let Some(id) = scope.get(&name.text) {
@@ -184,12 +183,12 @@ impl<'a> Expander<'a> {
         None
     }
 
-    /// The file of a place: texts have the order of files.
+    /// Returns the file of a place: texts have the order of files.
     fn unit_of(&self, span: Span) -> usize {
         span.file.index().min(self.program.units.len() - 1)
     }
 
-    /// Adds what a reactor inherits, and then what it declares itself. A reactor from which several others inherit
+    /// Adds the inherited declarations of a reactor, and then its own. A reactor from which several others inherit
     /// counts once.
     fn inherit(&mut self, id: ReactorId, to: &mut Reactor, files: &mut Vec<usize>, done: &mut Vec<ReactorId>) {
         done.push(id);
@@ -215,7 +214,7 @@ impl<'a> Expander<'a> {
         for parameter in &declared.parameters {
             let same = |inherited: &&mut ParameterSyntax| inherited.name.text == parameter.name.text;
             match to.parameters[inherited.clone()].iter_mut().find(same) {
-                // Its own default takes the place of the inherited one.
+                // Its own default replaces the inherited one.
                 Some(inherited) => inherited.clone_from(parameter),
                 None => to.parameters.push(parameter.clone()),
             }
@@ -223,7 +222,7 @@ impl<'a> Expander<'a> {
         append(&mut to.body, &declared.body);
     }
 
-    /// Whether a reactor inherits from another one, however indirectly.
+    /// Returns whether a reactor inherits from another one, directly or indirectly.
     fn inherits(&self, id: ReactorId, from: ReactorId, seen: &mut BTreeSet<ReactorId>) -> bool {
         let scope = &self.program.units[id.unit].scope;
         let bases = self.declared(id).extends.iter().filter_map(|name| scope.get(&name.text));
@@ -233,7 +232,7 @@ impl<'a> Expander<'a> {
     }
 }
 
-/// Puts types in place of type parameters.
+/// Replaces type parameters by types.
 fn substitute(ty: &mut TypeSyntax, types: &[(&str, &TypeSyntax)], language: Language) {
     match &mut ty.kind {
         TypeKind::Time => {}
@@ -259,11 +258,11 @@ fn substitute(ty: &mut TypeSyntax, types: &[(&str, &TypeSyntax)], language: Lang
     }
 }
 
-/// All that a reactor declares, behind what is there already.
+/// Appends all declarations of a reactor.
 fn append(to: &mut ReactorBody, from: &ReactorBody) {
     let ReactorBody { preambles, states, methods, ports, timers, actions, instances, connections, reactions, modes } =
         from.clone();
-    // A mode is known by its position.
+    // A mode is identified by its position.
     let first = to.modes.len();
     let moved = |mode: Option<usize>| mode.map(|mode| first + mode);
     to.preambles.extend(preambles);
@@ -278,7 +277,7 @@ fn append(to: &mut ReactorBody, from: &ReactorBody) {
     to.modes.extend(modes);
 }
 
-/// All types that are written in a reactor.
+/// Returns all types in a reactor.
 fn types_of(reactor: &mut Reactor) -> Vec<&mut TypeSyntax> {
     let ReactorBody { states, methods, ports, actions, instances, .. } = &mut reactor.body;
     let parameters = reactor.parameters.iter_mut().filter_map(|it| it.ty.as_mut());
@@ -294,7 +293,7 @@ fn types_of(reactor: &mut Reactor) -> Vec<&mut TypeSyntax> {
     types
 }
 
-/// Replaces a name in code, where it stands as a word of its own.
+/// Replaces a name in code, if it stands as a word of its own.
 fn replace_word(text: &str, word: &str, by: &str) -> String {
     let is_part = |c: char| c.is_alphanumeric() || c == '_';
     let (mut replaced, mut rest) = (String::new(), text);

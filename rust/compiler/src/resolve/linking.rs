@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Words for the compiler of C that a program cannot have, because lfz and rustc decide what they are about.
+//! Words for the C compiler that a program cannot have, because lfz and rustc decide these settings.
 
 /// Sanitizers whose libraries programs can be linked with.
 const SANITIZERS: [&str; 4] = ["address", "undefined", "thread", "leak"];
 
-/// What to do in place of giving the compiler this word, if it cannot be given.
+/// Returns the alternative to this word, if a program cannot have it.
 pub(super) fn refusal(word: &str) -> Option<String> {
     let text = match word {
         "-framework" => "remove it: frameworks are for macOS",

@@ -12,7 +12,7 @@ use crate::lexical::Language;
 use crate::syntax::ast::{Import, ImportSource, ImportedReactor, Name, SourceUnit};
 use crate::syntax::parse;
 
-/// How deeply files may import each other.
+/// The maximum nesting of imports.
 const DEPTH_MAX: usize = 200;
 
 /// The number of a reactor in a file.
@@ -38,15 +38,15 @@ pub(crate) struct Program {
 }
 
 impl Program {
-    /// The language of a file: that of its own target declaration, or else that of the main file.
+    /// Returns the language of a file: that of its own target declaration, or else that of the main file.
     pub(crate) fn language(&self, unit: usize) -> Language {
         let target = |unit: usize| self.units.get(unit)?.ast.target.as_ref();
         let named = [unit, 0].into_iter().find_map(|unit| Language::named(&target(unit)?.name.text));
         named.unwrap_or_default()
     }
 
-    /// The name that the target declaration has which counts for the language of a file: the main file's, where that
-    /// has the same language.
+    /// Returns the name in the target declaration that counts for the language of a file: the main file's, if that has
+    /// the same language.
     pub(crate) fn target_name(&self, unit: usize) -> &str {
         let named = |unit: usize| self.units.get(unit)?.ast.target.as_ref().map(|target| target.name.text.as_str());
         let is_main = self.language(unit) == self.language(0);
@@ -54,7 +54,7 @@ impl Program {
     }
 }
 
-/// Reads the main file and all imports. Nothing if the main file cannot be read.
+/// Reads the main file and all imports. Returns `None` if the main file cannot be read.
 pub(crate) fn load(path: &str, sources: &dyn SourceProvider, diagnostics: &mut Diagnostics) -> Option<Program> {
     let mut loader = Loader { sources, diagnostics, units: Vec::new(), by_identity: BTreeMap::new(), open: Vec::new() };
     let path = normalize(sources, path);
@@ -92,14 +92,14 @@ struct Loader<'a> {
     sources: &'a dyn SourceProvider,
     diagnostics: &'a mut Diagnostics,
     units: Vec<Unit>,
-    /// Files by what tells them apart, as one file can have several names.
+    /// The files by identity, because one file can have several names.
     by_identity: BTreeMap<PathBuf, usize>,
     /// The files whose imports are being followed, outermost first.
     open: Vec<usize>,
 }
 
 impl Loader<'_> {
-    /// Adds a file and what it imports; returns its position.
+    /// Adds a file and its imports; returns its position.
     fn add(&mut self, path: &str, text: &str) -> usize {
         let file = self.diagnostics.sources_mut().add(path.to_owned(), text.to_owned());
         let (ast, found) = parse(file, text);
@@ -147,7 +147,7 @@ impl Loader<'_> {
                 let path = join(self.sources, own, &name.text);
                 self.import_from(unit, &[path], name, &import.reactors, import.span);
             }
-            // Without a file, each reactor is in one of its name.
+            // Without a file name, each reactor is in a file of its name.
             ImportSource::Package(name) if Path::new(&name.text).extension().is_none() => {
                 for imported in &import.reactors {
                     let file = format!("{}/{}.lf", name.text, imported.name.text);
@@ -162,7 +162,7 @@ impl Loader<'_> {
         }
     }
 
-    /// Imports reactors from the first of these files that there is.
+    /// Imports reactors from the first of these files that exists.
     fn import_from(&mut self, unit: usize, paths: &[String], name: &Name, reactors: &[ImportedReactor], span: Span) {
         let known = |path: &String| self.by_identity.contains_key(&identity(self.sources, path));
         let there = |path: &&String| known(path) || self.sources.read(path).is_ok();

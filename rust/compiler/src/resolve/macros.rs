@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Macros of C that change what inherited code means: the bodies of a reactor are compiled in one file, with the macros
-//! of the file that the reactor is in.
+//! Macros of C that change the meaning of inherited code: the bodies of a reactor are compiled in one file, with the
+//! macros of the reactor's file.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -8,8 +8,7 @@ use super::load::Program;
 use crate::diagnostics::{Code, Diagnostic, Span};
 use crate::syntax::ast::{CodeBlock, Preamble, Reactor};
 
-/// Warns of a macro that the file of a reactor defines, and that code names which the reactor inherits from another
-/// file.
+/// Warns of a macro in the file of a reactor that occurs in code inherited from another file.
 pub(super) fn check(program: &Program, unit: usize, reactor: &Reactor, diagnostics: &mut Vec<Diagnostic>) {
     let (own, language) = (macros(&program.units[unit].ast.preambles), program.language(unit));
     if own.is_empty() {
@@ -20,7 +19,7 @@ pub(super) fn check(program: &Program, unit: usize, reactor: &Reactor, diagnosti
     for code in codes.filter(|code| code.span.file.index() != unit) {
         let base = program.units.get(code.span.file.index()).map(|unit| macros(&unit.ast.preambles));
         let base = base.unwrap_or_default();
-        // Each word once.
+        // Each word counts once.
         for word in language.words(&code.text).collect::<BTreeSet<_>>() {
             let Some((value, span)) = own.get(word).filter(|(value, _)| base.get(word).is_none_or(|it| it.0 != *value))
             else {
@@ -40,7 +39,7 @@ pub(super) fn check(program: &Program, unit: usize, reactor: &Reactor, diagnosti
     }
 }
 
-/// The macros that preambles define, each with its text and its place.
+/// Returns the macros that preambles define, each with its text and its place.
 fn macros(preambles: &[Preamble]) -> BTreeMap<&str, (&str, Span)> {
     let defined = |code: &'_ CodeBlock| -> Vec<(usize, usize)> {
         let lines = code.text.split_inclusive('\n').scan(0, |at, line| {

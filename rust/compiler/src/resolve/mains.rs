@@ -8,18 +8,18 @@ use crate::characters::shown;
 use crate::diagnostics::{Code, Diagnostic, FileId, Span};
 use crate::syntax::ast::ReactorKind;
 
-/// The last part of a path without its extension.
+/// Returns the last part of a path without its extension.
 pub(super) fn file_stem(path: &str) -> &str {
     let name = path.rsplit('/').next().unwrap_or(path);
     name.rsplit_once('.').map_or(name, |(stem, _)| stem)
 }
 
-/// The name of a program: that of its main file.
+/// Returns the name of a program: that of its main file.
 pub(crate) fn program_name(program: &Program) -> &str {
     program.units.first().map_or("", |unit| file_stem(&unit.path))
 }
 
-/// How long the name of a main file may be, its extension left out: systems take up to 255 bytes for a file.
+/// The maximum length of a main file's name without its extension: systems accept up to 255 bytes for a file name.
 const NAME_MAX: usize = 120;
 
 /// Reports a name of the main file that folders, packages and build files cannot have.
@@ -41,13 +41,13 @@ fn check_name(checker: &mut Checker<'_>) {
     checker.report(Diagnostic::new(Code::FileName, Span::default(), message).hint(hint));
 }
 
-/// The position of the main or federated reactor of the main file.
+/// Returns the position of the main or federated reactor of the main file.
 pub(super) fn find(checker: &mut Checker<'_>, classes: &[Class<'_>]) -> Option<ClassId> {
     check_name(checker);
     let is_main = |class: &Class<'_>| class.id.unit == 0 && class.ast.kind != ReactorKind::Plain;
     let mut mains = classes.iter().enumerate().filter(|(_, class)| is_main(class));
     let Some((first, main)) = mains.next() else {
-        // A reactor without a name is probably meant, and has been reported.
+        // A reactor without a name is probably the main one, and has been reported.
         if classes.iter().any(|class| class.id.unit == 0 && class.ast.name.is_none()) {
             return None;
         }

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-//! From files to checked reactors: imports, target properties, names, types, connections and reactions.
+//! Checks the reactors in files: imports, target properties, names, types, connections and reactions.
 //!
-//! Every reactor is checked by itself here, with what its contained reactors declare; what depends on the tree of
-//! instances comes later. Nothing here reads files: [`SourceProvider`] does.
+//! Every reactor is checked by itself, with the declarations of its contained reactors; checks that depend on the tree
+//! of instances come later. This module reads no files: [`SourceProvider`] does.
 
 mod attributes;
 mod checker;

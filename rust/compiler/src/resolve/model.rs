@@ -13,14 +13,14 @@ use crate::syntax::ast;
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub(crate) struct ClassId(pub(crate) usize);
 
-/// A checked reactor, with types in place of its type parameters.
+/// A checked reactor, with types instead of its type parameters.
 #[derive(Debug)]
 pub(crate) struct Class<'p> {
     pub(crate) id: ReactorId,
     /// The language of its bodies, types and values.
     pub(crate) language: Language,
     pub(crate) types: &'p [TypeArgument],
-    /// The files in which names of its code may be declared, beside its own.
+    /// Further files in which names of its code may be declared.
     pub(crate) files: &'p [usize],
     /// The reactors whose declarations `types` may name.
     pub(crate) users: Vec<ClassId>,
@@ -38,7 +38,7 @@ pub(crate) struct Class<'p> {
 }
 
 impl Class<'_> {
-    /// The declaration of a port as this reactor sees it, as far as it is known.
+    /// Returns the declaration of a port as this reactor sees it, as far as it is known.
     pub(crate) fn port<'c>(&'c self, port: PortRef, classes: &'c [Class<'_>]) -> Option<&'c CheckedPort<'c>> {
         match port {
             PortRef::Own(port) => self.ports.get(port),
@@ -46,7 +46,7 @@ impl Class<'_> {
         }
     }
 
-    /// The language of a port as this reactor sees it.
+    /// Returns the language of a port as this reactor sees it.
     pub(crate) fn language_at(&self, port: PortRef, classes: &[Class<'_>]) -> Language {
         let child = match port {
             PortRef::Own(_) => None,
@@ -55,12 +55,12 @@ impl Class<'_> {
         child.map_or(self.language, |ClassId(class)| classes[class].language)
     }
 
-    /// Whether a port as this reactor sees it is several: a multiport, or one of a bank.
+    /// Returns whether a port as this reactor sees it has several channels: a multiport, or one of a bank.
     pub(crate) fn is_wide(&self, port: PortRef, classes: &[Class<'_>]) -> bool {
         self.is_of_bank(port) || self.port(port, classes).is_some_and(|port| port.width.is_some())
     }
 
-    /// Whether a port is that of each member of a bank.
+    /// Returns whether a port belongs to each member of a bank.
     pub(crate) fn is_of_bank(&self, port: PortRef) -> bool {
         match port {
             PortRef::Own(_) => false,
@@ -73,7 +73,7 @@ impl Class<'_> {
 #[derive(Debug)]
 pub(crate) struct CheckedParameter<'p> {
     pub(crate) name: &'p ast::Name,
-    /// In the target language's spelling.
+    /// The type in the target language's spelling.
     pub(crate) ty: String,
     pub(crate) ty_span: Span,
     pub(crate) is_time: bool,
@@ -88,9 +88,9 @@ pub(crate) struct CheckedState<'p> {
     pub(crate) ty_span: Span,
     pub(crate) is_time: bool,
     pub(crate) init: Option<&'p ast::Expression>,
-    /// Whether entering its mode by reset gives it its initial value.
+    /// Whether entering its mode by reset restores its initial value.
     pub(crate) resets: bool,
-    /// The mode that it is in.
+    /// The mode that contains it.
     pub(crate) mode: Option<usize>,
 }
 
@@ -99,11 +99,11 @@ pub(crate) struct CheckedState<'p> {
 pub(crate) struct CheckedPort<'p> {
     pub(crate) name: &'p ast::Name,
     pub(crate) direction: ast::Direction,
-    /// Whether bodies may change what comes.
+    /// Whether bodies may change its value.
     pub(crate) mutable: bool,
     pub(crate) ty: String,
     pub(crate) ty_span: Span,
-    /// How many channels it has, if it is a multiport.
+    /// The width, if it is a multiport.
     pub(crate) width: Option<&'p ast::Width>,
     pub(crate) capacity: Option<usize>,
     pub(crate) sending: Sending<'p>,
@@ -116,12 +116,12 @@ pub(crate) struct Given<T> {
     pub(crate) span: Span,
 }
 
-/// How the values of a port or of a connection become bytes, as far as it is said there.
+/// The serialization settings of a port or of a connection.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Sending<'p> {
     /// The name of the serializer.
     pub(crate) serializer: Option<Given<&'p str>>,
-    /// The most bytes of a serialized value or of a text, or elements of a list.
+    /// The maximum number of bytes of a serialized value or of a text, or of elements of a list.
     pub(crate) max_length: Option<Given<usize>>,
 }
 
@@ -134,7 +134,7 @@ pub(crate) struct CheckedAction<'p> {
     pub(crate) capacity: Option<usize>,
 }
 
-/// A method, with the types of its arguments and of what it returns, each with its place.
+/// A method, with the types of its arguments and of its result, each with its place.
 #[derive(Debug)]
 pub(crate) struct CheckedMethod<'p> {
     pub(crate) ast: &'p ast::MethodSyntax,
@@ -146,9 +146,9 @@ pub(crate) struct CheckedMethod<'p> {
 #[derive(Debug)]
 pub(crate) struct CheckedChild<'p> {
     pub(crate) ast: &'p ast::Instantiation,
-    /// Nothing if there is no such reactor.
+    /// The class; `None` if there is no such reactor.
     pub(crate) class: Option<ClassId>,
-    /// One per parameter of its class.
+    /// The arguments, one per parameter of its class.
     pub(crate) arguments: Vec<Option<&'p ast::Expression>>,
     /// `@maxwait`, in a main or federated reactor.
     pub(crate) max_wait: Option<Wait<'p>>,
@@ -165,17 +165,17 @@ pub(crate) struct Wait<'p> {
 /// A port as a reactor sees it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub(crate) enum PortRef {
-    /// One of its own.
+    /// A port of its own.
     Own(usize),
-    /// One of a contained reactor: the child, and the port of its class.
+    /// A port of a contained reactor: the child, and the port of its class.
     Child(usize, usize),
 }
 
-/// A port or several at one end of a connection.
+/// One or several ports at one end of a connection.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct ConnectionEnd<'p> {
     pub(crate) port: PortRef,
-    /// As it is written.
+    /// The reference as it is written.
     pub(crate) ast: &'p ast::Reference,
 }
 
@@ -192,20 +192,20 @@ pub(crate) struct CheckedConnection<'p> {
     pub(crate) max_wait: Option<Wait<'p>>,
     pub(crate) absent_after: Option<Wait<'p>>,
     pub(crate) sending: Sending<'p>,
-    /// The mode that it is in.
+    /// The mode that contains it.
     pub(crate) mode: Option<usize>,
     /// The whole connection statement.
     pub(crate) span: Span,
 }
 
-/// What a reaction's dependency stands for.
+/// The meaning of a reaction's dependency.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub(crate) enum Variable {
     Startup,
     Shutdown,
     /// `reset`
     Reset,
-    /// A mode as an effect, and how it is entered.
+    /// A mode as an effect, with its transition.
     Mode(usize, ast::Transition),
     Port(PortRef),
     Action(usize),
@@ -215,7 +215,7 @@ pub(crate) enum Variable {
 /// A variable of a reaction.
 #[derive(Debug)]
 pub(crate) struct ReactionVariable {
-    /// As the body names it: `port` or `child__port`.
+    /// The name in the body: `port` or `child__port`.
     pub(crate) name: String,
     pub(crate) variable: Variable,
     pub(crate) triggers: bool,
@@ -228,12 +228,12 @@ pub(crate) struct ReactionVariable {
 #[derive(Debug)]
 pub(crate) struct CheckedReaction<'p> {
     pub(crate) ast: &'p ast::ReactionSyntax,
-    /// `startup` and `shutdown` included, each variable once.
+    /// The variables, including `startup` and `shutdown`, each once.
     pub(crate) parameters: Vec<ReactionVariable>,
 }
 
 impl CheckedReaction<'_> {
-    /// The contained reactors whose ports it names, in their order, each with the first place.
+    /// Returns the contained reactors whose ports it names, in their order, each with the first place.
     pub(crate) fn children(&self) -> BTreeMap<usize, Span> {
         let mut children = BTreeMap::new();
         for parameter in &self.parameters {

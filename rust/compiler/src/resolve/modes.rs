@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Modes: one of them is initial, what is in one is known there only, and what is reset says how.
+//! Checks modes: one of them is initial, names in a mode are visible in it only, and state in a mode has a rule for
+//! reset.
 
 use super::checker::Checker;
 use super::model::{Class, Variable};
@@ -29,7 +30,7 @@ pub(super) fn check(reactor: &Reactor, found: &mut Vec<Diagnostic>) {
     }
 }
 
-/// Reports a state variable that is to be reset, but not to which value.
+/// Reports a state variable with a reset and without a value for it.
 fn check_reset_state(state: &StateSyntax, found: &mut Vec<Diagnostic>) {
     let Some(word) = state.reset.filter(|_| state.init.is_none()) else { return };
     let message = format!("state variable `{}` is to be reset, and has no initial value", state.name.text);
@@ -37,18 +38,18 @@ fn check_reset_state(state: &StateSyntax, found: &mut Vec<Diagnostic>) {
     found.push(Diagnostic::new(Code::MissingValue, word.to(state.name.span), message).hint(hint));
 }
 
-/// The name of a mode as messages have it.
+/// Returns the name of a mode in messages.
 fn named(mode: Option<&ModeSyntax>) -> &str {
     mode.and_then(|mode| mode.name.as_ref()).map_or("", |name| name.text.as_str())
 }
 
-/// Whether something that is declared in a mode is known in another one, or outside of modes.
+/// Returns whether a declaration in a mode is visible in another one, or outside of modes.
 fn is_known(declared: Option<usize>, here: Option<usize>) -> bool {
     declared.is_none() || declared == here
 }
 
 impl<'p> Checker<'p> {
-    /// Whether what is declared in a mode is known where it is named; reports it if not.
+    /// Returns whether a declaration in a mode is visible at a place that names it; reports it if not.
     pub(super) fn check_mode(
         &mut self,
         named_at: &Name,
@@ -68,7 +69,7 @@ impl<'p> Checker<'p> {
         false
     }
 
-    /// Reports state in a mode that is entered by reset, where nothing says what becomes of it.
+    /// Reports state in a mode that is entered by reset, without a rule for what happens to it.
     pub(super) fn check_resets(&mut self, class: &Class<'p>, classes: &[Class<'p>]) {
         let effects = class.reactions.iter().flat_map(|reaction| &reaction.parameters);
         let mut entered: Vec<usize> = effects
@@ -109,10 +110,10 @@ impl<'p> Checker<'p> {
     }
 }
 
-/// How deeply reactors are looked into; deeper ones have been reported.
+/// The maximum depth to which reactors are searched; deeper ones have been reported.
 const DEPTH_MAX: usize = 200;
 
-/// The state that nothing resets, of a reactor and of all that it contains.
+/// Returns the state without a reset, of a reactor and of all that it contains.
 fn kept_states(class: &Class<'_>, classes: &[Class<'_>], depth: usize, kept: &mut Vec<String>) {
     let has_reset = class.ast.body.reactions.iter().any(|it| it.triggers.iter().any(|by| by.name.text == "reset"));
     let states = class.ast.body.states.iter().filter(|state| !has_reset && state.reset.is_none());

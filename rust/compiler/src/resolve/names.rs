@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Names: unique within a reactor, and possible in the target language.
+//! Checks names: unique within a reactor, and valid in the target language.
 
 use std::collections::BTreeMap;
 
@@ -7,7 +7,7 @@ use crate::diagnostics::{Code, Diagnostic, Span};
 use crate::lexical::Language;
 use crate::syntax::ast::{Name, ReactionKeyword, Reactor};
 
-/// Reports double names and names that the target language cannot have.
+/// Reports double names and names that are invalid in the target language.
 pub(super) fn check(reactor: &Reactor, language: Language, target: &str, diagnostics: &mut Vec<Diagnostic>) {
     let body = &reactor.body;
     let parameters = reactor.parameters.iter().map(|it| (&it.name, "parameter"));
@@ -33,7 +33,7 @@ pub(super) fn check(reactor: &Reactor, language: Language, target: &str, diagnos
         }
     }
     if let Some(name) = &reactor.name {
-        // Code has it only as a part of names.
+        // Code contains it only as a part of names.
         let reason = language.name_problem(&name.text, false, "");
         diagnostics.extend(problem(name, "reactor", reason, language));
     }
@@ -59,7 +59,7 @@ fn unique(names: &[(&Name, &str)], diagnostics: &mut Vec<Diagnostic>) {
     }
 }
 
-/// What is said about a name that cannot be, for a reason.
+/// Returns the problem of an invalid name, for a reason.
 fn problem(name: &Name, what: &str, reason: Option<&str>, language: Language) -> Option<Diagnostic> {
     let reason = reason?;
     let article = if what.starts_with(['a', 'i']) { "an" } else { "a" };

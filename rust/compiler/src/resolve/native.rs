@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! The target properties that are about the compiler of C: files that take part, and what it is told.
+//! The target properties for the C compiler: files of the program, and arguments.
 
 use std::ffi::OsStr;
 use std::path::Path;
@@ -13,7 +13,7 @@ use crate::diagnostics::{Code, Diagnostic, Span};
 use crate::plan::{CmakeFile, CompilerFlag, Definition, IncludedFile};
 use crate::syntax::ast::{Literal, Name, Property, PropertyKind, PropertyValue};
 
-/// What LF's own compiler brings with it begins so.
+/// The prefix of the paths of files that LF's own compiler supplies.
 const OF_LFC: &str = "/lib/c/";
 
 /// The schedulers of LF.
@@ -38,8 +38,8 @@ impl TargetReader<'_> {
         self.target.c.folders.extend(folders);
     }
 
-    /// The files, or folders, that a property names: those that there are and whose names end in this way, of which
-    /// there is a hint.
+    /// Returns the files, or folders, that a property names: those that exist and whose names have one of these
+    /// extensions, of which there is a hint.
     fn existing(&mut self, key: &Name, value: &PropertyValue, extension: Option<(&str, &str)>) -> Vec<IncludedFile> {
         let mut found: Vec<IncludedFile> = Vec::new();
         for (written, span) in self.items(key, value) {
@@ -138,7 +138,7 @@ impl TargetReader<'_> {
 
     pub(super) fn flags(&mut self, key: &Name, value: &PropertyValue) {
         for (text, span) in self.items(key, value) {
-            // One text can have several, as on a command line.
+            // One text can contain several words, as on a command line.
             for word in text.split_whitespace() {
                 if let Some(hint) = linking::refusal(word) {
                     let message = format!("`{word}` cannot be one of the `{}`", key.text);
@@ -158,7 +158,7 @@ impl TargetReader<'_> {
         }
     }
 
-    /// The path of the file in which something is written.
+    /// Returns the path of the file that contains a place.
     pub(super) fn path_of(&self, span: Span) -> &str {
         self.texts.get(span.file).map_or("", |file| file.path())
     }

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Properties whose values are words or options of their own: where a program runs, what it logs, how federates work
-//! together.
+//! Properties whose values are words or options of their own: the platform of a program, its logging, its coordination.
 #![allow(
     clippy::redundant_closure_for_method_calls,
     reason = "a method of a type with a lifetime is no function for every lifetime"
@@ -68,7 +67,7 @@ const COORDINATION: &[(&str, Read)] = &[
     }),
 ];
 
-/// Options of a platform in LF that are for flashing it.
+/// Options of a platform in LF for flashing it.
 const FLASHING: &[(&str, &str)] = &[
     ("port", "remove it, and pass options for flashing to west"),
     ("baud-rate", "remove it, and pass options for flashing to west"),
@@ -133,7 +132,7 @@ impl TargetReader<'_> {
             self.refuse_value(key, value, "use `Zephyr`, `Linux` or `Native`");
         } else {
             let message = format!("there is no platform `{text}`");
-            // Names of boards have digits, hyphens and slashes, of which platforms have none.
+            // Names of boards have digits, hyphens and slashes; those of platforms have none.
             let is_board = text.contains(|one: char| !one.is_ascii_alphabetic());
             let hint = match did_you_mean(&text, SUPPORTED) {
                 Some(hint) => hint,

@@ -1,17 +1,17 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Paths of the files of a program, which begin where the file lies that names them.
+//! Paths of the files of a program, which begin in the folder of the file that names them.
 //!
-//! They are spelled as the user spells them, and lead where the system says: `..` behind a link is not taken out of a
-//! path as text.
+//! They keep the user's spelling, and are resolved as the system does: `..` behind a link is not removed from a path as
+//! text.
 
 use std::path::PathBuf;
 
 use super::sources::SourceProvider;
 
-/// Where packages lie, from the project's folder.
+/// The folders of packages, relative to the project's folder.
 pub(super) const PACKAGE_FOLDERS: [&str; 2] = ["build/lfc_include", "lf-packages"];
 
-/// The paths that a file of a package can have: the project is the folder in which the importing file's `src` is,
+/// Returns the possible paths of a package's file: the project is the folder that contains the importing file's `src`,
 /// first by the name that the user gives it, then by that without links.
 pub(super) fn in_package(sources: &dyn SourceProvider, importing: &str, file: &str) -> Vec<String> {
     let (package, file) = file.split_once('/').unwrap_or((file, ""));
@@ -29,7 +29,7 @@ pub(super) fn in_package(sources: &dyn SourceProvider, importing: &str, file: &s
     names.flat_map(in_project).collect()
 }
 
-/// The path of an import: relative to the folder of the importing file.
+/// Returns the path of an import: relative to the folder of the importing file.
 pub(super) fn join(sources: &dyn SourceProvider, importing: &str, relative: &str) -> String {
     if relative.starts_with('/') {
         return normalize(sources, relative);
@@ -41,8 +41,8 @@ pub(super) fn join(sources: &dyn SourceProvider, importing: &str, relative: &str
     }
 }
 
-/// The path of a file that is not LF, from the file that names it. Cargo and CMake take every `..` out of a path as
-/// text, so none is left in it behind another part; the file has the name that the user gives it.
+/// Returns the path of a file that is not LF, from the file that names it. Cargo and CMake remove every `..` from a
+/// path as text, so none is left in it behind another part; the file has the name that the user gives it.
 pub(super) fn beside(sources: &dyn SourceProvider, naming: &str, relative: &str) -> String {
     let path = join(sources, naming, relative);
     let is_plain = path.split('/').skip_while(|part| *part == "..").all(|part| part != "..");
@@ -57,12 +57,12 @@ pub(super) fn beside(sources: &dyn SourceProvider, naming: &str, relative: &str)
     found.unwrap_or(path)
 }
 
-/// What tells a file apart from all others, however it is named.
+/// Returns the identity of a file, which does not depend on its name.
 pub(super) fn identity(sources: &dyn SourceProvider, path: &str) -> PathBuf {
     sources.real_path(path).unwrap_or_else(|| PathBuf::from(path))
 }
 
-/// Takes `.` out of a path, and `..` where it leads back to the folder before.
+/// Removes `.` from a path, and `..` if it leads back to the previous folder.
 pub(super) fn normalize(sources: &dyn SourceProvider, path: &str) -> String {
     let mut parts: Vec<&str> = Vec::new();
     for (index, part) in path.split('/').enumerate() {
@@ -82,7 +82,7 @@ pub(super) fn normalize(sources: &dyn SourceProvider, path: &str) -> String {
     }
 }
 
-/// Whether `..` behind these parts is the folder that their last one is in.
+/// Returns whether `..` behind these parts is the folder that contains their last one.
 fn leads_back(sources: &dyn SourceProvider, parts: &[&str]) -> bool {
     let Some((last, before)) = parts.split_last().filter(|(last, _)| !matches!(**last, ".." | "")) else {
         return false;

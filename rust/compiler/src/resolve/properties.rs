@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! The target properties that there are, and those that are refused.
+//! The supported target properties, and those that are refused.
 #![allow(
     clippy::redundant_closure_for_method_calls,
     reason = "a method of a type with a lifetime is no function for every lifetime"
@@ -10,39 +10,39 @@ use crate::lexical::Language;
 use crate::plan;
 use crate::syntax::ast::{Name, PropertyValue};
 
-/// A target property that is honoured, as the documents describe it and as it is read.
+/// A supported target property, with its documentation and its reader.
 #[derive(Clone, Copy, Debug)]
 pub struct TargetProperty {
     /// Its name.
     pub name: &'static str,
-    /// Values that it takes, as they are written in a program.
+    /// Its values, as they are written in a program.
     pub values: &'static [&'static str],
-    /// What it does, in Markdown.
+    /// Its effect, in Markdown.
     pub does: &'static str,
-    /// Which programs have it.
+    /// The programs that have it.
     pub scope: PropertyScope,
     pub(super) imported: Imported,
-    /// Whether it is read when all others have been.
+    /// Whether it is read after all others.
     pub(super) is_late: bool,
     pub(super) read: Read,
 }
 
-/// Which programs have a target property.
+/// The programs that have a target property.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum PropertyScope {
-    /// Federations: it says how federates work together.
+    /// Federations: it configures the coordination.
     Coordination,
     /// All programs.
     Program,
-    /// Those with bodies in a language.
+    /// Programs with bodies in a language.
     Bodies(Language),
 }
 
-/// Whether a target property of an imported file has an effect.
+/// The effect of a target property in an imported file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Imported {
     Never,
-    /// In a file whose language is not that of the main file.
+    /// It has an effect in a file whose language is not that of the main file.
     OfOtherLanguage,
     Always,
 }
@@ -66,7 +66,7 @@ impl TargetProperty {
         Self { is_late: true, ..self }
     }
 
-    /// Whether programs with bodies in a language have it.
+    /// Returns whether programs with bodies in a language have it.
     pub(super) fn is_of(&self, language: Language) -> bool {
         match self.scope {
             PropertyScope::Coordination | PropertyScope::Program => true,
@@ -85,26 +85,26 @@ pub(super) fn honoured(language: Language) -> impl Iterator<Item = &'static Targ
     PROPERTIES.iter().filter(move |property| property.is_of(language))
 }
 
-/// Reads a property that other compilers need, and that changes nothing here by itself.
+/// Reads a property that other compilers need, and that has no effect by itself in this one.
 fn switch(reader: &mut TargetReader<'_>, key: &Name, value: &PropertyValue) {
     reader.boolean(key, value);
 }
 
-/// The most threads that a program can have.
+/// The maximum number of threads of a program.
 const WORKERS_MAX: u64 = 1024;
 
 const SWITCH: &[&str] = &["true", "false"];
 
-const CMAKE_INCLUDE: &str = "what is told to CMake: everything for an image; for this computer sources, definitions, \
-                             folders of headers, options and libraries";
+const CMAKE_INCLUDE: &str = "a file for CMake: all of it applies to an image; to programs for this computer its \
+                             sources, definitions, folders of headers, options and libraries";
 
-/// All target properties that are honoured. Those of a scope are in the order in which people read them.
+/// All supported target properties. Those of a scope are in the order for readers.
 pub(super) const PROPERTIES: &[TargetProperty] = &[
     property(
         PropertyScope::Coordination,
         "coordination",
         &["centralized", "decentralized"],
-        "who decides when a tag begins: the RTI, or each federate when its waits are over",
+        "the decision when a tag begins: by the RTI, or by each federate when its waits are over",
         |reader, key, value| {
             if reader.word(key, value, &["centralized", "decentralized"]) == Some("decentralized") {
                 reader.target.coordination = plan::Coordination::Decentralized;
@@ -115,15 +115,15 @@ pub(super) const PROPERTIES: &[TargetProperty] = &[
         PropertyScope::Coordination,
         "coordination-options",
         &["{ log-waits: 500 ms }", "{ advance-message-interval: 10 ms }"],
-        "who waits for longer than `log-waits` says for whom; how often a federate with physical actions tells its \
-         progress",
+        "the wait after which a participant logs its reason; the interval in which a federate with physical actions \
+         announces its progress",
         |reader, key, value| reader.coordination_options(key, value),
     ),
     property(
         PropertyScope::Coordination,
         "DNET",
         SWITCH,
-        "whether the RTI may tell federates which progress nobody needs to know",
+        "whether the RTI may tell federates which announcements no participant needs",
         |reader, key, value| reader.target.dnet = reader.boolean(key, value).unwrap_or(true),
     ),
     property(
@@ -149,7 +149,7 @@ pub(super) const PROPERTIES: &[TargetProperty] = &[
             "{ test-offset: 1 ms }",
             "{ collect-stats: true }",
         ],
-        "how often they are compared, and what is made of it",
+        "the frequency of the comparisons, and the use of their results",
         |reader, key, value| reader.clock_sync_options(key, value),
     ),
     property(
@@ -177,14 +177,14 @@ pub(super) const PROPERTIES: &[TargetProperty] = &[
         PropertyScope::Program,
         "platform",
         &["Zephyr", "Linux", "Native", "{ name: Zephyr, board: \"qemu_cortex_m3\", user-threads: 2 }"],
-        "where the program runs unless a deployment says otherwise, and how many threads its bodies may start",
+        "the platform without a deployment file, and the maximum number of threads that bodies start",
         |reader, key, value| reader.platform(key, value),
     ),
     property(
         PropertyScope::Program,
         "timeout",
         &["10 sec"],
-        "stop when so much logical time has passed",
+        "the logical time after which the program stops",
         |reader, key, value| reader.target.timeout_ns = reader.time(key, value),
     ),
     property(PropertyScope::Program, "fast", SWITCH, "do not wait for physical time", |reader, key, value| {
@@ -194,8 +194,8 @@ pub(super) const PROPERTIES: &[TargetProperty] = &[
         PropertyScope::Program,
         "keepalive",
         SWITCH,
-        "in C, go on while there are no events, because of threads that nobody knows of; in Rust a program goes on as \
-         long as a thread or another federate can make one",
+        "in C, continue while there are no events, because of threads that the runtime does not know; in Rust a \
+         program continues as long as a thread or another federate can make one",
         |reader, key, value| {
             let given = reader.boolean(key, value);
             reader.target.keepalive = given.unwrap_or_default();
@@ -208,7 +208,7 @@ pub(super) const PROPERTIES: &[TargetProperty] = &[
         PropertyScope::Program,
         "logging",
         &["error", "warn", "info", "log", "debug"],
-        "which log messages are shown",
+        "the lowest level of printed log messages",
         |reader, key, value| reader.logging(key, value),
     ),
     property(
@@ -223,9 +223,10 @@ pub(super) const PROPERTIES: &[TargetProperty] = &[
         PropertyScope::Program,
         "workers",
         &["1", "4"],
-        "how many threads run reactions of different reactors side by side on Linux, with the same results as one",
+        "the number of threads on Linux that run reactions of different reactors in parallel, with the same results as \
+         one",
         |reader, key, value| {
-            // As many as the runtime likes, which is what 0 stands for, are one.
+            // 0 leaves the number to the runtime, which chooses one.
             if let Some(workers) = reader.number(key, value, WORKERS_MAX) {
                 reader.target.workers = u16::try_from(workers.max(1)).unwrap_or(u16::MAX);
             }
@@ -235,21 +236,21 @@ pub(super) const PROPERTIES: &[TargetProperty] = &[
         PropertyScope::Program,
         "build-type",
         &["Debug", "Test", "Release", "RelWithDebInfo", "MinSizeRel"],
-        "how programs for this computer are compiled; images are configured by Zephyr",
+        "the compilation of programs for this computer; Zephyr configures images",
         |reader, key, value| reader.build_type(key, value),
     ),
     property(
         PropertyScope::Program,
         "single-file-project",
         SWITCH,
-        "no effect: nobody edits what is generated",
+        "no effect: generated files are not for editing",
         switch,
     ),
     property(
         PropertyScope::Program,
         "export-dependency-graph",
         SWITCH,
-        "no effect: `lfz plan` prints what is connected to what",
+        "no effect: `lfz plan` prints the connections",
         switch,
     ),
     property(
@@ -366,7 +367,7 @@ pub(super) const PROPERTIES: &[TargetProperty] = &[
         PropertyScope::Bodies(Language::C),
         "compiler-flags",
         &["\"-O2\"", "[\"-Wall\", \"-lm\"]"],
-        "what else that compiler is told",
+        "further arguments of that compiler",
         |reader, key, value| reader.flags(key, value),
     )
     .imported(Imported::OfOtherLanguage),
@@ -393,7 +394,7 @@ pub(super) const PROPERTIES: &[TargetProperty] = &[
     ),
 ];
 
-/// Properties of LF that are not, with what to do instead.
+/// Properties of LF that are not supported, with the alternatives.
 pub(super) const REFUSED: &[(&str, &str)] = &[
     ("advance-message-interval", "write it as `coordination-options: { advance-message-interval: … }`"),
     ("build", "remove it"),

@@ -6,7 +6,7 @@ use super::model::{CheckedReaction, Class, PortRef, ReactionVariable, Variable};
 use crate::diagnostics::{Code, Diagnostic, did_you_mean};
 use crate::syntax::ast::{self, Direction, Reference};
 
-/// In which list of a reaction a name stands.
+/// The list of a reaction that contains a name.
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum DependencyKind {
     Trigger,
@@ -15,7 +15,7 @@ enum DependencyKind {
 }
 
 impl<'p> Checker<'p> {
-    /// The reactions of a class.
+    /// Checks the reactions of a class.
     pub(super) fn reactions(&mut self, position: usize, classes: &[Class<'p>]) -> Vec<CheckedReaction<'p>> {
         let class = &classes[position];
         let mut reactions = Vec::new();
@@ -112,7 +112,7 @@ impl<'p> Checker<'p> {
         }
     }
 
-    /// What a name in a reaction's head stands for.
+    /// Returns the meaning of a name in a reaction's head.
     fn variable(
         &mut self,
         reference: &Reference,
@@ -155,7 +155,7 @@ impl<'p> Checker<'p> {
         self.check_mode(&reference.name, declared, mode, class).then_some(found)
     }
 
-    /// The mode that an effect names.
+    /// Returns the mode that an effect names.
     fn transition(&mut self, effect: &Reference, here: Option<usize>, class: &Class<'p>) -> Option<Variable> {
         let names = || class.ast.body.modes.iter().map(|mode| mode.name.as_ref().map_or("", |name| &name.text));
         let wanted = effect.name.text.as_str();
@@ -193,7 +193,7 @@ impl<'p> Checker<'p> {
         self.report(Diagnostic::new(Code::UnknownName, reference.span, message).hint_maybe(hint));
     }
 
-    /// Whether something can be a trigger or use, or an effect.
+    /// Checks whether a variable can be a trigger or use, or an effect.
     fn check_role(
         &mut self,
         reference: &Reference,
@@ -235,7 +235,7 @@ impl<'p> Checker<'p> {
     }
 }
 
-/// A reaction's head on one line, as it is written: `reaction(t) x -> y`.
+/// Returns a reaction's head on one line, as it is written: `reaction(t) x -> y`.
 pub(crate) fn signature(reaction: &ast::ReactionSyntax) -> String {
     let list = |references: &[Reference]| references.iter().map(Reference::text).collect::<Vec<_>>().join(", ");
     let mut text = match &reaction.name {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Which reactors are checked, and in which order.
+//! The selection and the order of the reactors to check.
 
 use super::attributes::{AttributeTarget, Container};
 use super::checker::Checker;
@@ -10,11 +10,11 @@ use super::{macros, mains, modes, names, unsupported};
 use crate::diagnostics::{Code, Diagnostic, Diagnostics, Span};
 use crate::syntax::ast;
 
-/// How deeply reactors may contain each other.
+/// The maximum nesting of reactors.
 const DEPTH_MAX: usize = 200;
 
-/// Checks every reactor that has to be right: those of the main file, and those that they contain. Returns them with
-/// the position of the main or federated one, if there is exactly one.
+/// Checks every reactor of the main file, and those that they contain. Returns them with the position of the main or
+/// federated one, if there is exactly one.
 pub(crate) fn check<'p>(
     program: &'p Program,
     expanded: &'p [Expanded],
@@ -74,7 +74,7 @@ impl<'p> Checker<'p> {
         classes[position].children = children;
     }
 
-    /// Reports a contained reactor in another language than that of what contains it: only federates can be.
+    /// Reports a contained reactor in another language than that of its container: only federates can be.
     fn check_language(&mut self, instance: &ast::Instantiation, class: &Class<'p>, contained: &Class<'p>) {
         let (outer, inner) = (class.language, contained.language);
         if outer == inner || class.ast.kind == ast::ReactorKind::Federated {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Reads the values of target properties, and reports those that are wrong.
+//! Reads the values of target properties, and reports wrong ones.
 
 use lf_model::units::UNITS;
 
@@ -12,7 +12,7 @@ use crate::syntax::{TimeError, nanoseconds};
 /// Reads a value of a property, or of an option in one, into the target.
 pub(super) type Read = fn(&mut TargetReader<'_>, &Name, &PropertyValue);
 
-/// What has been read of a program's target declarations.
+/// The contents of a program's target declarations.
 pub(super) struct TargetReader<'p> {
     pub(super) target: plan::Target,
     pub(super) found: Vec<Diagnostic>,
@@ -32,7 +32,7 @@ impl TargetReader<'_> {
         }
     }
 
-    /// Reads the options of a property by a table of them; `refused` are further ones of LF, with what to do instead.
+    /// Reads the options of a property by a table of them; `refused` are further ones of LF, with the alternatives.
     pub(super) fn options(
         &mut self,
         key: &Name,
@@ -54,7 +54,7 @@ impl TargetReader<'_> {
         }
     }
 
-    /// Reports a property that does not exist; `refused` are those that exist in LF and are no help.
+    /// Reports a property that does not exist; `refused` are those of LF that are not suggested.
     pub(super) fn unknown<'a>(
         &mut self,
         key: &Name,
@@ -125,7 +125,7 @@ impl TargetReader<'_> {
         number
     }
 
-    /// A number from 1 on, where there is one.
+    /// Returns a number from 1 on, if there is one.
     pub(super) fn count(&mut self, key: &Name, value: &PropertyValue) -> Option<u16> {
         let count = self.number(key, value, u64::from(u16::MAX)).and_then(|count| u16::try_from(count).ok());
         if count == Some(0) {
@@ -134,7 +134,7 @@ impl TargetReader<'_> {
         count.filter(|count| *count > 0)
     }
 
-    /// Nanoseconds; nothing for `forever`.
+    /// Returns nanoseconds; `None` for `forever`.
     pub(super) fn time(&mut self, key: &Name, value: &PropertyValue) -> Option<i64> {
         let (code, message, span, hint) = match &value.kind {
             PropertyKind::Time(TimeValue::Forever) => return None,
@@ -142,7 +142,7 @@ impl TargetReader<'_> {
                 match nanoseconds(digits, &unit.text) {
                     Ok(ns) if !negative || ns == 0 => return Some(ns),
                     Ok(_) => (Code::NegativeTime, "is negative", value.span, "write a time from 0 on".to_owned()),
-                    // What the parser takes for a time has digits.
+                    // A time of the parser has digits.
                     Err(TimeError::TooLarge(..) | TimeError::NotANumber(_)) => {
                         let hint = "write `forever` for a time that never comes".to_owned();
                         (Code::NumberTooLarge, "is longer than 292 years", value.span, hint)
@@ -169,7 +169,7 @@ impl TargetReader<'_> {
     }
 }
 
-/// A word, a path or a string, without quotes.
+/// Returns a word, a path or a string, without quotes.
 pub(super) fn text_of(value: &PropertyValue) -> Option<String> {
     match &value.kind {
         PropertyKind::Literal(Literal::Text(text)) => Some(text.trim_matches('"').to_owned()),

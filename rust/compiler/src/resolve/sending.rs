@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! What ports and connections say about how their values become bytes: `@serializer`, `@max_length`, `serializer`.
+//! The settings of ports and connections for serialization: `@serializer`, `@max_length`, `serializer`.
 
 use super::attributes::{AttributeTarget, single_value};
 use super::checker::Checker;
@@ -7,7 +7,7 @@ use super::model::{Given, Sending};
 use crate::diagnostics::{Code, Diagnostic, Span, did_you_mean};
 use crate::syntax::ast::{self, Attribute, ExpressionKind, Literal};
 
-/// The most that a length may be bounded by: what a message of the protocol can be long.
+/// The maximum of a length's bound: the longest message of the protocol.
 const LENGTH_MAX: usize = i32::MAX as usize;
 
 impl<'p> Checker<'p> {
@@ -50,7 +50,7 @@ impl<'p> Checker<'p> {
         }
     }
 
-    /// What a connection says with its attributes and with LF's own word, which counts first.
+    /// Returns the settings in a connection's attributes and in LF's own keyword, which takes precedence.
     pub(super) fn connection_sending(
         &mut self,
         declared: &'p ast::ConnectionSyntax,

@@ -1,21 +1,21 @@
 // SPDX-License-Identifier: Apache-2.0
-//! What of LF there is, for the documents.
+//! The supported part of LF, for the documents.
 
 use super::unsupported::Feature;
 use super::{attributes, properties};
 
-/// What of LF there is and what is refused by name, for the documents. All texts are Markdown.
+/// The supported and the refused parts of LF, for the documents. All texts are Markdown.
 #[derive(Clone, Debug)]
 pub struct Supported {
-    /// Parts of the language that are refused, each with what to do instead.
+    /// Parts of the language that are refused, each with the alternative.
     pub refused: Vec<(String, &'static str)>,
-    /// Target properties that are honoured.
+    /// Target properties that are supported.
     pub properties: &'static [properties::TargetProperty],
-    /// Target properties that are refused, each with what to do instead.
+    /// Target properties that are refused, each with the alternative.
     pub refused_properties: &'static [(&'static str, &'static str)],
 }
 
-/// What of LF there is, from the tables by which programs are judged.
+/// Returns the supported part of LF, from the tables by which the compiler checks programs.
 pub fn supported() -> Supported {
     let attributes = attributes::UNSUPPORTED.iter().map(|(names, instead)| {
         let all: Vec<_> = names.iter().map(|name| format!("`@{name}`")).collect();

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! The target declaration: the language, and each property honoured or refused by name.
+//! Checks the target declaration: the language, and each property, which is supported or refused by name.
 
 use super::load::Program;
 use super::properties::{Imported, PROPERTIES, PropertyScope, REFUSED, TargetProperty, honoured, named};
@@ -12,8 +12,8 @@ use crate::syntax::ast::{Literal, Name, Property, PropertyKind, TargetSyntax};
 
 /// Checks the target of the main file and returns the properties that have an effect.
 ///
-/// Properties of imported files have no effect, as in LF: they belong to the programs in those files. What is about
-/// bodies of another language than that of the main file has.
+/// As in LF, properties of imported files have no effect: they belong to the programs in those files. The exception are
+/// those for bodies of another language than that of the main file.
 pub(crate) fn check(program: &Program, sources: &dyn SourceProvider, diagnostics: &mut Diagnostics) -> plan::Target {
     let target = plan::Target::default();
     let mut reader = TargetReader { target, found: Vec::new(), sources, texts: diagnostics.sources() };
@@ -62,7 +62,7 @@ impl TargetReader<'_> {
         self.found.push(Diagnostic::new(Code::WrongTarget, target.name.span, message).hint(hint));
     }
 
-    /// Reads those properties of a language that this is true of.
+    /// Reads those properties of a language for which `is_read` is true.
     fn read(&mut self, language: Language, properties: &[Property], is_read: impl Fn(&TargetProperty) -> bool) {
         for Property { key, value } in properties {
             if let Some(known) = named(&key.text, language).filter(|known| is_read(known)) {
@@ -71,7 +71,7 @@ impl TargetReader<'_> {
         }
     }
 
-    /// Reads what an imported file says for whatever imports it.
+    /// Reads the settings of an imported file that apply to every program that imports it.
     fn imported(&mut self, target: &TargetSyntax, language: Language) {
         let is_other = self.target.language != language;
         self.target.c.is_cpp |= is_other && is_cpp(&target.name.text);
@@ -104,7 +104,7 @@ impl TargetReader<'_> {
         }
     }
 
-    /// A property of programs in another language.
+    /// Reports a property of programs in another language.
     fn of_other_language(&mut self, name: &str, key: &Name, language: Language) {
         let message =
             format!("`{name}` is for bodies in {language}, and those of this program are {}", self.target.language);
@@ -134,7 +134,7 @@ impl TargetReader<'_> {
         }
     }
 
-    /// Whether the workers that were asked for can be had.
+    /// Reports a number of workers that is not possible.
     fn workers(&mut self, properties: &[Property]) {
         let given = |name: &str| properties.iter().find(|property| property.key.text == name);
         let says = |name: &str, what: bool| {
@@ -160,7 +160,7 @@ impl TargetReader<'_> {
     }
 }
 
-/// Returns the names of all languages, for people.
+/// Returns the names of all languages, for messages.
 fn languages() -> String {
     let names: Vec<String> = Language::names().map(|name| format!("`{name}`")).collect();
     match names.split_last() {

@@ -10,8 +10,8 @@ use crate::syntax::ast::{Expression, ExpressionKind, Literal, TimeValue};
 use crate::syntax::{TimeError, is_zero, nanoseconds};
 
 impl Checker<'_> {
-    /// Reports a value that is no time. `what` is its role, like "the period of timer t". Code is allowed only where
-    /// the value is not needed at build time.
+    /// Reports a value that is no time. `what` is its role, like "the period of timer t". Code is allowed only if the
+    /// value is not needed at compile time.
     pub(super) fn check_time(
         &mut self,
         value: &Expression,
@@ -65,7 +65,7 @@ impl Checker<'_> {
         self.report(Diagnostic::new(Code::UnknownName, span, message).hint_maybe(hint));
     }
 
-    /// Reports a unit that does not exist, a time below zero, and one that is too long.
+    /// Reports an unknown unit, a negative time, and one that is too long.
     pub(super) fn check_time_literal(&mut self, time: &TimeValue, span: Span, what: &str) {
         match time {
             TimeValue::Forever => {}
@@ -80,7 +80,7 @@ impl Checker<'_> {
                     self.report(Diagnostic::new(Code::NegativeTime, span, message).hint(hint));
                 }
                 Ok(_) => {}
-                // What the parser takes for a time has digits.
+                // A time of the parser has digits.
                 Err(TimeError::TooLarge(..) | TimeError::NotANumber(_)) => {
                     let message = format!("{what} is longer than 292 years");
                     let hint = "write `forever` for a time that never comes";

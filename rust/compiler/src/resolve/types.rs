@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Types of declarations: as written, or worked out from the initial value.
+//! Types of declarations: as written, or inferred from the initial value.
 
 use super::checker::Checker;
 use super::model::CheckedParameter;
@@ -9,14 +9,14 @@ use crate::syntax::ast::{Expression, ExpressionKind, Initialiser, Literal, Name,
 /// The type of a value.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(super) struct Resolved {
-    /// In the target language's spelling.
+    /// The type in the target language's spelling.
     pub(super) text: String,
     pub(super) span: Span,
     pub(super) is_time: bool,
 }
 
 impl Checker<'_> {
-    /// The type of a port or action; none is the type without a value.
+    /// Returns the type of a port or action; the type without a value if none is written.
     pub(super) fn signal_type(&mut self, ty: Option<&TypeSyntax>, name: &Name) -> Resolved {
         match ty {
             Some(ty) => self.written(ty),
@@ -24,7 +24,7 @@ impl Checker<'_> {
         }
     }
 
-    /// The type of a parameter or state variable; parameters in scope can give it.
+    /// Returns the type of a parameter or state variable; parameters in scope can determine it.
     pub(super) fn value_type(
         &mut self,
         ty: Option<&TypeSyntax>,
@@ -40,7 +40,7 @@ impl Checker<'_> {
             return Resolved { text, span: name.span, is_time };
         }
         let unknown_name = init.is_some_and(|init| matches!(init.value.kind, ExpressionKind::Name(_)));
-        // A value that names something unknown has its own diagnostic.
+        // A value that names an unknown parameter has its own diagnostic.
         if !unknown_name {
             let message = format!("`{}` needs a type", name.text);
             let integer = (self.language.facts().type_of_literal)(&Literal::Int(String::new()));
@@ -66,7 +66,7 @@ impl Checker<'_> {
         }
     }
 
-    /// The type of a value that says it by itself, and whether it is a time.
+    /// Infers the type of a value from the value alone, and whether it is a time.
     fn infer(&self, value: &Expression, scope: &[CheckedParameter<'_>]) -> Option<(String, bool)> {
         match &value.kind {
             ExpressionKind::Time(_) => Some((self.language.facts().time_type.to_owned(), true)),

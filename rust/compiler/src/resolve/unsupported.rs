@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Features of the language that are read and then refused by name, so that nothing is ignored silently.
+//! Features of the language that are parsed and then refused by name, so that nothing is ignored silently.
 
 use crate::diagnostics::{Code, Diagnostic, Span};
 use crate::syntax::ast::{ReactionKeyword, Reactor, ReactorKind};
 
-/// Declares the features, each with what to do instead; the README has a table of them.
+/// Declares the features, each with the alternative; the README has a table of them.
 macro_rules! features {
     ($($feature:ident: $name:literal $verb:ident, $instead:literal;)*) => {
         /// A feature that is refused.
@@ -43,7 +43,7 @@ features! {
 }
 
 impl Feature {
-    /// The refusal where the feature is used.
+    /// Returns the refusal at the place of the feature.
     pub(super) fn refused(self, span: Span) -> Diagnostic {
         let message = format!("{} {} not supported yet", self.name(), self.verb());
         Diagnostic::new(Code::Unsupported, span, message).hint(self.instead())
@@ -62,7 +62,7 @@ pub(super) fn check(reactor: &Reactor, found: &mut Vec<Diagnostic>) {
     check_hosts(reactor, found);
 }
 
-/// Only a federated reactor says where the RTI is, and only its instances can be placed.
+/// Reports hosts in other places: only a federated reactor names the RTI's host, and only its instances have hosts.
 fn check_hosts(reactor: &Reactor, found: &mut Vec<Diagnostic>) {
     if reactor.kind == ReactorKind::Federated {
         return;

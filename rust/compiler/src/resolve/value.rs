@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Values of parameters and state variables: checked against their types as far as that can be done without the target
+//! Values of parameters and state variables, checked against their types as far as that is possible without the target
 //! language's own compiler.
 
 use super::checker::Checker;
@@ -9,10 +9,10 @@ use crate::languages::LiteralKind;
 use crate::syntax::ast::{Expression, ExpressionKind, Literal, TimeValue};
 use crate::syntax::nanoseconds;
 
-/// Where a value goes.
+/// The destination of a value.
 #[derive(Clone, Copy)]
 pub(super) struct Destination<'a> {
-    /// For people, like "parameter p".
+    /// The name for messages, like "parameter p".
     pub(super) what: &'a str,
     pub(super) ty: &'a str,
     pub(super) ty_span: Span,
@@ -20,7 +20,7 @@ pub(super) struct Destination<'a> {
 }
 
 impl Checker<'_> {
-    /// Reports a value that cannot have the type of its place.
+    /// Reports a value that does not belong to the type of its destination.
     pub(super) fn check_value(&mut self, value: &Expression, place: Destination<'_>, scope: &[CheckedParameter<'_>]) {
         if place.is_time && self.language.facts().negative_times && is_before_zero(value) {
             return;
@@ -61,7 +61,7 @@ impl Checker<'_> {
         }
     }
 
-    /// Whether a type takes only literals and values of its own kind, as far as is known.
+    /// Returns whether a type accepts only literals and values of its own kind, as far as is known.
     fn converts_nothing(&self, ty: &str) -> bool {
         (self.language.facts().literals_of)(ty).is_some_and(|kind| kind != LiteralKind::Number)
     }
@@ -74,7 +74,7 @@ impl Checker<'_> {
     }
 }
 
-/// Whether a value is a time before all that can be waited for.
+/// Returns whether a value is a negative time.
 fn is_before_zero(value: &Expression) -> bool {
     match &value.kind {
         ExpressionKind::Time(TimeValue::Never) => true,
@@ -85,7 +85,7 @@ fn is_before_zero(value: &Expression) -> bool {
     }
 }
 
-/// What a literal is, if the type does not take it.
+/// Returns the kind of a literal that the type does not accept.
 fn mismatch(literal: &Literal, kind: LiteralKind) -> Option<&'static str> {
     if kind == LiteralKind::Number && !matches!(literal, Literal::Text(_)) {
         return None;

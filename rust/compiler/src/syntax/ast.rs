@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! The tree of one file: the whole grammar, as it is written, with places.
+//! The tree of one file: the whole grammar, with places.
 #![allow(missing_docs, reason = "fields and variants are called as the grammar calls what they hold")]
 
 use core::ops::Range;
@@ -16,7 +16,7 @@ pub struct SourceUnit {
     pub imports: Vec<Import>,
     pub preambles: Vec<Preamble>,
     pub reactors: Vec<Reactor>,
-    /// All code blocks that are closed, wherever they stand.
+    /// All closed code blocks in the file.
     pub codes: Vec<(CodeBlock, CodeKind)>,
     /// All comments, with their marks.
     pub comments: Vec<Range<usize>>,
@@ -84,7 +84,7 @@ pub struct Preamble {
     pub code: CodeBlock,
 }
 
-/// What kind of reactor it is.
+/// The kind of a reactor.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum ReactorKind {
     Plain,
@@ -113,7 +113,7 @@ pub struct Reactor {
     pub attributes: Vec<Attribute>,
     pub kind: ReactorKind,
     pub realtime: Option<Span>,
-    /// The word `reactor`.
+    /// The keyword `reactor`.
     pub keyword: Span,
     pub name: Option<Name>,
     pub type_parameters: Vec<TypeParameter>,
@@ -126,19 +126,19 @@ pub struct Reactor {
 }
 
 impl Reactor {
-    /// Its name, or the word `reactor` where it has none.
+    /// Returns the place of its name, or of the keyword `reactor` without one.
     pub fn span(&self) -> Span {
         self.name.as_ref().map_or(self.keyword, |name| name.span)
     }
 }
 
-/// `T`, `T extends Bound`, or `{= T: Bound =}`; what a type has to be able to do, the target language checks.
+/// `T`, `T extends Bound`, or `{= T: Bound =}`; the target language checks the bounds.
 #[derive(Clone, Debug)]
 pub struct TypeParameter {
     pub name: Name,
 }
 
-/// What stands in the braces of a reactor, and in those of its modes, in the order of the text.
+/// The contents of a reactor's braces, and of those of its modes, in the order of the text.
 #[derive(Clone, Debug, Default)]
 pub struct ReactorBody {
     pub preambles: Vec<Preamble>,
@@ -165,7 +165,7 @@ pub struct ParameterSyntax {
 /// A state variable.
 #[derive(Clone, Debug)]
 pub struct StateSyntax {
-    /// The mode that it is in.
+    /// The mode that contains it.
     pub mode: Option<usize>,
     pub attributes: Vec<Attribute>,
     pub reset: Option<Span>,
@@ -181,15 +181,15 @@ pub struct MethodSyntax {
     /// Whether it is a `const method`, which does not change the state.
     pub constant: bool,
     pub arguments: Vec<(Name, Option<TypeSyntax>)>,
-    /// What it returns.
+    /// The type of its result.
     pub ty: Option<TypeSyntax>,
     pub code: CodeBlock,
 }
 
-/// `[ … ]`: how many channels a port has, or how many instances a bank; the sum of the terms.
+/// `[ … ]`: the number of a port's channels, or of a bank's members; the sum of the terms.
 #[derive(Clone, Debug)]
 pub struct Width {
-    /// None for `[]`, which leaves it open.
+    /// The terms; `None` for `[]`, which leaves the width open.
     pub terms: Vec<WidthTerm>,
     pub span: Span,
 }
@@ -225,7 +225,7 @@ pub struct PortSyntax {
 /// A timer.
 #[derive(Clone, Debug)]
 pub struct Timer {
-    /// The mode that it is in.
+    /// The mode that contains it.
     pub mode: Option<usize>,
     pub attributes: Vec<Attribute>,
     pub name: Name,
@@ -233,7 +233,7 @@ pub struct Timer {
     pub period: Option<Expression>,
 }
 
-/// What schedules the events of an action.
+/// The source of an action's events.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum ActionKind {
     /// `logical action`
@@ -245,7 +245,7 @@ pub enum ActionKind {
 }
 
 impl ActionKind {
-    /// For people.
+    /// Returns the name for messages.
     pub fn name(self) -> &'static str {
         if self == Self::Watchdog { "watchdog" } else { "action" }
     }
@@ -254,7 +254,7 @@ impl ActionKind {
 /// An action.
 #[derive(Clone, Debug)]
 pub struct ActionSyntax {
-    /// The mode that it is in.
+    /// The mode that contains it.
     pub mode: Option<usize>,
     pub attributes: Vec<Attribute>,
     pub kind: ActionKind,
@@ -268,7 +268,7 @@ pub struct ActionSyntax {
 /// A contained reactor.
 #[derive(Clone, Debug)]
 pub struct Instantiation {
-    /// The mode that it is in.
+    /// The mode that contains it.
     pub mode: Option<usize>,
     pub attributes: Vec<Attribute>,
     pub name: Name,
@@ -298,7 +298,7 @@ pub struct Host {
 /// A connection.
 #[derive(Clone, Debug)]
 pub struct ConnectionSyntax {
-    /// The mode that it is in.
+    /// The mode that contains it.
     pub mode: Option<usize>,
     pub attributes: Vec<Attribute>,
     pub left: Vec<Reference>,
@@ -313,14 +313,14 @@ pub struct ConnectionSyntax {
     pub span: Span,
 }
 
-/// A name of something in the reactor, or in one of its contained reactors.
+/// A name of an element in the reactor, or in one of its contained reactors.
 #[derive(Clone, Debug)]
 pub struct Reference {
     pub container: Option<Name>,
     pub name: Name,
     pub interleaved: bool,
     pub alias: Option<Name>,
-    /// How a mode is to be entered, where it is said.
+    /// The kind of transition to a mode, if it is written.
     pub transition: Option<Transition>,
     pub span: Span,
 }
@@ -333,7 +333,7 @@ impl From<Name> for Reference {
 }
 
 impl Reference {
-    /// As it is written: `child.port`, `port` or `reset(mode)`.
+    /// Returns the text as it is written: `child.port`, `port` or `reset(mode)`.
     pub fn text(&self) -> String {
         match (&self.container, self.transition) {
             (Some(container), _) => format!("{}.{}", container.text, self.name.text),
@@ -344,22 +344,22 @@ impl Reference {
     }
 }
 
-/// With which word a reaction begins.
+/// The keyword at the beginning of a reaction.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum ReactionKeyword {
     Reaction,
     Mutation,
-    /// It is the handler of a watchdog, whose name it has.
+    /// The keyword of a watchdog's handler, which has the watchdog's name.
     Watchdog,
 }
 
 /// A reaction.
 #[derive(Clone, Debug)]
 pub struct ReactionSyntax {
-    /// The mode that it is in.
+    /// The mode that contains it.
     pub mode: Option<usize>,
     pub attributes: Vec<Attribute>,
-    /// The word `reaction`, `mutation` or `watchdog`.
+    /// The keyword `reaction`, `mutation` or `watchdog`.
     pub keyword: Span,
     pub kind: ReactionKeyword,
     pub name: Option<Name>,
@@ -378,7 +378,7 @@ pub struct TardySyntax {
     pub word: Name,
     /// The value of the older forms.
     pub absent_after: Option<Expression>,
-    /// What runs; without it, the body does.
+    /// The code; without it, the body runs.
     pub code: Option<CodeBlock>,
 }
 
@@ -389,7 +389,7 @@ pub struct DeadlineSyntax {
     pub code: CodeBlock,
 }
 
-/// A mode. What is in it stands in the body of its reactor, and says in which mode it is.
+/// A mode. Its contents are in the body of its reactor, each with its mode.
 #[derive(Clone, Debug)]
 pub struct ModeSyntax {
     /// A mode without a name cannot be entered.

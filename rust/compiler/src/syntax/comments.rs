@@ -4,7 +4,7 @@
 use core::ops::Range;
 
 /// Returns the comment directly before the declaration of a name: before the line of the name, and before lines of
-/// attributes above it. A name that is not the first one that its line declares has none.
+/// attributes above it. Of several names on a line, only the first one has a comment.
 pub(crate) fn comment_before(text: &str, comments: &[Range<usize>], name: usize) -> Option<String> {
     let line_start = |at: usize| text[..at].rfind('\n').map_or(0, |end| end + 1);
     let mut start = line_start(name);
@@ -42,7 +42,7 @@ pub(super) fn comment_ending(text: &str, comments: &[Range<usize>], at: usize) -
     (!text.is_empty()).then_some(text)
 }
 
-/// The lines of a comment without its marks.
+/// Returns the lines of a comment without its marks.
 fn uncommented(comment: &str) -> Vec<&str> {
     if let Some(line) = comment.strip_prefix("//").or_else(|| comment.strip_prefix('#')) {
         return vec![line.trim()];

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Values as they are written.
+//! Values in source text.
 #![allow(missing_docs, reason = "fields and variants are called as the grammar calls what they hold")]
 
 use crate::diagnostics::Span;
@@ -37,12 +37,12 @@ pub enum ExpressionKind {
     List(Vec<Expression>),
 }
 
-/// A literal; numbers and strings are kept as they are written.
+/// A literal; numbers and strings keep their spelling.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Literal {
-    /// With its quotes.
+    /// A string with its quotes.
     Text(String),
-    /// With its quotes.
+    /// A character with its quotes.
     Character(String),
     Int(String),
     Float(String),

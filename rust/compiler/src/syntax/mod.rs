@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-//! The text of one file as a tree.
+//! Parses the text of one file to a tree.
 //!
-//! [`parse`] never fails: what it cannot read becomes a diagnostic, and it goes on at the next declaration. The tree
-//! holds the whole 0.14 grammar, also what later stages refuse. Nothing here looks at other files or at meanings.
+//! [`parse`] never fails: unreadable code becomes a diagnostic, and parsing continues at the next declaration. The tree
+//! holds the whole 0.14 grammar, including the parts that later stages refuse. This module looks neither at other files
+//! nor at meanings.
 
 pub mod ast;
 mod comments;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! The parser ends and does not panic whatever it is given, and reads the whole grammar.
+//! The parser terminates without a panic for any text, and reads the whole grammar.
 
 use proptest::prelude::*;
 

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Expressions that are times by themselves.
+//! Expressions that are times without an evaluation.
 
 use lf_model::units::nanoseconds;
 
 use super::ast::{Expression, ExpressionKind, Literal, TimeValue};
 
-/// The nanoseconds of a value that is a correct time by itself; `forever` is the largest one.
+/// Returns the nanoseconds of a value that is a valid time by itself; `forever` is the largest one.
 pub(crate) fn literal_ns(value: &Expression) -> Option<i64> {
     match &value.kind {
         ExpressionKind::Time(TimeValue::Interval { negative: false, digits, unit }) => {
@@ -17,7 +17,7 @@ pub(crate) fn literal_ns(value: &Expression) -> Option<i64> {
     }
 }
 
-/// Whether an integer needs no unit to be a time.
+/// Returns whether an integer needs no unit to be a time.
 pub(crate) fn is_zero(text: &str) -> bool {
     text.trim_start_matches('-').bytes().all(|byte| byte == b'0')
 }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Text to tokens. Comments are kept apart; code blocks are one token each.
+//! Splits text into tokens. Comments are kept separately; code blocks are one token each.
 
 use std::collections::{HashMap, HashSet};
 use std::ops::Range;
@@ -10,12 +10,12 @@ use crate::characters::{is_directing, shown};
 use crate::diagnostics::{Code, Diagnostic, FileId, Span};
 use crate::lexical::{BlockEnd, Language};
 
-/// What a token is.
+/// The kind of a token.
 #[derive(Logos, Clone, Copy, Debug, PartialEq, Eq)]
 #[logos(extras = Reading)]
 #[logos(skip r"[ \t\r\n\f]+")]
 pub(super) enum TokenKind {
-    /// A name or a word of the language.
+    /// A name or a keyword.
     #[regex("[A-Za-z_][A-Za-z0-9_]*", word)]
     Word,
     #[regex("[0-9]+")]
@@ -36,7 +36,7 @@ pub(super) enum TokenKind {
     /// `'x'`
     #[regex(r"'(\\.|[^\\'\t\r\n])'")]
     Character,
-    /// `//`, `#`, `/* */` or `''' '''`; never handed to the parser.
+    /// `//`, `#`, `/* */` or `''' '''`; the parser does not see it.
     #[regex(r"(//|#)[^\n\r]*", allow_greedy = true)]
     #[token("/*", |lexer| comment(lexer, "*/"))]
     #[token("'''", |lexer| comment(lexer, "'''"))]
@@ -89,15 +89,15 @@ pub(super) enum TokenKind {
     At,
     /// Any other character.
     Other,
-    /// Behind the last token.
+    /// The end of the text.
     End,
 }
 
-/// What is known while a text is cut.
+/// The state of the lexer.
 pub(super) struct Reading {
-    /// What went wrong within tokens.
+    /// Errors within tokens.
     problems: Vec<(Code, Range<usize>)>,
-    /// What hides the end of the code block that begins at a place.
+    /// The string or comment that hides the end of the code block at a place.
     hiding: HashMap<usize, Range<usize>>,
     /// The language of code blocks.
     language: Language,
@@ -111,7 +111,7 @@ pub(super) struct Token {
     pub(super) kind: TokenKind,
     pub(super) start: usize,
     pub(super) end: usize,
-    /// Whether it directly follows the token before it.
+    /// Whether it directly follows the previous token.
     pub(super) adjacent: bool,
     /// Whether it is the first one of its line.
     pub(super) first_of_line: bool,
@@ -121,12 +121,12 @@ pub(super) struct Token {
 pub(super) struct Tokens {
     pub(super) list: Vec<Token>,
     pub(super) comments: Vec<Range<usize>>,
-    /// Where code blocks begin that have no end.
+    /// The beginnings of code blocks without an end.
     pub(super) open: HashSet<usize>,
     pub(super) diagnostics: Vec<Diagnostic>,
 }
 
-/// Cuts a text into tokens.
+/// Splits a text into tokens.
 pub(super) fn tokens(file: FileId, text: &str) -> Tokens {
     let reading =
         Reading { problems: Vec::new(), hiding: HashMap::new(), language: Language::default(), names_language: false };
@@ -144,7 +144,7 @@ pub(super) fn tokens(file: FileId, text: &str) -> Tokens {
             comments.push(start..end);
             continue;
         }
-        // What has no meaning is one token, however long it is.
+        // Meaningless text of any length is one token.
         if let (TokenKind::Other, Some(Token { kind: TokenKind::Other, end: last, .. })) = (kind, tokens.last_mut())
             && *last == start
         {
@@ -166,7 +166,7 @@ pub(super) fn tokens(file: FileId, text: &str) -> Tokens {
     Tokens { list: tokens, comments, open: open.collect(), diagnostics }
 }
 
-/// What makes a comment, a string or code show other than it is read.
+/// Returns the characters that make a comment, a string or code look different from its order.
 fn directing(file: FileId, text: &str, range: Range<usize>) -> impl Iterator<Item = Diagnostic> {
     let begin = range.start;
     let found = text[range].char_indices().filter(|(_, c)| is_directing(*c));
@@ -177,7 +177,7 @@ fn directing(file: FileId, text: &str, range: Range<usize>) -> impl Iterator<Ite
     })
 }
 
-/// The word behind `target` says how the code blocks behind it are to be read.
+/// Handles a word: the one behind `target` sets the language of all later code blocks.
 fn word(lexer: &mut Lexer<'_, TokenKind>) {
     let text = lexer.slice();
     if lexer.extras.names_language
@@ -216,7 +216,7 @@ fn long_string(lexer: &mut Lexer<'_, TokenKind>) {
     }
 }
 
-/// A plain string ends on its line, so that a missing quote does not swallow the rest of the file.
+/// Reads a plain string, which ends on its line, so that a missing quote does not swallow the rest of the file.
 fn string(lexer: &mut Lexer<'_, TokenKind>) {
     let rest = lexer.remainder();
     let mut escaped = false;

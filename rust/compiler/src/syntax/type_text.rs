@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Types as they are written.
+//! Types in source text.
 #![allow(missing_docs, reason = "fields and variants are called as the grammar calls what they hold")]
 
 use super::expression::Name;
@@ -21,7 +21,7 @@ pub enum TypeKind {
     Path {
         segments: Vec<String>,
         arguments: Vec<TypeSyntax>,
-        /// `*` and `[n]` behind it, which are C.
+        /// `*` and `[n]` behind it, which belong to C.
         c_suffix: Option<Name>,
     },
     /// `{= … =}`
@@ -29,7 +29,7 @@ pub enum TypeKind {
 }
 
 impl TypeSyntax {
-    /// Whether it is LF's `time`.
+    /// Returns whether it is LF's `time`.
     pub fn is_time(&self) -> bool {
         matches!(self.kind, TypeKind::Time)
     }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! The words of the language.
+//! The keywords of the language.
 
 /// Words that LF does not allow as names.
 pub(crate) const RESERVED: &[&str] = &[
@@ -52,7 +52,7 @@ pub(crate) const RESERVED: &[&str] = &[
     "time",
 ];
 
-/// Whether LF keeps this word for itself.
+/// Returns whether LF reserves this word.
 pub(crate) fn is_reserved(word: &str) -> bool {
     RESERVED.contains(&word)
 }
@@ -63,5 +63,5 @@ pub(super) const MEMBER_STARTS: &[&str] = &[
     "mode", "initial", "watchdog", "logical", "physical", "private", "public", "reset",
 ];
 
-/// Words that begin a declaration at the top of a file. Those that may also stand within a reactor are not among them.
+/// Words that begin a declaration at the top of a file, except for those that may also stand within a reactor.
 pub(super) const FILE_STARTS: &[&str] = &["target", "import", "main", "federated", "realtime", "reactor"];

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Per Zephyr image: a Kconfig fragment with what follows from the plan and the deployment, and a devicetree
-//! overlay with the MAC address. A user's own files are added on top of both.
+//! Generates, per Zephyr image, a Kconfig fragment with the values that follow from the plan and the deployment, and a
+//! devicetree overlay with the MAC address. A user's own files are added to both.
 
 use core::fmt::Write;
 use core::net::IpAddr;
@@ -32,15 +32,15 @@ impl Fragment {
     }
 }
 
-/// The Kconfig fragment of a federate, or of an unfederated program; `is_cpp` says whether its
-/// bodies are compiled as C++.
+/// Returns the Kconfig fragment of a federate, or of an unfederated program; `is_cpp` says whether its bodies are
+/// compiled as C++.
 pub(crate) fn federate_kconfig(plan: &Plan, federate: &Federate, deployment: &Deployment, is_cpp: bool) -> String {
     let place = deployment.place(&federate.name);
     let is_joint = plan.rti.is_some() && deployment.is_joint(&federate.name);
     let mut fragment = Fragment(header("#", plan, &federate.name));
     if let Some(deployed) = deployment.rti_of(plan) {
         federation(&mut fragment, plan, &deployed, &place);
-        // The symbol takes addresses only; a name such as localhost leaves the default.
+        // The symbol accepts addresses only; a name such as localhost leaves the default.
         if let Ok(address) = deployed.host.parse::<IpAddr>() {
             fragment.set_text("LF_RTI_ADDRESS", &deployed.host);
             if address.is_ipv6() && place.is_offloaded() {
@@ -63,7 +63,7 @@ pub(crate) fn federate_kconfig(plan: &Plan, federate: &Federate, deployment: &De
     }
     network(&mut fragment, &place);
     let own = federate_sockets(plan, federate);
-    fragment.comment("What the federate needs.");
+    fragment.comment("The sockets of the federate.");
     fragment.set("LF_SOCKETS", own);
     sockets(&mut fragment, own, if is_joint { rti_sockets(plan) } else { 0 }, &place);
     buffers(&mut fragment, connections(plan, federate, is_joint), &place);
@@ -76,7 +76,7 @@ pub(crate) fn federate_kconfig(plan: &Plan, federate: &Federate, deployment: &De
     fragment.0
 }
 
-/// The Kconfig fragment of an image that is the RTI and nothing else.
+/// Returns the Kconfig fragment of an image that is the RTI and nothing else.
 pub(crate) fn rti_kconfig(plan: &Plan, name: &str, place: &Place, deployment: &Deployment) -> String {
     let mut fragment = Fragment(header("#", plan, name));
     if let Some(deployed) = deployment.rti_of(plan) {
@@ -101,14 +101,14 @@ fn federation(fragment: &mut Fragment, plan: &Plan, rti: &Rti, place: &Place) {
     fragment.set("LF_RTI_PORT", rti.port);
     if plan.target.authentication {
         fragment.set("LF_AUTHENTICATION", "y");
-        // native_sim takes the computer's random numbers, not those of its driver for tests.
+        // native_sim uses the computer's random numbers, not those of its driver for tests.
         if !place.platform.is_native_sim() {
             fragment.set("ENTROPY_GENERATOR", "y");
         }
     }
 }
 
-/// What an RTI needs: as many places as there are federates, and as the federate with the most neighbors has.
+/// Adds the sizes of an RTI: as many slots as there are federates, and as the federate with the most neighbors has.
 fn rti(fragment: &mut Fragment, plan: &Plan) {
     let upstream = plan.federates.iter().map(|federate| federate.upstream.len()).max().unwrap_or(0);
     fragment.comment("The RTI.");
@@ -118,12 +118,12 @@ fn rti(fragment: &mut Fragment, plan: &Plan) {
     fragment.set("LF_RTI_CONNECTIONS", rti_connections(plan));
 }
 
-/// One for each federate, and one so that who does not belong to the federation is told so.
+/// Returns the number of connections: one for each federate, and one to reject a stranger.
 fn rti_connections(plan: &Plan) -> usize {
     plan.federates.len() + 1
 }
 
-/// The connections, the listener, and a port for the datagrams of clock synchronization.
+/// Returns the number of sockets: the connections, the listener, and a port for the datagrams of clock synchronization.
 fn rti_sockets(plan: &Plan) -> usize {
     rti_connections(plan) + 1 + usize::from(has_datagrams(plan))
 }
@@ -135,14 +135,14 @@ fn has_datagrams(plan: &Plan) -> bool {
 fn network(fragment: &mut Fragment, place: &Place) {
     let Some(network) = &place.network else { return };
     if place.platform.is_native_sim() {
-        fragment.comment("Zephyr's own network stack over a TAP interface, in place of the sockets of this computer.");
+        fragment.comment("Zephyr's own network stack over a TAP interface, instead of the sockets of this computer.");
         fragment.set("NET_SOCKETS_OFFLOAD", "n");
         fragment.set("NET_NATIVE_OFFLOADED_SOCKETS", "n");
         fragment.set("HEAP_MEM_POOL_SIZE", 0);
         fragment.set("NET_L2_ETHERNET", "y");
         fragment.set("ETH_NATIVE_TAP", "y");
         fragment.set("ETH_NATIVE_TAP_RANDOM_MAC", "n");
-        // Virtual boards that were given none have one that follows from their address.
+        // Virtual boards without a MAC address derive one from their IP address.
         if let Some(mac) = place.mac {
             fragment.set_text("ETH_NATIVE_TAP_MAC_ADDR", &mac.to_string());
         }
@@ -175,29 +175,31 @@ fn network(fragment: &mut Fragment, place: &Place) {
     fragment.set("NET_IPV6_RA_RDNSS", "n");
 }
 
-/// One to the RTI, which is closed before another is made; one per physical connection, one that awaits them, those
-/// that have not said whose they are, and one for the datagrams of clock synchronization.
+/// Returns the number of sockets: one to the RTI, which is closed before another is made; one per physical connection,
+/// one that listens for them, those of peers that have not sent their id, and one for the datagrams of clock
+/// synchronization.
 fn federate_sockets(plan: &Plan, federate: &Federate) -> usize {
     let (peers_in, peers_out) = (federate.peers_in().len(), federate.peers_out().len());
     let listening = if peers_in > 0 { 1 + UNIDENTIFIED_MAX } else { 0 };
     1 + peers_in + listening + peers_out + usize::from(has_datagrams(plan))
 }
 
-/// What Zephyr needs for the sockets of the federate and of the RTI, either of which may be none.
+/// Adds the configuration for the sockets of the federate and of the RTI, either of which may be none.
 fn sockets(fragment: &mut Fragment, federate: usize, rti: usize, place: &Place) {
     let all = federate + rti;
     fragment.comment("Descriptors for the sockets, the wake-up and the console; each event loop polls its own.");
     fragment.set("ZVFS_OPEN_MAX", all + 3);
     fragment.set("ZVFS_POLL_MAX", 2 * federate.max(rti) + 1);
     if all > 0 && !place.is_offloaded() {
-        // A connection that was closed is kept for a while, and one that others begin before it is accepted.
-        fragment.comment("What Zephyr's own network stack keeps for them.");
+        // Zephyr keeps a closed connection for a while, and an incoming one before it is accepted.
+        fragment.comment("The contexts and connections of Zephyr's own network stack.");
         fragment.set("NET_MAX_CONTEXTS", all + 2);
         fragment.set("NET_MAX_CONN", all + 3);
     }
 }
 
-/// Those of a federate, and of the RTI in the same image if there is one. Over a physical connection data goes one way.
+/// Returns the connections of a federate, and of the RTI in the same image if there is one. Over a physical connection
+/// data flows in one direction.
 fn connections(plan: &Plan, federate: &Federate, is_joint: bool) -> Connections {
     let (peers_in, peers_out) = (federate.peers_in().len(), federate.peers_out().len());
     let rti_ends = usize::from(plan.is_federated());
@@ -205,14 +207,14 @@ fn connections(plan: &Plan, federate: &Federate, is_joint: bool) -> Connections 
     Connections { ends: rti_ends + federates + peers_in + peers_out, receiving: others + peers_in, local: is_joint }
 }
 
-/// Packets and buffers of Zephyr's own network stack.
+/// Adds packets and buffers of Zephyr's own network stack.
 fn buffers(fragment: &mut Fragment, connections: Connections, place: &Place) {
     let Platform::Zephyr(board) = &place.platform else { return };
     if connections.ends == 0 || place.is_offloaded() {
         return;
     }
     let pools = connections.pools_on(board);
-    fragment.comment("Packets and buffers by connection, so that none that is not read keeps the others from theirs.");
+    fragment.comment("Packets and buffers by connection, so that an unread one does not starve the others.");
     fragment.set("NET_TCP_MAX_RECV_WINDOW_SIZE", pools.window_bytes);
     fragment.set("NET_PKT_RX_COUNT", pools.packets_in);
     fragment.set("NET_PKT_TX_COUNT", pools.packets_out);
@@ -220,10 +222,10 @@ fn buffers(fragment: &mut Fragment, connections: Connections, place: &Place) {
     fragment.set("NET_BUF_TX_COUNT", pools.buffers_out);
 }
 
-/// So many others on the same network, and the gateway, have MAC addresses that have to be known.
+/// Adds room for the MAC addresses of this number of other devices on the same network, and of the gateway.
 fn neighbors(fragment: &mut Fragment, count: usize, place: &Place) {
     if let Some(network) = place.network {
-        fragment.comment("Who has which MAC address.");
+        fragment.comment("The MAC addresses of neighbors.");
         let symbol = if network.ip.is_ipv4() { "NET_ARP_TABLE_SIZE" } else { "NET_IPV6_MAX_NEIGHBORS" };
         fragment.set(symbol, count + 1);
     }
@@ -246,8 +248,9 @@ fn user_threads(fragment: &mut Fragment, plan: &Plan, federate: &Federate) {
     fragment.set("LF_USER_THREADS", threads);
 }
 
-/// A federate with several upstream federates may have to hold messages of the fastest until the slowest lets it go on;
-/// what its queues do not take stays in the receive buffer. With one upstream a grant follows every message.
+/// Adds the size of the receive buffer. A federate with several upstream federates may have to hold messages of the
+/// fastest until the slowest lets it continue; those that its queues do not hold stay in the receive buffer. With one
+/// upstream federate a grant follows every message.
 fn receive_buffer(fragment: &mut Fragment, federate: &Federate, place: &Place) {
     if federate.upstream.len() < 2 {
         return;
@@ -272,7 +275,7 @@ fn logging(fragment: &mut Fragment, logging: Logging) {
     fragment.set(&format!("LF_LOG_LEVEL_{level}"), "y");
 }
 
-/// The devicetree overlay of an image; without a MAC address it changes nothing.
+/// Returns the devicetree overlay of an image; without a MAC address it changes nothing.
 pub(crate) fn overlay(plan: &Plan, name: &str, mac: Option<(Mac, &str)>) -> String {
     let mut text = header("//", plan, name);
     if let Some((mac, label)) = mac {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! What Zephyr is told about an image, whatever its program is written in: Kconfig fragments and overlays.
+//! The configuration of a Zephyr image, in any language of its program: Kconfig fragments and overlays.
 
 mod kconfig;
 mod network_buffers;

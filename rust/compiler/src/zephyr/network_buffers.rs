@@ -1,47 +1,49 @@
 // SPDX-License-Identifier: Apache-2.0
-//! How many packets and buffers the network stack of a Zephyr image needs for its TCP connections.
+//! Computes the packets and buffers that the network stack of a Zephyr image needs for its TCP connections.
 //!
-//! Zephyr keeps each segment that comes as a packet of its own until the program reads it, all connections take theirs
+//! Zephyr keeps each received segment as a packet of its own until the program reads it, all connections take theirs
 //! from one pool, and a frame that finds the pool empty is lost. TCP sends it again, but after ever longer pauses, and
-//! a connection that is not read for a while must not keep the others from hearing anything. So each connection gets a
-//! window that its own share of the pool can hold.
+//! a connection that is not read for a while must not starve the others. So each connection gets a window that fits
+//! into its own share of the pool.
 
 use crate::boards::is_roomy;
 
 /// Bytes of one of Zephyr's buffers (`CONFIG_NET_BUF_DATA_SIZE`), and of the headers of Ethernet, IP and TCP.
 const BUFFER_BYTES: usize = 128;
 const HEADER_BYTES: usize = 54;
-/// What can come at once beside data: acknowledgements, ARP. They are dealt with at once, but as a burst.
+/// The number of packets that can arrive at once beside data: acknowledgements, ARP. They are processed at once, but
+/// arrive as a burst.
 const BURST: usize = 8;
 /// Two threads may send at once, each with a packet for the data and one for the headers; others wait for an address.
 const SENDING: usize = 8;
-/// Buffers for what one of Zephyr's connections may be ahead of its peer, at least: 1280 bytes.
+/// The minimum number of buffers for data that one of Zephyr's connections has sent ahead of its peer: 1280 bytes.
 const AHEAD: usize = 1280 / BUFFER_BYTES;
 
 /// The TCP connections of an image.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(super) struct Connections {
-    /// Their ends in this image, those of a connection between RTI and federate of one image included.
+    /// The number of their ends in this image, including those of a connection between RTI and federate of one image.
     pub ends: usize,
-    /// With other computers or boards, of those on which data comes.
+    /// The number of those with other computers or boards that receive data.
     pub receiving: usize,
     /// Whether RTI and federate of this image have one between them.
     pub local: bool,
 }
 
-/// What a connection gets, by what the board's memory allows.
+/// The share of a connection, by the board's memory.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 struct Share {
-    /// Bytes that may be on their way to it, or wait until they are read.
+    /// The maximum number of bytes that are in transit to it, or wait until they are read.
     window_bytes: usize,
-    /// Segments that these may have come in.
+    /// The maximum number of segments of these bytes.
     segments: usize,
-    /// Buffers for bytes that the other end has not acknowledged.
+    /// The buffers for bytes that the other end has not acknowledged.
     unacknowledged: usize,
 }
 
-/// Any board, such as one with 64 KiB. A segment has 32 bytes on average, about as many as a short message with its tag
-/// (25 and more); who is ahead of the reader sends several messages in one. That is ten messages in a round trip.
+/// The share on any board, such as one with 64 KiB. A segment has 32 bytes on average, about as many as a short message
+/// with its tag (25 and more); a sender that is ahead of the reader sends several messages in one. That is ten messages
+/// in a round trip.
 const SMALL: Share = Share { window_bytes: 256, segments: 8, unacknowledged: 256 / BUFFER_BYTES + 1 };
 /// The same board with more ends of connections than these: an RTI with eight federates fits into 64 KiB, too, and one
 /// with four that is in the image of one of them leaves some of it to the program.
@@ -50,7 +52,7 @@ const CROWDED: Share = Share { window_bytes: 128, segments: 4, unacknowledged: 1
 /// Boards with 512 KiB and more.
 const ROOMY: Share = Share { window_bytes: 1024, segments: 32, unacknowledged: AHEAD };
 
-/// What Zephyr is told.
+/// The configuration for Zephyr.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Pools {
     pub window_bytes: usize,
@@ -61,7 +63,7 @@ pub(super) struct Pools {
 }
 
 impl Connections {
-    /// What they need on this board.
+    /// Returns the pools that they need on this board.
     pub(super) fn pools_on(self, board: &str) -> Pools {
         self.pools(self.share_on(board))
     }
@@ -76,22 +78,23 @@ impl Connections {
         }
     }
 
-    /// What the connections need if each gets this share.
+    /// Returns the pools that the connections need if each gets this share.
     fn pools(self, share: Share) -> Pools {
-        // A segment that a first buffer cannot hold takes more, but such segments are few: their bytes are limited.
+        // A segment that exceeds a first buffer takes more, but such segments are few, because their bytes are limited.
         let long_segments = share.window_bytes.div_ceil(BUFFER_BYTES - HEADER_BYTES);
         let packets_in = BURST + self.receiving * share.segments;
-        // What a board sends to itself stays in the packets and buffers for sending until it is read, the headers in
-        // one of their own. A segment there has all that a tag has to say, so half as many hold a window; it has two.
+        // Data that a board sends to itself stay in the packets and buffers for sending until they are read, the
+        // headers in one of their own. A segment there contains all messages of a tag, so half as many fill a window;
+        // it has two.
         let own_segments = if self.local { share.segments } else { 0 };
-        // Together the connections of a small board can keep as much as one that is alone.
+        // Together the connections of a small board can keep as much as one connection alone.
         let kept = (self.ends * share.unacknowledged + 2 * own_segments).max(AHEAD);
         Pools {
             window_bytes: share.window_bytes,
             packets_in,
             packets_out: SENDING + own_segments,
             buffers_in: packets_in + self.receiving * long_segments,
-            // What is kept is sent as copies, with their headers; `lf_send_room` leaves this half to them.
+            // Kept data are sent as copies, with their headers; `lf_send_room` leaves this half to them.
             buffers_out: 2 * (kept + 2),
         }
     }
@@ -101,7 +104,7 @@ impl Connections {
 mod tests {
     use super::*;
 
-    /// What a federate without peers has: a connection to an RTI elsewhere.
+    /// The connections of a federate without peers: one to an RTI elsewhere.
     const FEDERATE: Connections = Connections { ends: 1, receiving: 1, local: false };
 
     #[test]
@@ -130,7 +133,7 @@ mod tests {
         let joint = Connections { ends: 5, receiving: 3, local: true };
         for share in [SMALL, CROWDED, ROOMY] {
             let pools = joint.pools(share);
-            // `lf_send_room` in zephyr/src/platform.c gives out what is beyond this.
+            // `lf_send_room` in zephyr/src/platform.c hands out the buffers beyond this number.
             let for_copies = pools.buffers_out / 2 + 2;
             assert!(pools.buffers_out - for_copies >= joint.ends * share.unacknowledged);
         }

@@ -102,7 +102,7 @@ impl Estimator {
         Self { kept: heapless::Vec::new(), seen: 0 }
     }
 
-    /// The number of exchanges.
+    /// Returns the number of exchanges.
     pub const fn seen(&self) -> u16 {
         self.seen
     }

@@ -117,7 +117,7 @@ impl<N: Needs> NetRules<N> {
         self.sent == tag
     }
 
-    /// The NET to be transmitted.
+    /// Returns the NET to be transmitted.
     pub(super) fn due(&self) -> Option<Tag> {
         self.due
     }

@@ -98,12 +98,12 @@ impl<N: Needs> Tags<N> {
         self.provisional().filter(|tag| *tag > self.net.granted())
     }
 
-    /// The last PTAG.
+    /// Returns the last PTAG.
     fn provisional(&self) -> Option<Tag> {
         if N::CYCLES { self.provisional } else { None }
     }
 
-    /// The last tag begun.
+    /// Returns the last tag begun.
     pub(super) fn current(&self) -> Tag {
         self.current
     }

@@ -101,7 +101,7 @@ impl<'s> Members<'s> {
     }
 }
 
-/// The earliest deadline of the connections.
+/// Returns the earliest deadline of the connections.
 fn earliest_deadline(connections: &[Connection]) -> Deadline {
     connections.iter().filter_map(|connection| connection.deadline).min().into()
 }

@@ -18,7 +18,7 @@ struct Open {
     tag: Tag,
     fires: bool,
     inputs: Inputs,
-    /// How many outputs have been looked at.
+    /// The number of outputs that are done.
     done: usize,
 }
 
@@ -28,7 +28,7 @@ pub(crate) struct Participant {
     id: u16,
     graph: Graph,
     awaited: Awaited<'static>,
-    /// Its connections to others, with their ports.
+    /// The connections to others, with their ports.
     outputs: Vec<(u16, Edge)>,
     timer: Option<Tag>,
     messages: BTreeMap<Tag, Inputs>,
@@ -36,22 +36,22 @@ pub(crate) struct Participant {
     pub(crate) trace: Trace,
     incoming: Vec<u8>,
     pub(crate) outgoing: Vec<u8>,
-    /// Bytes of `outgoing` beyond which there is no room for control messages.
+    /// The number of bytes in `outgoing` beyond which there is no room for control messages.
     room: usize,
     pub(crate) closed: bool,
 }
 
-/// The level of sending over a connection.
+/// Returns the level of sending over a connection.
 fn send_level(port: u16) -> u16 {
     2 * port + 1
 }
 
-/// The least level of what sees a connection's values.
+/// Returns the lowest level of reactions to a connection's values.
 fn input_level(port: u16) -> u16 {
     2 * port + 2
 }
 
-// Tests end soon, so their memory may stay.
+// Tests end soon, so their memory may leak.
 fn leak<T>(items: impl IntoIterator<Item = T>) -> &'static mut [T] {
     items.into_iter().collect::<Vec<_>>().leak()
 }
@@ -90,7 +90,7 @@ impl Participant {
         }
     }
 
-    /// Bytes come from the RTI; every whole message is handled.
+    /// Receives bytes from the RTI, and handles every whole message.
     pub(crate) fn receive(&mut self, now: Instant, bytes: &[u8]) {
         self.incoming.extend(bytes);
         let incoming = std::mem::take(&mut self.incoming);
@@ -114,8 +114,8 @@ impl Participant {
         self.incoming = rest.to_vec();
     }
 
-    /// Each input has to hold what is before the tag where its sender is, and what the delay keeps on its way. While a
-    /// stop is agreed upon, it may also get what the sender is ahead of the RTI.
+    /// Asserts that each input holds at most the messages before the sender's tag, and those that the delay keeps in
+    /// transit. While a stop is being agreed, it may also hold those by which the sender is ahead of the RTI.
     pub(crate) fn check_queues(&self, window: usize) {
         for (port, edge) in self.graph.numbered() {
             // A sender has a tag each nanosecond, and with `after 0` a microstep for every federate at most.
@@ -137,7 +137,7 @@ impl Participant {
         open.inputs.insert((port, value));
     }
 
-    /// Tells the next event, and moves control messages to the out-buffer as far as there is room.
+    /// Announces the next event, and moves control messages to the out-buffer as far as there is room.
     pub(crate) fn tell(&mut self, now: Instant) {
         let next = self.next();
         self.federate.next_event(now, next);
@@ -157,10 +157,11 @@ impl Participant {
         self.timer.into_iter().chain(message).chain([self.last()]).min().unwrap()
     }
 
-    /// Begins the next tag or goes on within the open one, as far as it may; at `stop_at`, asks the federation to stop.
+    /// Begins the next tag or continues the open one, as far as allowed; at `stop_at`, requests a stop of the
+    /// federation.
     pub(crate) fn run(&mut self, now: Instant, stop_at: Option<i64>) {
         if self.open.is_none() {
-            // What is told of a tag goes before the messages of the next one.
+            // Announcements about a tag go before the messages of the next one.
             self.tell(now);
             let next = self.next();
             let tag = self.federate.demanded_tag().map_or(next, |demanded| demanded.min(next));
@@ -211,7 +212,7 @@ impl Participant {
         let Open { tag, fires, inputs, .. } = open;
         let offset = self.offset(tag);
         self.federate.complete(!inputs.is_empty());
-        // Without an event the tag has only told others that there is none.
+        // Without an event the tag has only announced absences.
         if fires || !inputs.is_empty() || tag == self.last() {
             self.trace.insert(Tag::new(Instant::from_nanos(offset), tag.microstep), inputs);
         }

@@ -87,7 +87,7 @@ fn needed((time, microsteps): Delay, tag: Tag) -> Tag {
     }
 }
 
-/// The least delay of all paths, by origin and destination.
+/// Returns the least delay of all paths, by origin and destination.
 fn find_paths(count: usize, immediate: &BTreeMap<(usize, usize), Delay>) -> BTreeMap<(usize, usize), Delay> {
     let mut paths: BTreeMap<(usize, usize), Delay> = BTreeMap::new();
     for _ in 0..=count {
@@ -105,7 +105,7 @@ fn find_paths(count: usize, immediate: &BTreeMap<(usize, usize), Delay>) -> BTre
 }
 
 impl Plain {
-    /// A started federation; `edges` are origin, destination and delay as on the wire.
+    /// Returns a started federation; `edges` are origin, destination and delay as on the wire.
     pub(crate) fn new(count: usize, edges: &[(u16, u16, i64)], dnet: bool) -> Self {
         let mut immediate = BTreeMap::new();
         for &(from, to, delay) in edges {
@@ -264,7 +264,7 @@ impl Plain {
         provisional
     }
 
-    /// The earliest tag at which a federate immediately downstream waits, and that this one has not reached.
+    /// Returns the earliest tag at which a federate immediately downstream waits, and that this one has not reached.
     fn demand(&self, federate: usize) -> Option<Tag> {
         let own = &self.federates[federate];
         let downstream =
@@ -277,7 +277,7 @@ impl Plain {
         tags.filter(|tag| own.completed < *tag && own.granted < *tag && own.provisional <= *tag).min()
     }
 
-    /// A tag, and whether it is granted provisionally.
+    /// Returns a tag to grant, and whether it is granted provisionally.
     fn what_to_grant(&mut self, federate: usize) -> Option<(Tag, bool)> {
         let Federate { granted, provisional, .. } = self.federates[federate];
         let new = |tag: Tag| tag > granted && tag >= provisional;

@@ -94,7 +94,7 @@ fn plan(edges: &[Edge], events: BTreeSet<i64>, honours_dnet: bool, id: u16) -> P
     }
 }
 
-/// A connection, what happens on it, and bytes for it.
+/// Returns a connection, an event on it, and bytes for it.
 fn any_step() -> impl Strategy<Value = (usize, usize, Vec<u8>)> {
     (0..5usize, 0..4usize, proptest::collection::vec(any::<u8>(), 1..60))
 }

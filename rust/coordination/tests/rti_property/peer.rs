@@ -92,7 +92,7 @@ impl Peer {
         self.queue.first_key_value().map_or(Tag::FOREVER, |(tag, _)| *tag)
     }
 
-    /// The last tag.
+    /// Returns the last tag.
     fn end(&self) -> Tag {
         Tag::new(START + self.plan.end, 0)
     }

@@ -3,7 +3,6 @@
 //!
 //! Times are milliseconds. Every bench has the same cells: two timers, two logical actions, a physical action, a
 //! watchdog, three ports, a connection with `after` from port 0, an input, and an output from port 1.
-
 use lf_model::{
     ActionTiming, DeliverError, Delivery, Engine, Full, InputId, Instant, Interval, LogicalActionQueue, ModeCell,
     ModeCells, ModeEvents, ModeId, ModeInfo, ModeTrigger, ModelError, Modes, NetworkInput, NetworkOutput, OutputId,
@@ -116,7 +115,7 @@ pub(crate) fn bench() -> Builder {
     }
 }
 
-/// An action's timing in milliseconds.
+/// Returns an action's timing in milliseconds.
 pub(crate) fn timing(min_delay: i64, min_spacing: Option<i64>, policy: Policy) -> ActionTiming {
     let min_spacing = min_spacing.map(Interval::from_millis);
     ActionTiming { min_delay: Interval::from_millis(min_delay), min_spacing, policy }
@@ -156,7 +155,7 @@ impl Builder {
         self.tells_absence = true;
         self
     }
-    /// The connections into the delayed port and into the input are physical.
+    /// Makes the connections into the delayed port and into the input physical.
     pub(crate) fn physical_connections(mut self) -> Self {
         self.physical_connections = true;
         self
@@ -168,7 +167,8 @@ impl Builder {
         self
     }
 
-    /// The program has modes: with the number of their instance, what contains it, and whether they are initial.
+    /// Adds modes to the program: the number of their instance, the mode that contains it, and whether they are
+    /// initial.
     pub(crate) fn modes(mut self, modes: &[(u16, Option<u16>, bool)]) -> Self {
         self.modes = leak(modes.iter().map(|&(instance, parent, initial)| ModeInfo {
             name: "mode",
@@ -179,32 +179,32 @@ impl Builder {
         self
     }
 
-    /// A timer (2, 3), an action (4, 5), the physical action (6), the delayed connection (7) or the
-    /// watchdog (9) is in a mode.
+    /// Puts a timer (2, 3), an action (4, 5), the physical action (6), the delayed connection (7) or the watchdog (9)
+    /// into a mode.
     pub(crate) fn trigger_in(mut self, trigger: usize, mode: u16) -> Self {
         self.trigger_modes[trigger] = Some(ModeId(mode));
         self
     }
 
-    /// The reaction that was added last is in a mode.
+    /// Puts the reaction that was added last into a mode.
     pub(crate) fn in_mode(mut self, mode: u16) -> Self {
         self.reactions.last_mut().unwrap().mode = Some(ModeId(mode));
         self
     }
 
-    /// A handler for a tardy input of the reaction that was added last.
+    /// Adds a handler for a tardy input to the reaction that was added last.
     pub(crate) fn handles_tardy(mut self, handler: impl FnMut(&mut Cells, &mut ReactionContext<'_>) + 'static) -> Self {
         self.reactions.last_mut().unwrap().tardy = Some(Box::new(handler));
         self
     }
 
-    /// The reaction that was added last reads the input, which does not trigger it.
+    /// Lets the reaction that was added last read the input, which does not trigger it.
     pub(crate) fn reads_input(mut self) -> Self {
         self.reactions.last_mut().unwrap().reads_input = true;
         self
     }
 
-    /// A reaction; those of one level run in the order in which they are added.
+    /// Adds a reaction; those of one level run in the order in which they are added.
     pub(crate) fn reaction(
         mut self,
         level: u16,
@@ -225,7 +225,7 @@ impl Builder {
         self
     }
 
-    /// A deadline for the reaction that was added last.
+    /// Adds a deadline to the reaction that was added last.
     pub(crate) fn deadline(
         mut self,
         ms: i64,
@@ -237,7 +237,7 @@ impl Builder {
         self
     }
 
-    /// The reaction that sends port 1 to another federate.
+    /// Adds the reaction that sends port 1 to another federate.
     pub(crate) fn sends(mut self, level: u16) -> Self {
         self = self.reaction(level, &[By::Port(1)], |_, _| unreachable!("it has no body"));
         self.reactions.last_mut().unwrap().kind = ReactionKind::Send(OutputId(0));
@@ -338,7 +338,7 @@ impl Builder {
     }
 }
 
-/// An engine in memory of the right size; no bench has more than four modes.
+/// Returns an engine in memory of the right size; no bench has more than four modes.
 fn engine(tables: &'static Tables, settings: Settings, tardy: bool, modal: bool) -> Engine<'static> {
     if modal {
         let storage: &'static mut Storage<11, 1, 1, 1, 0, 0, 4, 10> = Box::leak(Box::default());
@@ -548,7 +548,7 @@ impl Bench {
     }
 }
 
-/// For comparison with [`Bench::log`].
+/// Converts entries for comparison with [`Bench::log`].
 pub(crate) fn entries(expected: &[(&str, i64, u32)]) -> Vec<(String, i64, u32)> {
     expected.iter().map(|&(word, ms, microstep)| (word.to_string(), ms, microstep)).collect()
 }

@@ -67,7 +67,7 @@ impl<P, N, B> fmt::Debug for RtiLoop<'_, '_, P, N, B> {
 }
 
 impl<'a, 's, P: Platform, N: FnMut(RtiEvent<'_>), B: Storage> RtiLoop<'a, 's, P, N, B> {
-    /// An RTI whose federates may come now. `log` is told what people may want to know.
+    /// Returns an RTI that accepts federates. `log` gets its log events.
     ///
     /// # Errors
     /// When configuration and storage do not fit together, or a buffer cannot hold the longest message. The listening
@@ -412,11 +412,11 @@ impl<'a, 's, P: Platform, N: FnMut(RtiEvent<'_>), B: Storage> RtiLoop<'a, 's, P,
         }
     }
 
-    /// Clock synchronization over TCP before the start. Everything between an answer and the times that follow from it
+    /// Runs clock synchronization over TCP before the start. Any work between an answer and the times that depend on it
     /// would count as network delay. So the connection of the current exchange comes before all others, and again after
     /// each of them; the RTI writes its answer at once, and reads the time right before it begins an exchange.
     ///
-    /// Only reading shows whether something has come there, because the last wait is over.
+    /// Only reading shows whether input has arrived there, because the last wait is over.
     fn exchange(&mut self) {
         if let Some(ConnectionId(index)) = self.rti.exchanging() {
             self.table.inlets[index].readable = true;

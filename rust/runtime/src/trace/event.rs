@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! What happens in a participant, as it is recorded.
+//! The recorded events of a participant.
 
 use lf_coordination::from_wire;
 use lf_model::time::{Instant, Tag};
@@ -8,26 +8,25 @@ use lf_wire::{Message, MessageType};
 
 use super::header::Header;
 
-/// How a record names the RTI, where it names a federate otherwise.
+/// The value for the RTI in the place of a federate's id.
 pub const RTI: u16 = u16::MAX;
 
-/// What happens in a participant.
+/// An event of a participant.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub enum Event {
-    /// The recording begins: whose it is. It comes before all others.
+    /// The recording of this participant begins. It comes before all others.
     Begins(Header),
-    /// From here on the own clock shows this physical time of the federation when this happens.
+    /// The participant's clock shows this physical time of the federation at the time of this record, and from here on.
     Clock(Instant),
-    /// The first tag is at this time; whether the program does not wait for the time of its tags.
+    /// The time of the first tag; whether the program does not wait for the time of its tags.
     Starts(Instant, bool),
-    /// With decentralized coordination: the tag that begins next could begin at this time, as far as that depends on
-    /// clocks.
+    /// With decentralized coordination: the next tag could begin at this time, as far as that depends on clocks.
     Due(Instant),
     /// A tag begins.
     TagBegins(Tag),
     /// A tag is complete.
     TagEnds(Tag),
-    /// What comes from outside at the tag that has just begun: a physical action, or a physical connection within the
+    /// The input from outside at the tag that has just begun: a physical action, or a physical connection within the
     /// federate, by its number in the program's tables. Recorded with values only; the value follows, if it has one.
     Physical(TriggerId),
     /// A reaction begins, by its number in the program's tables, in the event loop or in a worker, which counts from 1.
@@ -36,42 +35,42 @@ pub enum Event {
     ReactionEnds(u16, u16),
     /// A message goes into the send buffer.
     Sent(Word),
-    /// A message has come, and waits for room in the queue of its input. It may be told more than once.
+    /// A message has arrived, and waits for room in the queue of its input. It may be recorded more than once.
     Held(Word),
-    /// A message has come and is handled. With values, its value follows.
+    /// A message has arrived and is handled. With values, its value follows.
     Received(Word),
-    /// A part of the value of what was recorded before.
+    /// A part of the value of the previous event.
     Data(Chunk),
     /// The event loop begins to wait.
     WaitBegins(Waits),
-    /// The event loop goes on.
+    /// The event loop continues.
     WaitEnds,
     /// The participant ends; whether by an error.
     Ends(bool),
-    /// So many records were lost here, because there was no room for more.
+    /// This number of records was lost here, because there was no room for more.
     Lost(u64),
-    /// In a file that goes on at its beginning when it is full: the newest record is before this, the oldest behind.
+    /// The seam in a file that wraps around: the newest record is before it, the oldest behind.
     Seam,
 }
 
-/// A message as far as it is recorded.
+/// The recorded part of a message.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub struct Word {
     /// Its type.
     pub kind: MessageType,
     /// The federate at the other end of the connection, or [`RTI`]. In records of an RTI, [`RTI`] is a federate that
-    /// has not said which one it is.
+    /// has not sent its id.
     pub peer: u16,
-    /// The federate for which a value is, and the number of its input; of others, zeros.
+    /// The federate that receives a value, and the number of its input; zeros in other messages.
     pub to: (u16, u16),
     /// Its tag, if it has one; of a TIMESTAMP, its time.
     pub tag: Option<Tag>,
-    /// Bytes on the wire; of a value that is being sent, how many it has itself.
+    /// Bytes on the wire; of a value that is being sent, its own length.
     pub bytes: u32,
 }
 
 impl Word {
-    /// Returns what is recorded of a message.
+    /// Returns the recorded part of a message.
     pub fn of(message: &Message<'_>, peer: u16) -> Self {
         let (tag, to) = match *message {
             Message::TaggedMessage { port, federate, tag, .. }
@@ -128,15 +127,15 @@ pub(super) const fn has_tag(kind: MessageType) -> bool {
     )
 }
 
-/// How many bytes of a value a record holds.
+/// The number of bytes of a value in a record.
 pub const CHUNK_BYTES: usize = 22;
 
-/// A part of a value: the records of one value follow the record of the event that it came with.
+/// A part of a value: the records of a value follow the record of its event.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub struct Chunk {
     bytes: [u8; CHUNK_BYTES],
     len: u8,
-    /// Whether the value ends with it.
+    /// Whether it is the last part.
     pub is_last: bool,
 }
 
@@ -157,7 +156,7 @@ impl Chunk {
         self.bytes.get(..self.len.into()).unwrap_or(&self.bytes)
     }
 
-    /// Returns the parts of a value, of which there is one at least.
+    /// Returns the parts of a value, at least one.
     pub(super) fn of(value: &[u8]) -> impl Iterator<Item = Self> {
         let parts = value.len().div_ceil(CHUNK_BYTES).max(1);
         (1..=parts).map(move |part| {
@@ -168,30 +167,30 @@ impl Chunk {
     }
 }
 
-/// What an event loop waits for.
+/// The reason why an event loop waits.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Debug)]
 pub enum Waits {
-    /// Anything that comes: there is no event.
+    /// No event is pending; any input ends the wait.
     Anything,
     /// The time of this tag.
     Time(Tag),
-    /// An RTI that takes the connection, its answers, other federates that take connections, and the start.
+    /// An RTI that accepts the connection, its answers, other federates that accept connections, and the start.
     Start,
-    /// Others that take the last words.
+    /// Peers that accept the last messages.
     End,
     /// A grant for this tag.
     Grant(Tag),
-    /// What comes at this tag at an input, by its place in the tables; for ever, or for as long as the program says.
+    /// An input at this tag, by its index in the tables, and the limit of the wait.
     Input(Tag, u16, Patience),
-    /// Room for what is sent at this tag, at a federate or at [`RTI`].
+    /// Room for a message of this tag, at a federate or at [`RTI`].
     Room(Tag, u16),
 }
 
-/// How long an input is waited for.
+/// The limit of a wait for an input.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Debug)]
 pub enum Patience {
-    /// Until it is known what comes.
+    /// Until the status of the input is known.
     Endless,
-    /// At most for a time, such as `@maxwait` says.
+    /// At most for a time, such as `@maxwait`.
     Limited,
 }

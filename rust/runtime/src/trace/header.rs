@@ -1,23 +1,23 @@
 // SPDX-License-Identifier: Apache-2.0
-//! How a recording begins: 32 bytes that say whose it is, and in which version of the format.
+//! The header of a recording: 32 bytes with its participant and the version of the format.
 
 use core::fmt;
 
 /// Bytes of a record, and of a header.
 pub const RECORD_BYTES: usize = 32;
 
-/// How a header begins.
+/// The first bytes of a header.
 pub const MAGIC: [u8; 8] = *b"lftrace\n";
 
 /// The version of the format.
 pub const FORMAT: u16 = 2;
 
-/// Whose records follow.
+/// The participant of the records that follow.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub struct Header {
-    /// Who it is.
+    /// The role of the participant.
     pub role: Role,
-    /// How many reactions, inputs and outputs its tables have, by which a table of names can be told from another's.
+    /// The numbers of reactions, inputs and outputs in its tables, which identify the matching table of names.
     pub sizes: [u16; 3],
 }
 
@@ -32,14 +32,14 @@ pub enum Role {
     Program,
 }
 
-/// Why bytes are no record or header.
+/// The reason why bytes are no record or header.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum Damage {
     /// They do not begin as a header does.
     Foreign,
     /// They are of another version of the format.
     Version(u16),
-    /// There is no such thing.
+    /// The kind is unknown.
     Kind(u8),
 }
 
@@ -54,7 +54,7 @@ impl fmt::Display for Damage {
 }
 
 impl Header {
-    /// The header as bytes.
+    /// Returns the header as bytes.
     pub fn to_bytes(self) -> [u8; RECORD_BYTES] {
         let (role, id) = match self.role {
             Role::Federate(id) => (0, id),
@@ -75,7 +75,7 @@ impl Header {
     /// Reads a header.
     ///
     /// # Errors
-    /// What is wrong with it.
+    /// Returns the defect.
     pub fn from_bytes(bytes: &[u8; RECORD_BYTES]) -> Result<Self, Damage> {
         let bytes = Bytes(*bytes);
         if bytes.get::<8>(0) != MAGIC {
@@ -95,7 +95,7 @@ impl Header {
     }
 }
 
-/// Bytes with places, all of which are constants within them.
+/// Bytes at positions that are all constants within the record.
 pub(super) struct Bytes(pub(super) [u8; RECORD_BYTES]);
 
 impl Bytes {

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-//! What a participant records of itself: tags, reactions, messages, grants and waits, in records of one size.
+//! The recording of a participant's events: tags, reactions, messages, grants and waits, in records of one size.
 //!
-//! An event loop that was given a [`Recording`] tells its [`Recorder`] each [`Event`], as it happens. A recorder keeps
-//! [`Record`]s: in a file, in a ring in memory. Records have numbers in place of names; the compiler's table has the
-//! names. An event loop without a recording reads no clock for it, and calls nothing; without the feature `traces`
-//! nothing of this is linked.
+//! An event loop with a [`Recording`] passes each [`Event`] to its [`Recorder`] as it happens. A recorder keeps
+//! [`Record`]s: in a file, or in a ring in memory. Records have numbers instead of names; the compiler's table has the
+//! names. An event loop without a recording reads no clock for it, and calls nothing; without the feature `traces` no
+//! code of this module is linked.
 
 mod event;
 mod header;

@@ -1,15 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Records as bytes: 32 of them, little-endian, the same on every system.
 //!
-//! | bytes | what |
+//! | bytes | content |
 //! |---|---|
-//! | 0–7 | when, in nanoseconds of the own clock |
+//! | 0–7 | the time, in nanoseconds of the participant's clock |
 //! | 8–15, 16–19 | the tag: its time and its microstep; or a time, or a number |
 //! | 20–23 | a number of bytes |
 //! | 24 | the kind |
-//! | 25 | more about the kind: of a message, the first byte of its type on the wire |
+//! | 25 | a detail of the kind: of a message, its type byte on the wire |
 //! | 26–27 | a federate |
-//! | 28–29 | an input, a trigger, a reaction, or the federate for which a value is |
+//! | 28–29 | an input, a trigger, a reaction, or the receiver of a value |
 //! | 30–31 | a worker, or the input of that federate |
 //!
 //! A part of a value (kinds 16 and 17, the last part) has its bytes in 8–23 and 26–31, and their number in 25.
@@ -21,12 +21,12 @@ use lf_wire::MessageType;
 use super::event::{CHUNK_BYTES, Chunk, Event, Patience, Waits, Word, has_tag};
 use super::header::{Bytes, Damage, RECORD_BYTES};
 
-/// Something that has happened, and when.
+/// An event and its time.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct Record {
-    /// By the own clock, whose relation to the federation's time [`Event::Clock`] tells.
+    /// The time of the participant's clock; [`Event::Clock`] relates it to the federation's time.
     pub at: Instant,
-    /// What.
+    /// The event.
     pub event: Event,
 }
 
@@ -52,7 +52,7 @@ impl Fields {
         Self { kind, ..Self::default() }
     }
 
-    /// With a tag, or zeros.
+    /// Sets the tag, or zeros.
     fn tag(self, tag: impl Into<Option<Tag>>) -> Self {
         let tag = tag.into();
         let (time, microstep) = tag.map_or((0, 0), |tag| (tag.time.as_nanos(), tag.microstep.0));
@@ -126,7 +126,7 @@ impl Fields {
             Event::Due(time) => Self { time: time.as_nanos(), ..Self::new(14) },
             Event::Held(word) => Self::word(15, word),
             Event::Physical(trigger) => Self { port: trigger.0, ..Self::new(18) },
-            // They have forms of their own.
+            // They have encodings of their own.
             Event::Begins(_) | Event::Data(_) => Self::default(),
         }
     }
@@ -186,7 +186,7 @@ impl Record {
     /// Reads a record.
     ///
     /// # Errors
-    /// [`Damage::Kind`] when it is none.
+    /// [`Damage::Kind`] when its kind is unknown.
     pub fn from_bytes(bytes: &[u8; RECORD_BYTES]) -> Result<Self, Damage> {
         let bytes = Bytes(*bytes);
         let at = Instant::from_nanos(i64::from_le_bytes(bytes.get(0)));
@@ -216,13 +216,13 @@ fn chunk_to_bytes(at: Instant, chunk: &Chunk) -> [u8; RECORD_BYTES] {
     part[..len].copy_from_slice(chunk.bytes());
     bytes.put(0, at.as_nanos().to_le_bytes());
     bytes.0[8..24].copy_from_slice(&part[..16]);
-    // A part has no more bytes than that.
+    // A part has at most this many bytes.
     bytes.put(24, [if chunk.is_last { LAST_DATA } else { DATA }, u8::try_from(len).unwrap_or(u8::MAX)]);
     bytes.0[26..].copy_from_slice(&part[16..]);
     bytes.0
 }
 
-/// Reads a part of a value; `None` if it says that it is longer than a record.
+/// Reads a part of a value; `None` if its length exceeds a record.
 fn chunk_from(bytes: &Bytes) -> Option<Chunk> {
     let mut part = [0; CHUNK_BYTES];
     part[..16].copy_from_slice(&bytes.0[8..24]);
@@ -238,7 +238,7 @@ mod tests {
     use super::*;
 
     proptest! {
-        /// Whatever is a record is one again after it was read and written, and no bytes make reading panic.
+        /// Every record survives writing and reading, and no bytes make reading panic.
         #[test]
         fn records_are_the_same_when_they_are_read_again(
             mut bytes: [u8; RECORD_BYTES],
@@ -251,7 +251,7 @@ mod tests {
             }
         }
 
-        /// A value is put together again from its parts, however long it is.
+        /// A value of any length is the same after its parts are joined.
         #[test]
         fn a_value_is_the_same_when_its_parts_are_read_again(value in proptest::collection::vec(0u8.., 0..100)) {
             let mut found = std::vec::Vec::new();

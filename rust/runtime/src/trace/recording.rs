@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Where event loops tell what happens in them. Without the feature `traces` all of this does nothing.
+//! The connection from event loops to a recorder. Without the feature `traces` it does nothing.
 
 use core::fmt;
 use core::marker::PhantomData;
@@ -15,20 +15,19 @@ use super::header::{Header, Role};
 use crate::federate::Reason;
 use crate::platform::Platform;
 
-/// The longest value of a physical action that is recorded: it lies on the stack of the event loop meanwhile.
+/// The longest recorded value of a physical action: it lies on the stack of the event loop meanwhile.
 #[cfg(feature = "traces")]
 const VALUE_BYTES_MAX: usize = if cfg!(target_pointer_width = "64") { 1 << 14 } else { 1 << 9 };
 
-/// Takes what happens in a participant, and keeps it.
+/// A consumer of a participant's events.
 pub trait Recorder {
     /// Takes an event, at this time of the platform's clock.
     fn record(&mut self, at: Instant, event: Event);
 }
 
-/// What an event loop tells of itself: nothing, or all that happens to a [`Recorder`], with values or without.
+/// An event loop's access to a [`Recorder`], if there is one, with values or without.
 ///
-/// As long as it is off, it costs a look at one pointer where something happens: no clock is read, no lock taken, no
-/// function called.
+/// Without a recorder, an event costs one test of a pointer: no clock is read, no lock taken, no function called.
 pub struct Recording<'a> {
     /// The recorder, and whether it takes values.
     #[cfg(feature = "traces")]
@@ -44,7 +43,7 @@ impl fmt::Debug for Recording<'_> {
 
 #[cfg(feature = "traces")]
 impl<'a> Recording<'a> {
-    /// Tells a recorder what happens; with the values of messages and physical actions, if it takes `values`.
+    /// Returns a recording to a recorder, with the values of messages and physical actions if it accepts `values`.
     pub fn new(recorder: &'a mut dyn Recorder, values: bool) -> Self {
         Self { to: Some((recorder, values)), lifetime: PhantomData }
     }
@@ -66,7 +65,7 @@ impl<'a> Recording<'a> {
 }
 
 impl Recording<'_> {
-    /// Returns the same for a while. Without the feature it takes no room in what it is put into, as a reference would.
+    /// Returns the same for a while. Without the feature it takes no room in its owner, unlike a reference.
     #[inline]
     #[cfg_attr(not(feature = "traces"), expect(clippy::unused_self, reason = "nothing is recorded"))]
     pub(crate) fn lend(&mut self) -> Recording<'_> {
@@ -77,7 +76,7 @@ impl Recording<'_> {
         }
     }
 
-    /// Nothing is told.
+    /// The recording without a recorder.
     pub const OFF: Self = Self {
         #[cfg(feature = "traces")]
         to: None,
@@ -93,7 +92,7 @@ impl Recording<'_> {
         None
     }
 
-    /// Returns whether somebody is told.
+    /// Returns whether there is a recorder.
     #[inline]
     pub(crate) fn is_on(&mut self) -> bool {
         self.to().is_some()
@@ -105,14 +104,14 @@ impl Recording<'_> {
         self.to().is_some_and(|(_, values)| values)
     }
 
-    /// Says whose recording begins: that of a participant with these tables.
+    /// Records the header of a participant with these tables.
     pub(crate) fn begin(&mut self, platform: &mut impl Platform, role: Role, tables: Option<&Tables>) {
         let sizes = tables.map_or([0; 3], |tables| [tables.reactions.len(), tables.inputs.len(), tables.outputs.len()]);
         let sizes = sizes.map(|size| u16::try_from(size).unwrap_or(u16::MAX));
         self.note(platform, Event::Begins(Header { role, sizes }));
     }
 
-    /// Records what happens now.
+    /// Records an event now.
     #[inline]
     pub(crate) fn note(&mut self, platform: &mut impl Platform, event: Event) {
         if let Some((recorder, _)) = self.to() {
@@ -120,7 +119,7 @@ impl Recording<'_> {
         }
     }
 
-    /// Records what happens at this time of the platform's clock.
+    /// Records an event at this time of the platform's clock.
     #[inline]
     pub(crate) fn note_at(&mut self, at: Instant, event: Event) {
         if let Some((recorder, _)) = self.to() {
@@ -128,7 +127,7 @@ impl Recording<'_> {
         }
     }
 
-    /// Records that the open tag begins, and with values what comes from outside at it.
+    /// Records the begin of the open tag, and with values its inputs from outside.
     #[inline]
     pub(crate) fn note_tag(&mut self, platform: &mut impl Platform, engine: &Engine<'_>, program: &mut dyn Program) {
         if !self.is_on() {
@@ -141,7 +140,7 @@ impl Recording<'_> {
         }
     }
 
-    /// Records what comes from outside at the open tag, with its values.
+    /// Records the inputs from outside at the open tag, with their values.
     #[cfg(feature = "traces")]
     #[inline(never)]
     fn note_physical(&mut self, at: Instant, engine: &Engine<'_>, program: &mut dyn Program) {
@@ -158,7 +157,7 @@ impl Recording<'_> {
     #[expect(clippy::unused_self, reason = "nothing is recorded")]
     fn note_physical(&mut self, _: Instant, _: &Engine<'_>, _: &mut dyn Program) {}
 
-    /// Records a message that goes.
+    /// Records a sent message.
     #[inline]
     pub(crate) fn note_sent(&mut self, platform: &mut impl Platform, message: &Message<'_>, peer: u16) {
         if let Some((recorder, _)) = self.to() {
@@ -166,7 +165,7 @@ impl Recording<'_> {
         }
     }
 
-    /// Records a message that has come, and is handled now.
+    /// Records a received message that is handled now.
     #[inline]
     pub(crate) fn note_received(&mut self, platform: &mut impl Platform, message: &Message<'_>, peer: u16) {
         if self.is_on() {
@@ -175,14 +174,14 @@ impl Recording<'_> {
         }
     }
 
-    /// Records the message in these bytes, which have come at this time of the platform's clock, if they are one.
+    /// Records the message in these bytes, received at this time of the platform's clock, if they are one.
     pub(crate) fn note_bytes(&mut self, at: Instant, bytes: &[u8], peer: u16) {
         if let Ok(Decoded::Complete { message, .. }) = decode(bytes, &Limits::NONE) {
             self.note_received_at(at, &message, peer);
         }
     }
 
-    /// Records a message that has come at this time of the platform's clock, with its value if values are recorded.
+    /// Records a message received at this time of the platform's clock, with its value if values are recorded.
     pub(crate) fn note_received_at(&mut self, at: Instant, message: &Message<'_>, peer: u16) {
         let Some((recorder, values)) = self.to() else { return };
         recorder.record(at, Event::Received(Word::of(message, peer)));
@@ -196,7 +195,7 @@ fn record_value(recorder: &mut dyn Recorder, at: Instant, value: &[u8]) {
     Chunk::of(value).for_each(|chunk| recorder.record(at, Event::Data(chunk)));
 }
 
-/// Returns what a reaction does, in the event loop (0) or in a worker.
+/// Returns the event of a reaction, in the event loop (0) or in a worker.
 #[cfg(feature = "traces")]
 pub(crate) fn step_event(step: ReactionStep, worker: u16) -> Event {
     match step {
@@ -205,8 +204,8 @@ pub(crate) fn step_event(step: ReactionStep, worker: u16) -> Event {
     }
 }
 
-/// Returns what a federate waits for: for this reason, with the input that it is about if it is about one, or else
-/// until the time of its next tag. `is_timed`: only for a time.
+/// Returns the reason of a federate's wait: `reason`, with its input if it has one, or else the time of its next tag.
+/// `is_timed`: only for a time.
 pub(crate) fn waits(reason: Option<Reason>, input: Option<InputId>, next: Option<Tag>, is_timed: bool) -> Waits {
     let patience = if is_timed { Patience::Limited } else { Patience::Endless };
     match (reason, next) {

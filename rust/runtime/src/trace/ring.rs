@@ -7,25 +7,25 @@ use super::event::Event;
 use super::header::RECORD_BYTES;
 use super::record::Record;
 
-/// A ring of the newest `N` records, and what all others have to be read with.
+/// A ring of the newest `N` records, and of those that all others depend on.
 #[derive(Debug)]
 pub struct Ring<const N: usize> {
-    /// Zeros are no record.
+    /// The records; zeros are none.
     records: [[u8; RECORD_BYTES]; N],
-    /// How many records there were.
+    /// The number of records so far.
     count: u64,
-    /// When the program has started, which no ring is long enough for.
+    /// The record of the program's start, which no ring is long enough for.
     start: Option<Record>,
 }
 
 impl<const N: usize> Ring<N> {
-    /// No record yet. It takes no flash.
+    /// Returns an empty ring. It takes no flash.
     #[expect(clippy::new_without_default, reason = "it is for statics, which cannot use Default")]
     pub const fn new() -> Self {
         Self { records: [[0; RECORD_BYTES]; N], count: 0, start: None }
     }
 
-    /// Keeps a record, in the place of the oldest where there is no other.
+    /// Adds a record, which replaces the oldest one if the ring is full.
     pub fn push(&mut self, at: Instant, event: Event) {
         let record = Record { at, event };
         if let Event::Starts(..) = event {
@@ -40,7 +40,7 @@ impl<const N: usize> Ring<N> {
         self.count += 1;
     }
 
-    /// What is kept, oldest first: how many records are lost, the start, and the others.
+    /// Returns the kept records, oldest first: the number of lost ones, the start, and the others.
     pub fn records(&self) -> impl Iterator<Item = Record> {
         let lost = self.count.saturating_sub(N as u64);
         let oldest = usize::try_from(self.count % N.max(1) as u64).unwrap_or(0);

@@ -24,11 +24,11 @@ use lf_testkit::world::{Blocking, Conditions, Fate, Threads, Trouble, Virtual};
 
 /// The port of the first listener of a federate.
 const FIRST_EPHEMERAL_PORT: u16 = 49_152;
-/// How long intruders stay.
+/// The time that intruders stay.
 pub(crate) const INTRUSION: Interval = Interval::from_secs(200);
 /// The RTI's port.
 pub(crate) const PORT: u16 = 15045;
-/// The RTI's number among the participants; the federates come after it, in order of id.
+/// The RTI's number among the participants; the federates follow, in order of id.
 pub(crate) const RTI: usize = 0;
 const ID: &[u8] = b"virtual";
 
@@ -38,18 +38,18 @@ pub(crate) struct Edge {
     pub from: u16,
     pub to: u16,
     pub delay: Option<Interval>,
-    /// The connection is physical.
+    /// Whether the connection is physical.
     pub physical: bool,
-    /// With decentralized coordination, how long the receiver waits for what comes, before a tag and within it.
+    /// With decentralized coordination, the time that the receiver waits for messages, before a tag and within it.
     pub waits: (Interval, Interval),
 }
 
-/// A connection without a delay and without waits.
+/// Returns a connection without a delay and without waits.
 pub(crate) fn edge(from: u16, to: u16) -> Edge {
     Edge { from, to, delay: None, physical: false, waits: (Interval::ZERO, Interval::ZERO) }
 }
 
-/// A federation, and what happens to it.
+/// A federation, with its faults.
 #[derive(Clone, Debug)]
 pub(crate) struct Plan {
     pub nodes: Vec<Behavior>,
@@ -58,7 +58,7 @@ pub(crate) struct Plan {
     pub own_ports: &'static [u16],
     /// Capacity of each input's queue: 1, 2 or 16.
     pub capacity: usize,
-    /// Whether what happens is recorded, and then whether with values.
+    /// Whether events are recorded, and if so, whether with values.
     pub records: Option<bool>,
     pub timeout: Option<Interval>,
     /// The time-outs of federates that have another one.
@@ -66,38 +66,38 @@ pub(crate) struct Plan {
     pub coordination: Coordination,
     pub fast: bool,
     pub keepalive: bool,
-    /// Bytes of the receive buffers beyond the least that is allowed.
+    /// Bytes of the receive buffers beyond the allowed minimum.
     pub spare_bytes: usize,
     pub trials: u16,
     pub federation_id: &'static [u8],
-    /// The RTI requires authentication.
+    /// Whether the RTI requires authentication.
     pub authentication: bool,
     /// Federates that authenticate if the RTI does not, and the reverse.
     pub otherwise: BTreeSet<u16>,
     pub log_waits: Option<Interval>,
     pub after_loss: AfterLoss,
-    /// When each federate begins, if not at once.
+    /// The times at which federates begin, if not at once.
     pub begins: BTreeMap<u16, Interval>,
     /// The RTI begins at this time; `None`: never.
     pub rti_begins: Option<Interval>,
-    /// Where the federates look for the RTI.
+    /// The address at which the federates look for the RTI.
     pub rti: IpAddress,
-    /// Where they look for it, too.
+    /// Further addresses at which they look for it.
     pub others: Vec<IpAddress>,
-    /// Federates that say they are another one.
+    /// Federates that claim the id of another one.
     pub same_id: BTreeMap<u16, u16>,
     /// Federates that want to join another federation.
     pub strangers: BTreeSet<u16>,
-    /// Who connects to federates without being one: as soon as that listens, with so many connections, on each of which
-    /// it says this and no more.
+    /// The intruders: each connects to a federate as soon as that listens, a number of times, and sends the same bytes
+    /// on each connection.
     pub intruders: Vec<Intruder>,
-    /// What happens to which participant, and when.
+    /// The faults: time, participant and kind.
     pub fates: Vec<(Interval, usize, Fate)>,
-    /// How many bytes of memory the RTI's computer has for what one connection receives, and for what it sends.
+    /// The memory in bytes that the RTI's computer has for the input of one connection, and for its output.
     pub rti_memory: (usize, usize),
 }
 
-/// Somebody who is no federate, and connects to one.
+/// A program that is no federate, and connects to one.
 #[derive(Clone, Debug)]
 pub(crate) struct Intruder {
     /// The federate; `None` for the RTI.
@@ -181,7 +181,8 @@ impl Plan {
 }
 
 impl Plan {
-    /// Whether the receiver waits within a tag for what comes over a connection: it reaches the sender without delay.
+    /// Returns whether the receiver waits within a tag for messages over a connection: it reaches the sender without
+    /// delay.
     fn is_awaited(&self, edge: Edge) -> bool {
         let mut reached = BTreeSet::from([edge.to]);
         let mut open = vec![edge.to];
@@ -197,29 +198,29 @@ impl Plan {
     }
 }
 
-/// How a federation went.
+/// The results of a federation.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Report {
     pub outcome: Option<Result<Outcome, SetupError>>,
     pub results: Vec<Result<(), RunError>>,
-    /// What each federate has noted.
+    /// The inputs that each federate has noted.
     pub logs: Vec<Log>,
-    /// What of that was tardy.
+    /// The tardy ones among them.
     pub late: Vec<Late>,
-    /// How many messages each federate has counted as late.
+    /// The number of messages that each federate has counted as late.
     pub late_messages: Vec<u64>,
-    /// How many messages each federate knows not to have arrived.
+    /// The number of messages that each federate knows not to have arrived.
     pub lost_messages: Vec<u64>,
-    /// When each federate ended, in virtual time.
+    /// The virtual time at which each federate ended.
     pub ended: Vec<Interval>,
     /// Whether each has run its shutdown reaction.
     pub shut_down: Vec<bool>,
-    /// What each has logged at the level of information and above.
+    /// The log lines of each, at the level of information and above.
     pub lines: Vec<Vec<String>>,
-    /// What the RTI has said.
+    /// The log events of the RTI.
     pub notices: Vec<String>,
     pub trouble: Option<Trouble>,
-    /// What the RTI has recorded, and then each federate.
+    /// The records of the RTI, and then of each federate.
     pub records: Vec<Vec<Record>>,
 }
 
@@ -230,7 +231,7 @@ struct Results {
     federates: BTreeMap<u16, (Ran, Interval)>,
 }
 
-/// How a federate went.
+/// The results of a federate.
 pub(crate) struct Ran {
     pub result: Result<(), RunError>,
     pub log: Log,
@@ -249,7 +250,7 @@ pub(crate) fn run(plan: &Plan, conditions: Conditions) -> Report {
     let rti = world.join(plan.rti_begins.unwrap_or(Interval::ZERO), Interval::ZERO);
     let federates: Vec<_> = (0..u16::try_from(plan.nodes.len()).unwrap())
         .map(|id| {
-            // Every clock is another one, by seconds.
+            // Each clock differs from the others by seconds.
             let offset = Interval::from_millis(i64::from(id) * 1700 - 900);
             (id, world.join(plan.begins.get(&id).copied().unwrap_or_default(), offset))
         })
@@ -297,7 +298,8 @@ pub(crate) fn run(plan: &Plan, conditions: Conditions) -> Report {
     Report { records: world.records(), ..report(results.into_inner().unwrap(), world.trouble()) }
 }
 
-/// Runs one federate, while `act` plays its RTI, which has accepted its connection, and all others; how it went.
+/// Runs one federate, while `act` plays its RTI, which has accepted its connection, and all others; returns the
+/// results.
 pub(crate) fn run_with<const N: usize, T: Send>(
     plan: &Plan,
     id: u16,
@@ -352,7 +354,7 @@ fn report(results: Results, trouble: Option<Trouble>) -> Report {
     report
 }
 
-/// Memory that has an end before it was said to have one.
+/// Memory that ends before its announced size.
 struct Scarce {
     growing: Growing,
     memory: usize,
@@ -393,7 +395,7 @@ fn run_the_rti(plan: &Plan, platform: &mut Virtual, notices: &mut Vec<String>) -
     let count = plan.nodes.len();
     let connections = count + 2;
     let bytes = buffer_bytes(4, count);
-    // So short that they have to grow for most messages and are given back after them.
+    // The buffers are so short that most messages make them grow, and they shrink again afterwards.
     let buffer = |memory| Scarce { growing: Growing::new(1, 16, bytes), memory };
     let (input, output) = plan.rti_memory;
     let (mut inlets, mut outgoings): (Vec<_>, Vec<_>) =
@@ -421,7 +423,7 @@ fn run_the_rti(plan: &Plan, platform: &mut Virtual, notices: &mut Vec<String>) -
     Ok(rti.run())
 }
 
-/// The part of a federate in the federation.
+/// Returns the configuration of the federate in the federation.
 pub(crate) fn federation_of(plan: &Plan, id: u16) -> Federation {
     let mut upstream: BTreeMap<u16, i64> = BTreeMap::new();
     for edge in plan.edges.iter().filter(|edge| edge.to == id && !edge.physical) {
@@ -468,7 +470,7 @@ pub(crate) fn federation_of(plan: &Plan, id: u16) -> Federation {
 
 /// Runs one federate of a federation on this platform.
 pub(crate) fn run_node<const N: usize>(plan: &Plan, id: u16, platform: &mut Virtual) -> Ran {
-    // A connection's port is its place among the connections to its destination, those to itself included.
+    // A connection's port is its position among the connections to its destination, those to itself included.
     let port_of = |index: usize| {
         let to = plan.edges[index].to;
         let others = plan.edges[..index].iter().filter(|edge| edge.to == to).count();

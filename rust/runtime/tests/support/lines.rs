@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! What participants log: each runs on a thread of its own, so each thread keeps its lines.
+//! The log lines of participants: each runs on a thread of its own, so each thread keeps its lines.
 
 use std::cell::RefCell;
 use std::sync::Once;
@@ -24,11 +24,11 @@ impl Log for Lines {
     fn flush(&self) {}
 }
 
-/// From now on lines are kept.
+/// Begins to keep lines.
 pub(crate) fn keep() {
     static ONCE: Once = Once::new();
     ONCE.call_once(|| {
-        // Another logger would only be one that shows more.
+        // Another logger would only show more.
         let _ = log::set_logger(&Lines);
         log::set_max_level(LevelFilter::Info);
     });

@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 //! A small program in the shape that the compiler generates: a timer, inputs from other federates, one output port.
 //!
-//! The timer sets the output to how often it has fired. An input is noted, and with `relay` the output is set to it
-//! plus one. `N` is the capacity of each input's queue. Levels can be set apart, for cycles without delay.
+//! The timer sets the output to the number of times that it has fired. The program notes each input, and with `relay`
+//! sets the output to it plus one. `N` is the capacity of each input's queue. Levels can be set separately, for cycles
+//! without delay.
 
 use lf_model::prelude::Asap;
 use lf_model::time::{Interval, Tag};
@@ -16,38 +17,38 @@ use lf_testkit::world::Side;
 
 /// The engine's memory for any node of a test.
 pub(crate) type NodeStorage = lf_model::Storage<16, 1, 1, 1>;
-/// The same for one whose inputs can be tardy.
+/// The engine's memory for a node whose inputs can be tardy.
 pub(crate) type TardyStorage = lf_model::Storage<16, 1, 1, 1, 1, 8>;
 
-/// What a node does.
+/// The behavior of a node.
 #[derive(Clone, Copy, Debug, Default)]
 #[allow(clippy::struct_excessive_bools, reason = "each is a feature of its own")]
 pub(crate) struct Behavior {
     /// Offset and period of its timer.
     pub timer: Option<(Interval, Interval)>,
-    /// The output is set by inputs too.
+    /// Whether inputs set the output too.
     pub relay: bool,
-    /// The timer's reaction takes this long.
+    /// The duration of the timer's reaction.
     pub work: Interval,
-    /// The program asks to stop when the timer has fired so often.
+    /// The number of times that the timer fires before the program requests a stop.
     pub stop_at: Option<u32>,
-    /// The output is set once more at the end.
+    /// Whether the output is set once more at the end.
     pub farewell: bool,
-    /// The timer schedules a physical action, which sets the output in its place.
+    /// Whether the timer schedules a physical action, which then sets the output.
     pub physical: bool,
     /// The level of the timer's reaction; the others follow.
     pub level: u16,
-    /// The output is sent before this input and later ones are looked at, whose levels count from here.
+    /// The first input that is read only after the output is sent, and the level from which the levels of it and later
+    /// ones count.
     pub answers: Option<(usize, u16)>,
-    /// The reactions to inputs have handlers for tardy ones.
+    /// Whether the reactions to inputs have handlers for tardy ones.
     pub handles_tardy: bool,
 }
 
-/// What a node has noted: the tag from the start, the input, the value.
+/// The inputs that a node has noted: the tag from the start, the input, the value.
 pub(crate) type Log = Vec<(i64, u32, usize, u32)>;
 
-/// What a node knows of a tardy value: its place in the log, the tag that it was meant for, and whether its handler saw
-/// it.
+/// The tardy values of a node: the index in the log, the intended tag, and whether the handler saw it.
 pub(crate) type Late = Vec<(usize, (i64, u32), bool)>;
 
 pub(crate) struct Node<const N: usize> {
@@ -70,11 +71,11 @@ const PHYSICAL: TriggerId = TriggerId(3);
 const FIRST_INPUT_TRIGGER: u16 = 4;
 
 /// A connection as one of its ends sees it: the other federate, the port at the receiver, the delay, and whether the
-/// receiver waits within a tag for what comes; whether it is physical; with decentralized coordination, how long the
+/// receiver waits within a tag for messages; whether it is physical; with decentralized coordination, the time that the
 /// receiver waits for it, before a tag and within it.
 pub(crate) type End = (u16, u16, Option<Interval>, bool, bool, Option<(Interval, Interval)>);
 
-/// What a reaction does.
+/// The effect of a reaction.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Does {
     Timer,
@@ -96,7 +97,7 @@ impl Does {
 }
 
 impl Behavior {
-    /// The reactions in order, with their levels.
+    /// Returns the reactions in order, with their levels.
     fn reactions(&self, inputs: u16, outputs: u16) -> Vec<(Does, u16)> {
         let (early, late) = self.answers.map_or((inputs, 0), |(early, level)| (u16::try_from(early).unwrap(), level));
         let first =
@@ -110,7 +111,7 @@ impl Behavior {
 }
 
 impl<const N: usize> Node<N> {
-    /// A node with these connections from and to others; inputs in order of port.
+    /// Returns a node with these connections from and to others; inputs in order of port.
     pub(crate) fn new(behavior: Behavior, side: &'static Side, inputs: &[End], outputs: &[End]) -> Self {
         let (input_count, output_count) = (u16::try_from(inputs.len()).unwrap(), u16::try_from(outputs.len()).unwrap());
         let reactions = behavior.reactions(input_count, output_count);
@@ -169,7 +170,7 @@ impl<const N: usize> Node<N> {
         }
     }
 
-    /// The same, with port numbers that none of its inputs has.
+    /// Leaves out port numbers, which none of its inputs has.
     pub(crate) fn with_own_ports(self, own_ports: &'static [u16]) -> Self {
         let tables = Tables { own_ports, ..*self.tables };
         tables.check();
@@ -214,7 +215,7 @@ impl<const N: usize> Node<N> {
     }
 }
 
-/// The table of inputs, whose reactions have the levels that `level` gives.
+/// Returns the table of inputs, whose reactions have the levels that `level` returns.
 fn network_inputs(inputs: &[End], level: impl Fn(u16) -> u16) -> &'static [NetworkInput] {
     let inputs = (0..).zip(inputs).map(|(input, (federate, _, delay, awaited, physical, waits))| NetworkInput {
         name: "node.in",
@@ -233,7 +234,7 @@ fn network_inputs(inputs: &[End], level: impl Fn(u16) -> u16) -> &'static [Netwo
     inputs.collect::<Vec<_>>().leak()
 }
 
-/// The table of outputs.
+/// Returns the table of outputs.
 fn network_outputs(outputs: &[End]) -> &'static [NetworkOutput] {
     let outputs = outputs.iter().map(|(federate, port, delay, awaited, physical, _)| NetworkOutput {
         name: "node.out",

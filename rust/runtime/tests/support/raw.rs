@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! An RTI whose federates one tester plays, message by message: for what no federate of ours does by itself.
+//! An RTI whose federates one tester plays, message by message: for behavior that our federates do not show.
 
 use std::sync::Mutex;
 
@@ -17,33 +17,33 @@ use super::federation::{PORT, RTI};
 use lf_testkit::world::{Blocking, Conditions, Move, Threads, Trouble, Virtual};
 
 const ID: &[u8] = b"raw";
-/// Longest payload that the RTI takes.
+/// The longest payload that the RTI accepts.
 pub(crate) const PAYLOAD_BYTES_MAX: usize = 100;
 
-/// Without clock synchronization.
+/// Returns a configuration without clock synchronization.
 pub(crate) fn config() -> Config<'static> {
     Config { clock_sync: ClockSync::Off, ..Config::new(ID, PAYLOAD_BYTES_MAX) }
 }
 
-/// How the RTI ended, and what it said meanwhile.
+/// The RTI's outcome and log events.
 #[derive(Debug)]
 pub(crate) struct Ended {
     pub outcome: Result<Outcome, SetupError>,
     pub notices: Vec<String>,
     pub trouble: Option<Trouble>,
-    /// What the RTI has said and heard, in order.
+    /// The writes and reads of the RTI, in order.
     pub moves: Vec<Move>,
 }
 
-/// All federates of an RTI, and whoever else connects to it.
+/// All federates of an RTI, and all other programs that connect to it.
 pub(crate) struct Tester {
     me: Blocking,
-    /// The connections, and what has come on each and has not been heard.
+    /// The connections, and the received bytes of each that are not read yet.
     connections: Vec<(SocketId, Vec<u8>)>,
     start: i64,
 }
 
-/// Runs an RTI for so many federates, with some connections to spare, to its end; `act` plays all others.
+/// Runs an RTI for this number of federates, with some connections to spare, to its end; `act` plays all others.
 pub(crate) fn with_rti(
     config: Config<'static>,
     federates: usize,
@@ -90,14 +90,14 @@ fn run(
 }
 
 impl Tester {
-    /// A new connection, by its number.
+    /// Opens a connection, and returns its number.
     pub(crate) fn connect(&mut self) -> usize {
         let socket = self.me.connect(Endpoint::new(address_of(RTI), PORT));
         self.connections.push((socket, Vec::new()));
         self.connections.len() - 1
     }
 
-    /// Says all that comes before the exchanges of clock synchronization, and hears that it is right.
+    /// Performs the handshake up to the exchanges of clock synchronization.
     pub(crate) fn introduce(&mut self, connection: usize, id: u16, upstream: &[(u16, i64)], udp_port: u16) {
         let [ids, neighbors, _] = introduction(id, ID, upstream, &[]);
         for message in [ids, neighbors, Message::UdpPort(udp_port)] {
@@ -106,7 +106,7 @@ impl Tester {
         self.hear(connection, |message| *message == Message::Ack);
     }
 
-    /// Connections of federates with these upstream federates and delays, who have all joined and know the start.
+    /// Joins federates with these upstream federates and delays, up to the start; returns their connections.
     pub(crate) fn start(&mut self, upstream: &[&[(u16, i64)]]) -> Vec<usize> {
         let join = |(upstream, id): (&&[(u16, i64)], u16)| {
             let connection = self.connect();
@@ -131,7 +131,7 @@ impl Tester {
         connections
     }
 
-    /// A tag so many nanoseconds after the start.
+    /// Returns the tag this number of nanoseconds after the start.
     pub(crate) fn at(&self, ns: i64) -> Tag {
         Tag::new(self.start + ns, 0)
     }
@@ -164,12 +164,12 @@ impl Tester {
         }
     }
 
-    /// Ends this direction of a connection. To close it could reset it, and then what is on its way would be lost.
+    /// Ends this direction of a connection. Closing could reset it and lose messages in transit.
     pub(crate) fn end(&mut self, connection: usize) {
         self.me.platform.shut_down_writing(self.connections[connection].0);
     }
 
-    /// Waits until messages come on some of these connections, and takes them.
+    /// Waits until messages arrive on some of these connections, and takes them.
     pub(crate) fn hear_any(&mut self, connections: &[usize]) -> Vec<(usize, MessageType)> {
         let until = self.now() + Interval::from_secs(120);
         loop {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Reads along on the connections between federates: which messages were sent, and when each had come.
+//! Observes the connections between federates: the messages that were sent, and the time at which each had arrived.
 
 use std::collections::{BTreeMap, VecDeque};
 
@@ -20,14 +20,14 @@ pub(crate) struct Sent {
     pub(crate) tag: Tag,
     /// The number of its value.
     pub(crate) number: u64,
-    /// In virtual time: when its last byte was in the receiver's socket, and when it was read from there.
+    /// The virtual times at which its last byte arrived in the receiver's socket, and at which the receiver read it.
     pub(crate) arrives: u64,
     pub(crate) read: Option<u64>,
-    /// Where in the stream it ends.
+    /// The position of its end in the stream.
     end: usize,
 }
 
-/// How many messages were written.
+/// The numbers of messages that a write completed.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Written {
     pub(super) data: u64,
@@ -38,7 +38,7 @@ pub(super) struct Written {
 struct Stream {
     from: usize,
     to: usize,
-    /// Bytes that are no whole message yet, and how many were before them.
+    /// The bytes of an incomplete message, and the number of bytes before them.
     bytes: Vec<u8>,
     passed: usize,
     read: usize,
@@ -50,7 +50,7 @@ struct Stream {
 #[derive(Debug, Default)]
 pub(crate) struct Direct {
     streams: BTreeMap<usize, Stream>,
-    /// In the order in which they were written.
+    /// The messages in the order in which they were written.
     pub(crate) sent: Vec<Sent>,
 }
 
@@ -63,7 +63,7 @@ impl Direct {
         self.streams.contains_key(&connection)
     }
 
-    /// The sender has written at a time what arrives at another.
+    /// Notes bytes that the sender has written, and the time at which they arrive.
     pub(super) fn write(
         &mut self,
         connection: usize,
@@ -111,7 +111,7 @@ impl Direct {
         Ok(written)
     }
 
-    /// The receiver has read so many bytes.
+    /// Notes that the receiver has read this number of bytes.
     pub(super) fn read(&mut self, connection: usize, count: usize, now: u64) {
         let Some(stream) = self.streams.get_mut(&connection) else { return };
         stream.read += count;

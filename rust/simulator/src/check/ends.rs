@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-//! All end as they must: in order and at one tag, or, where something went wrong, as the RTI was told to see to.
+//! Checks that all participants end as they must: in order and at one tag, or, after a fault, as the RTI was configured
+//! to handle it.
 
 use lf_coordination::rti::Outcome;
 use lf_model::ModelError;
@@ -10,13 +11,14 @@ use super::{Sent, Violation};
 use crate::run::{FederateEnd, Report};
 use crate::scenario::{Connection, Reactor, Scenario};
 
-/// A receive buffer beyond this holds all that can come within the RTI's window.
+/// A receive buffer beyond this size holds all that can arrive within the RTI's window.
 const AMPLE: usize = 1 << 15;
 
-/// So long a federate that has failed tries to tell others at most, with some to spare. They go on meanwhile.
+/// The longest time that a failed federate tries to inform others, with a margin. They go on meanwhile.
 const LAST_WORDS_NS: u64 = 2_000_000_000;
 
-/// Checks how all have ended. Nothing, when the program itself is at fault: when it breaks one of its capacities.
+/// Checks the ends of all participants. Returns nothing if the program itself is at fault because it exceeds one of its
+/// capacities.
 pub(crate) fn ends(scenario: &Scenario, report: &Report) -> Option<Violation> {
     if own_fault(report) {
         return None;
@@ -24,7 +26,7 @@ pub(crate) fn ends(scenario: &Scenario, report: &Report) -> Option<Violation> {
     stop_tags(scenario, report).or_else(|| results(scenario, report))
 }
 
-/// Whether a queue inside a federate was too small, which is so federated or not.
+/// Returns whether a queue inside a federate was too small, which is independent of the federation.
 pub(crate) fn own_fault(report: &Report) -> bool {
     report.ends.iter().any(|end| {
         matches!(
@@ -34,8 +36,8 @@ pub(crate) fn own_fault(report: &Report) -> bool {
     })
 }
 
-/// Whether a run does not end because nothing is to end it: the program ends by a stop only, and a queue was too small
-/// in a federate that was to ask for it.
+/// Returns whether a run has no end because nothing ends it: the program ends by a stop only, and a queue was too small
+/// in a federate that was to request it.
 pub(crate) fn is_endless(scenario: &Scenario, report: &Report, violation: &Violation) -> bool {
     let asks = |federate: usize| scenario.federates[federate].reactions.iter().any(|one| one.script.stop_at.is_some());
     let is_full = |end: &FederateEnd| {
@@ -49,8 +51,8 @@ pub(crate) fn is_endless(scenario: &Scenario, report: &Report, violation: &Viola
         && has_lost_its_end()
 }
 
-/// Whether some input's queue and buffer may be too small for what comes: the queue has a given capacity, or what the
-/// delay keeps on its way is not known, because the rate of its source is not.
+/// Returns whether some input's queue and buffer may be too small for its messages: the queue has a given capacity, or
+/// the number of messages that its delay keeps in transit is unknown, because the rate of the source is.
 fn is_tight(scenario: &Scenario) -> bool {
     let may_be_small = |connection: &Connection| {
         let source = &scenario.federates[connection.from.0];
@@ -65,9 +67,9 @@ fn has_no_actions(reactor: &Reactor) -> bool {
     is_regular && reactor.children.iter().all(has_no_actions)
 }
 
-/// Whether a federate rightly gave up another one that had no room for a minute: because that could not send itself,
-/// and so on to a circle, in which none can ever go on. Then all queues on the way are too small for what the program
-/// sends.
+/// Returns whether a federate rightly gave up another one that had no room for a minute: because that one could not
+/// send either, and so on in a circle, in which none can ever go on. Then all queues on the way are too small for the
+/// program's messages.
 fn waits_for_circle(scenario: &Scenario, report: &Report, federate: usize, blocked: usize) -> bool {
     let Some(ended) = report.ended[federate] else { return false };
     let before = ended.saturating_sub(LAST_WORDS_NS);
@@ -82,7 +84,7 @@ fn waits_for_circle(scenario: &Scenario, report: &Report, federate: usize, block
         let senders = report.senders[to].iter().enumerate();
         senders.filter(|(_, sender)| **sender == from).any(|(port, _)| is_full(to, port))
     };
-    // All that somebody waits for who is waited for.
+    // Follows the waits of the federates that others wait for.
     let reached = |first: usize| {
         let (mut open, mut seen) = (vec![first], Vec::new());
         while let Some(from) = open.pop() {
@@ -98,7 +100,7 @@ fn waits_for_circle(scenario: &Scenario, report: &Report, federate: usize, block
     is_held_up(federate, blocked) && reached(federate).iter().any(|one| reached(*one).contains(one))
 }
 
-/// With a timeout or a granted stop, every federate's last tag is that.
+/// Checks that every federate's last tag is that of the timeout or of the granted stop.
 fn stop_tags(scenario: &Scenario, report: &Report) -> Option<Violation> {
     let expected = report.stop_tag(scenario)?;
     let early = scenario.target.timeout.is_none();
@@ -108,7 +110,7 @@ fn stop_tags(scenario: &Scenario, report: &Report) -> Option<Violation> {
         }
         for record in trace.iter().filter(|record| record.last_tag) {
             let stopped = record.tag;
-            // Without a timeout, who has nothing to do ends before the others stop.
+            // Without a timeout, a federate without events ends before the others stop.
             if stopped > expected || (stopped < expected && !early) {
                 return Some(Violation::StopTag { federate, stopped, expected });
             }

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-//! With decentralized coordination, every message that happens later than it was meant to is counted and reported, none
-//! that was there in time is late, none is lost, and what comes over one connection happens in its order.
+//! Checks decentralized coordination: a federate counts and reports every message that it handles later than intended,
+//! no message that arrived in time is late, none is lost, and the messages of one connection are handled in order.
 
 use lf_compiler::plan::Plan;
 use lf_model::time::{Interval, Tag};
@@ -11,26 +11,26 @@ use crate::program::Handled;
 use crate::run::{FederateEnd, Lateness, Report};
 use crate::scenario::Scenario;
 
-/// How many messages of a run were what.
+/// The numbers of messages of a run by outcome.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct LateCounts {
-    /// In time.
+    /// Messages in time.
     pub(crate) in_time: u64,
-    /// In time, a microstep after another one with the same tag.
+    /// Messages in time, a microstep after another one with the same tag.
     pub(crate) bursts: u64,
-    /// Late.
+    /// Late messages.
     pub(crate) late: u64,
-    /// Late because the one before it was.
+    /// Messages that were late because the previous one was.
     pub(crate) behind: u64,
-    /// So late that they did not happen.
+    /// Messages so late that they were not handled.
     pub(crate) lost: u64,
-    /// Their receivers had left, as their senders say.
+    /// Messages whose senders report that the receivers had left.
     pub(crate) undelivered: u64,
-    /// Of those that did not happen, those that came when their receiver had said that it leaves.
+    /// Messages that were not handled because they arrived after their receiver had announced its end.
     pub(crate) after_end: u64,
 }
 
-/// Checks what became of all messages between federates.
+/// Checks the outcomes of all messages between federates.
 pub(crate) fn late(scenario: &Scenario, plan: &Plan, report: &Report) -> (LateCounts, Option<Violation>) {
     let mut counts = LateCounts::default();
     let mut violation = None;
@@ -57,16 +57,16 @@ struct Receiver<'a> {
     counts: &'a mut LateCounts,
 }
 
-/// How many messages have to be counted, and how many more may be.
+/// The number of messages that have to be counted, and of further ones that may be.
 #[derive(Clone, Copy, Debug, Default)]
 struct Due {
     must: u64,
     may: u64,
-    /// Those for which not all reactions have a handler.
+    /// Those for which some reaction has no handler.
     unhandled: u64,
 }
 
-/// What became of the message before.
+/// The outcome of the previous message.
 #[derive(Clone, Copy)]
 struct Before {
     expected: Tag,
@@ -92,7 +92,7 @@ impl Receiver<'_> {
         }
         let (counted, reports) = (self.lateness.counted, self.lateness.reports);
         let fits = (due.must..=due.must + due.may).contains(&counted);
-        // The first is told as a warning, the tenth, the hundredth, and so on.
+        // The first message is reported as a warning, the tenth, the hundredth, and so on.
         let warnings = due.unhandled.checked_ilog10().map_or(0, |digits| u64::from(digits) + 1);
         let is_logged = reports.all == counted && reports.warnings >= warnings;
         (!fits || !is_logged).then_some(Violation::Unreported {
@@ -115,7 +115,7 @@ impl Receiver<'_> {
             let expected = after_last.map_or(message.tag, Tag::next_microstep);
             let found = happened.as_slice().first().filter(|found| found.number == message.number).copied();
             if found.is_none() && (report.is_struck(message.from) || report.is_struck(federate)) {
-                // It was on its way, or had been written in part.
+                // The message was in transit, or had been written in part.
                 due.may += 1;
                 continue;
             }
@@ -147,7 +147,7 @@ impl Receiver<'_> {
         }
     }
 
-    /// A message happened. Whether it was late.
+    /// Checks a message that was handled. Returns whether it was late.
     fn place(&self, port: usize, message: &Sent, found: &Handled, expected: Tag) -> Result<bool, Violation> {
         let federate = self.federate;
         let is_late = found.tag > expected;
@@ -166,7 +166,7 @@ impl Receiver<'_> {
         Ok(is_late)
     }
 
-    /// A message did not happen. Whether it was late.
+    /// Checks a message that was not handled. Returns whether it was late.
     fn missing(&mut self, port: usize, message: &Sent, expected: Tag, due: &mut Due) -> Result<bool, Violation> {
         let federate = self.federate;
         let stop = self.report.stop_tag(self.scenario).unwrap_or(Tag::FOREVER);
@@ -180,21 +180,21 @@ impl Receiver<'_> {
         self.counts.lost += 1;
         self.counts.after_end += u64::from(self.report.left[federate].is_some_and(|left| message.arrives > left));
         due.must += 1;
-        // One that was to happen late, before a stop came in between, counts as handled where it would have been.
+        // A message that was to be handled late, but for a stop in between, counts as handled where it would have been.
         due.unhandled += u64::from(!self.has_handlers(port));
         Ok(true)
     }
 
-    /// Whether no message may be late, at no tag.
+    /// Returns whether no message may be late, at any tag.
     fn is_safe(&self) -> bool {
         self.scenario.decentralized.is_some_and(|it| it.is_safe)
     }
 
-    /// Whether a message was there before the wait for it could be over. It is for nobody beyond the last tag.
+    /// Returns whether a message arrived before the wait for it could end. No reaction handles it beyond the last tag.
     fn is_timely(&self, port: usize, message: &Sent) -> bool {
         let is_beyond = self.report.stop_tag(self.scenario).is_some_and(|stop| message.tag > stop);
         let input = &self.plan.federates[self.federate].inputs[port];
-        // What is in a socket when a buffer is full may be read too late.
+        // Bytes that stay in a socket because a buffer is full may be read too late.
         let ample = self.scenario.decentralized.is_some_and(|it| it.peer_spare >= 1 << 16);
         let Some(there) = (if ample { Some(message.arrives) } else { message.read }) else { return false };
         let there = self.report.sides[self.federate + 1].physical_at(there);
@@ -202,7 +202,7 @@ impl Receiver<'_> {
         !is_beyond && (wait == Interval::FOREVER || there <= message.tag.time + wait)
     }
 
-    /// Whether every reaction that an input triggers has a handler.
+    /// Returns whether every reaction that an input triggers has a handler.
     fn has_handlers(&self, port: usize) -> bool {
         let federate = &self.plan.federates[self.federate];
         let trigger = &federate.triggers[federate.inputs[port].trigger.0];

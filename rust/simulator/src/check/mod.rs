@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-//! What must hold in every run. The checks stand outside the code that they check: they see bytes, records of
-//! reactions and ends, and no state of any machine.
+//! The invariants of every run. The checks stand outside the code that they check: they see bytes, records of reactions
+//! and ends, and no state of any state machine.
 
 mod direct;
 mod ends;
@@ -22,55 +22,55 @@ pub(crate) use seen::Seen;
 pub(crate) use traces::{Difference, Expected, in_order, traces};
 pub(crate) use wire::{Counts, Watch};
 
-/// What was violated, where.
+/// A violation of an invariant.
 #[derive(Clone, PartialEq, Debug)]
 pub(crate) enum Violation {
     /// A federate handled an event after one with a later tag.
     TagOrder { federate: usize, before: Tag, after: Tag },
-    /// A federate did something else than the same program does unfederated.
+    /// A federate's reactions did not do the same as those of the program run unfederated.
     Trace { federate: usize, difference: Difference },
-    /// Reactions of a federate that can run at one tag run in another order than the same program has unfederated.
+    /// The reactions of a federate at one tag run in another order than those of the program run unfederated.
     Unordered { federate: usize, first: String, second: String },
-    /// A message came for a tag that had been granted before.
+    /// A message arrived for a tag that had been granted before.
     GrantViolated { federate: usize, grant: &'static str, granted: Tag, message: Tag },
     /// A grant was for an earlier tag than the one before it.
     GrantOrder { federate: usize, granted: Tag, before: Tag },
-    /// Nobody will ever do anything again, though not all have ended.
+    /// No participant can ever run again, though not all have ended.
     Deadlock { waiting: Vec<usize>, now_ns: u64 },
-    /// They go on and on, and do not end.
+    /// The participants keep running without an end.
     NoEnd { running: Vec<usize>, now_ns: u64, turns: u64 },
-    /// Not all stopped at one tag.
+    /// The federates did not stop at one tag.
     StopTag { federate: usize, stopped: Tag, expected: Tag },
-    /// Somebody ended otherwise than it must. The RTI is nobody.
+    /// A participant ended otherwise than it must; `None` for the RTI.
     End { federate: Option<usize>, how: String },
-    /// The queue of an input and a receive buffer could not hold what came, though they were sized for it.
+    /// The queue of an input and a receive buffer could not hold the messages, though they were sized for them.
     InputFull { federate: usize, how: String },
     /// The bytes on a connection are no messages.
     Bytes { federate: usize, error: String },
     /// A queue held more than the plan gives it.
     Capacity { federate: usize, most: usize, capacity: usize },
-    /// A message was late though all that can delay it was waited for.
+    /// A message was late though the wait covered all possible delays.
     LateThoughBounded { federate: usize, port: usize, sent: Tag, happened: Option<Tag> },
-    /// A message was late though it had come before the wait for it was over.
+    /// A message was late though it had arrived before the wait for it ended.
     LateThoughInTime { federate: usize, port: usize, sent: Tag, happened: Option<Tag> },
     /// Late messages were not counted, or not reported.
     Unreported { federate: usize, late: u64, counted: u64, reported: u64, warnings: u64 },
-    /// A federate says that messages are lost, though nobody has left early.
+    /// A federate reports lost messages, though no federate has left early.
     Lost { federate: usize, messages: u64 },
-    /// A message happened at a tag that is not its own, and the input's queue does not say so; or the other way round.
+    /// A message was handled at a tag that is not its own, without a note in the input's queue; or the other way round.
     Misplaced { federate: usize, port: usize, sent: Tag, happened: Tag, intended: Option<Tag> },
-    /// What happened at an input is not what was sent there, or not in that order.
+    /// The messages that an input handled are not those that were sent to it, or not in that order.
     Order { federate: usize, port: usize, tag: Tag },
-    /// A reaction did not run its handler for what it saw too late, or ran it though nothing was late.
+    /// A reaction did not run its handler for a late message, or ran it without one.
     Mishandled { federate: usize, tag: Tag },
-    /// Tags were granted, or messages went through the RTI, with decentralized coordination.
+    /// The RTI granted tags or forwarded messages with decentralized coordination.
     Centralized { messages: u64 },
     /// The program cannot be run at all.
     Program(String),
 }
 
 impl Violation {
-    /// The name of the invariant.
+    /// Returns the name of the invariant.
     pub(crate) fn invariant(&self) -> &'static str {
         match self {
             Self::TagOrder { .. } => "tag-order",
@@ -116,7 +116,10 @@ impl fmt::Display for Violation {
                 write!(f, "f{federate} was granted {granted} after {before}")
             }
             Self::Deadlock { waiting, now_ns } => {
-                write!(f, "at {now_ns} ns nobody can go on, and these wait (0 is the RTI, 1 is f0): {waiting:?}")
+                write!(
+                    f,
+                    "at {now_ns} ns no participant can go on, and these wait (0 is the RTI, 1 is f0): {waiting:?}"
+                )
             }
             Self::NoEnd { running, now_ns, turns } => {
                 write!(f, "at {now_ns} ns, after {turns} turns, these still run (0 is the RTI, 1 is f0): {running:?}")
@@ -150,7 +153,7 @@ impl fmt::Display for Violation {
                  them as warnings"
             ),
             Self::Lost { federate, messages } => {
-                write!(f, "f{federate} lost {messages} messages, and nobody left early")
+                write!(f, "f{federate} lost {messages} messages, and no federate left early")
             }
             Self::Misplaced { federate, port, sent, happened, intended: Some(intended) } => write!(
                 f,
@@ -163,7 +166,7 @@ impl fmt::Display for Violation {
                 write!(f, "what happened at {tag} at input {port} of f{federate} was not sent, or not in that order")
             }
             Self::Mishandled { federate, tag } => {
-                write!(f, "f{federate} ran a body at {tag} in place of a handler of late messages, or the reverse")
+                write!(f, "f{federate} ran a body at {tag} instead of a handler of late messages, or the reverse")
             }
             Self::Centralized { messages } => write!(f, "{messages} messages were those of centralized coordination"),
             Self::Program(error) => f.write_str(error),

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Reactions that can run at one tag, and one of which changes what the other one sees, run in one order, federated or
+//! Checks that reactions at one tag of which one writes state that the other reads run in the same order, federated or
 //! not.
 //!
-//! Runs show an order only where chance makes both of them run, so this compares the plans.
+//! A run shows an order only if chance triggers both reactions, so this check compares the plans.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -10,14 +10,14 @@ use lf_compiler::plan::{Federate, ModeIndex, Plan, ReactionKind, ScheduledReacti
 
 use super::Violation;
 
-/// What reactions share.
+/// State that reactions share.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 enum Shared {
     State(usize),
     Port(usize),
 }
 
-/// What a reaction shares with others, and whether it changes that.
+/// The state that a reaction shares with others, and whether it writes it.
 type Accesses = BTreeMap<Shared, bool>;
 
 /// Compares the order of reactions in the plan of a federation with that in the plan of the same program unfederated.
@@ -45,7 +45,7 @@ pub(crate) fn order(federated: &Plan, alone: &Plan) -> Option<Violation> {
 fn accesses(reaction: &ScheduledReaction, federate: &Federate, plan: &Plan) -> Accesses {
     let mut accesses = Accesses::new();
     match &reaction.kind {
-        // Unfederated, nothing is sent.
+        // Without federates, no reaction sends.
         ReactionKind::Send(_) => {}
         ReactionKind::Copy { from, to } => accesses.extend([(Shared::Port(from.0), false), (Shared::Port(to.0), true)]),
         ReactionKind::Body { instance, reaction, arguments } => {
@@ -65,13 +65,13 @@ fn is_shared(one: &Accesses, other: &Accesses) -> bool {
     one.iter().any(|(what, changes)| other.get(what).is_some_and(|too| *changes || *too))
 }
 
-/// What runs at the last tag, whether or not its mode is active.
+/// Returns the reactions that run at the last tag, whether or not their mode is active.
 fn last_reactions(federate: &Federate) -> BTreeSet<usize> {
     let shutdown = federate.triggers.iter().filter(|trigger| trigger.kind == TriggerKind::Shutdown);
     shutdown.flat_map(|trigger| &trigger.reactions).map(|reaction| reaction.0).collect()
 }
 
-/// Whether the modes of two reactions are never active at one tag.
+/// Returns whether the modes of two reactions are never active at one tag.
 fn exclude(one: &ScheduledReaction, other: &ScheduledReaction, federate: &Federate) -> bool {
     let mode = |mode: &ModeIndex| &federate.modes[mode.0];
     let around = |innermost| std::iter::successors(innermost, move |it: &ModeIndex| mode(it).parent);

@@ -1,34 +1,35 @@
 // SPDX-License-Identifier: Apache-2.0
-//! What the bytes on a federate's connection to the RTI tell of the federate.
+//! The state of a federate as the bytes on its connection to the RTI show it.
 
 use std::collections::BTreeSet;
 
 use lf_model::time::Tag;
 
-/// What is known of one federate from its connection.
+/// The state of one federate as its connection shows it.
 #[derive(Clone, Debug)]
 pub(crate) struct Seen {
     pub(super) granted: Tag,
     pub(super) provisional: Tag,
-    /// Before this tag all is complete, and all that was sent has come to the RTI.
+    /// The tag before which the federate has completed all tags and the RTI has received all messages.
     pub(crate) announced: Tag,
-    /// The tags of messages that were sent to it, and that it has not completed: a long `after` can keep very many.
+    /// The tags of messages that the RTI has forwarded and the federate has not completed: a long `after` can keep very
+    /// many.
     pub(super) in_transit: BTreeSet<Tag>,
-    /// By port number: the tag of the last message, how many there were for it, and the most for any.
+    /// By port number: the tag of the last message, the number of messages with that tag, and the largest such number.
     pub(super) bursts: Vec<(Tag, usize, usize)>,
-    /// The stop that it has named, while the RTI has not decided.
+    /// The stop tag that it has proposed, while the RTI has not decided.
     pub(super) named: Option<Tag>,
-    /// It has had its say about the stop.
+    /// Whether it has proposed a stop tag or agreed to one.
     pub(crate) has_named: bool,
-    /// The stop that was granted.
+    /// The granted stop tag.
     pub(crate) stop: Option<Tag>,
-    /// When the RTI heard that it has left.
+    /// The time at which the RTI read that it has left.
     pub(crate) left: Option<u64>,
-    /// The RTI has told it that it goes on without it, and takes nothing from it any more.
+    /// Whether the RTI has announced that it continues without it, and reads no more of its messages.
     pub(super) is_expelled: bool,
 }
 
-/// A message that the RTI has read and not passed on.
+/// A message that the RTI has read and not forwarded.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Unpassed {
     pub(super) from: usize,
@@ -38,7 +39,7 @@ pub(super) struct Unpassed {
 }
 
 impl Seen {
-    /// Nothing has been said.
+    /// The state before the first message.
     pub(super) const NOTHING: Self = Self {
         granted: Tag::NEVER,
         provisional: Tag::NEVER,
@@ -52,17 +53,18 @@ impl Seen {
         is_expelled: false,
     };
 
-    /// It will not begin this tag or a later one before the RTI has decided, whatever is granted.
+    /// Notes a proposed stop tag: the federate will not begin it or a later tag before the RTI has decided, whatever is
+    /// granted.
     pub(super) fn name_stop(&mut self, named: Tag) {
         (self.named, self.has_named) = (Some(named), true);
-        // What it has told before does not count the stop, at which it may have something to send.
+        // Its earlier announcements do not include the stop, at which it may have a message to send.
         self.announced = self.announced.min(named);
         self.limit();
     }
 
-    /// It says that all before this tag is complete; messages that it had not seen then may come before.
+    /// Notes that all before this tag is complete; messages that the federate had not read by then may be earlier.
     ///
-    /// One that has named a tag to stop at may have another event before what it tells: the stop.
+    /// A federate that has proposed a stop tag may have another event before the announced one: the stop.
     pub(super) fn announce(&mut self, tag: Tag) {
         let stop = self.stop.or(self.named).filter(|_| tag != Tag::FOREVER).unwrap_or(Tag::FOREVER);
         let tag = tag.min(stop);
@@ -78,7 +80,7 @@ impl Seen {
         (*last, *most) = (tag, (*most).max(*count));
     }
 
-    /// The most messages that came for one tag at the input with this port number.
+    /// Returns the largest number of messages for one tag at the input with this port number.
     pub(crate) fn burst(&self, port: u16) -> usize {
         self.bursts.get(usize::from(port)).map_or(0, |(_, _, most)| *most)
     }

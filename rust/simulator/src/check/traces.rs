@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-//! The trace of every federate is that of the same program unfederated.
+//! Checks that the trace of every federate is that of the same program run unfederated.
 //!
-//! Reactions of one instance are ordered, those of different instances at one tag need not be. So traces are compared
-//! instance by instance.
+//! Reactions of one instance are ordered, those of different instances at one tag need not be. So the check compares
+//! traces instance by instance.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::fmt;
@@ -12,14 +12,14 @@ use lf_model::time::Tag;
 use super::Violation;
 use crate::program::{InstanceId, Record};
 
-/// Where two traces part.
+/// The difference between two traces.
 #[derive(Clone, PartialEq, Debug)]
 pub(crate) enum Difference {
-    /// It did this, and unfederated the program does that.
+    /// The federate did `found`, and the unfederated program did `expected`.
     Other { found: Record, expected: Record },
-    /// Unfederated the program does not do this.
+    /// The unfederated program did not do this.
     More(Record),
-    /// Unfederated the program does this too.
+    /// Only the unfederated program did this.
     Less(Record),
 }
 
@@ -41,16 +41,16 @@ impl fmt::Display for Difference {
     }
 }
 
-/// How much of a federate's trace is to be as unfederated.
+/// The part of a federate's trace that has to match the unfederated one.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub(crate) struct Expected {
-    /// Only what is before this tag.
+    /// The tag before which the records have to match.
     pub(crate) before: Tag,
-    /// It ended early, so something may be missing at the end.
+    /// Whether records may be missing at the end, because the federate ended early.
     pub(crate) prefix: bool,
 }
 
-/// Compares the traces of all federates with that of the same program unfederated.
+/// Compares the traces of all federates with that of the same program run unfederated.
 pub(crate) fn traces(federates: &[Vec<Record>], alone: &[Record], expected: &[Expected]) -> Option<Violation> {
     let last = alone.iter().find(|record| record.last_tag).map(|record| record.tag);
     let alone = by_instance(alone);
@@ -72,7 +72,7 @@ pub(crate) fn traces(federates: &[Vec<Record>], alone: &[Record], expected: &[Ex
     None
 }
 
-/// Checks only that nobody goes back in time.
+/// Checks only that the tags of each federate do not decrease.
 pub(crate) fn in_order(federates: &[Vec<Record>]) -> Option<Violation> {
     federates.iter().enumerate().find_map(|(federate, trace)| tag_order(federate, trace))
 }
@@ -92,8 +92,8 @@ fn tag_order(federate: usize, trace: &[Record]) -> Option<Violation> {
     Some(Violation::TagOrder { federate, before, after })
 }
 
-/// A federate that has no events any more ends by itself, at a tag of its own: what it does there is compared without
-/// the tag and what follows from it.
+/// Compares the records of one federate. A federate without further events ends by itself, at a tag of its own: the
+/// comparison of its last records ignores the tag and all that follows from it.
 fn compare(found: &[Record], other: &[Record], expected: Expected, ended_together: bool) -> Option<Difference> {
     let counts = |record: &&Record| record.tag < expected.before && (ended_together || !record.last_tag);
     let mut found = found.iter().filter(counts);

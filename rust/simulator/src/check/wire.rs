@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Reads along on every connection: no grant may be violated by a later message.
+//! Observes every connection: no later message may violate a grant.
 
 use lf_coordination::from_wire;
 use lf_model::time::Tag;
@@ -10,7 +10,7 @@ use super::Violation;
 use super::direct::{Direct, Written};
 use super::seen::{Seen, Unpassed};
 
-/// How often messages of some kinds were seen.
+/// The numbers of messages of some kinds.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Counts {
     pub(crate) messages: u64,
@@ -21,12 +21,12 @@ pub(crate) struct Counts {
     pub(crate) dnet: u64,
     pub(crate) stop_requests: u64,
     pub(crate) revoked: u64,
-    /// Messages of the RTI and to it that decentralized coordination has no use for.
+    /// Messages from and to the RTI that decentralized coordination does not need.
     pub(crate) centralized: u64,
 }
 
 impl Counts {
-    /// Counts what has been written to another federate.
+    /// Counts messages that were written to another federate.
     fn take(&mut self, written: Result<Written, Violation>, violation: &mut Option<Violation>) {
         match written {
             Ok(Written { data, absent }) => {
@@ -41,36 +41,36 @@ impl Counts {
     }
 }
 
-/// Both directions of a connection: the bytes that are no whole message yet.
+/// Both directions of a connection: the bytes of incomplete messages.
 #[derive(Debug, Default)]
 struct Tap {
     federate: usize,
     to_rti: Vec<u8>,
-    /// How many of these bytes the RTI has read.
+    /// The number of these bytes that the RTI has read.
     read: usize,
-    /// The last byte of a question for an address may come in a later piece.
+    /// Whether the last byte of an address query may come in a later piece.
     query_end: QueryEnd,
     from_rti: Vec<u8>,
 }
 
-/// Reads along on every connection.
+/// The observer of every connection.
 #[derive(Debug)]
 pub(crate) struct Watch {
     taps: Vec<Tap>,
     pub(crate) seen: Vec<Seen>,
-    /// In the order in which they were read.
+    /// The messages in the order in which they were read.
     unpassed: Vec<Unpassed>,
     /// The connections between federates.
     pub(crate) direct: Direct,
     pub(crate) counts: Counts,
-    /// A hash of all that was written, when and where.
+    /// A hash of all written bytes, with their times and connections.
     pub(crate) digest: u64,
     pub(crate) violation: Option<Violation>,
-    /// Whether all messages are printed, as they are read by the RTI and written by it.
+    /// Whether to print all messages, as the RTI reads and writes them.
     pub(crate) prints: bool,
 }
 
-/// Whether a message grants tags, asks for that, or goes through the RTI to another federate.
+/// Returns whether a message grants tags, asks for that, or goes through the RTI to another federate.
 fn is_centralized(message: &Message<'_>) -> bool {
     matches!(
         message,
@@ -98,7 +98,7 @@ impl Watch {
         }
     }
 
-    /// A connection of this participant to the RTI; connections are numbered one after the other.
+    /// Notes a connection of this participant to the RTI; connections are numbered consecutively.
     pub(crate) fn begin(&mut self, connection: usize, participant: usize, host: usize) {
         self.taps.resize_with(connection + 1, Tap::default);
         self.taps[connection].federate = participant.saturating_sub(1);
@@ -107,7 +107,7 @@ impl Watch {
         }
     }
 
-    /// Somebody has written what arrives at a time; side 0 is the one that connected: a federate.
+    /// Notes written bytes and the time at which they arrive; side 0 is the one that connected: a federate.
     pub(crate) fn write(&mut self, connection: usize, side: usize, bytes: &[u8], now: u64, arrives: u64) {
         let place = (connection as u64) << 1 | side as u64;
         let content = bytes.iter().fold(place, |hash, byte| (hash ^ u64::from(*byte)).wrapping_mul(0x0100_0000_01b3));
@@ -126,7 +126,7 @@ impl Watch {
         }
     }
 
-    /// So many bytes of a direction were read.
+    /// Notes that this number of bytes of a direction were read.
     pub(crate) fn read(&mut self, connection: usize, direction: usize, count: usize, now: u64) {
         if self.direct.has(connection) {
             if direction == 0 {
@@ -138,7 +138,7 @@ impl Watch {
         }
     }
 
-    /// Looks at the whole messages.
+    /// Handles the whole messages.
     fn follow(&mut self, connection: usize, direction: usize, now: u64) {
         let tap = &mut self.taps[connection];
         let federate = tap.federate;
@@ -218,7 +218,7 @@ impl Watch {
         }
     }
 
-    /// The RTI passes on a message; or it does not any more, and all that it holds of the sender is lost.
+    /// Notes that the RTI forwards a message, or that it stops to, and drops all that it holds of the sender.
     fn follow_passing(&mut self, federate: usize, message: &Message<'_>) {
         match *message {
             Message::TaggedMessage { port, tag, .. } => {
@@ -260,7 +260,7 @@ impl Watch {
                 let (granted, before) = (from_wire(wire), seen.granted);
                 seen.granted = seen.granted.max(granted);
                 seen.limit();
-                // Before a stop, grants from that tag on are taken back.
+                // Before a stop, the RTI may withdraw grants from that tag on.
                 (granted < before && seen.named.is_none()).then_some(Violation::GrantOrder {
                     federate,
                     granted,
@@ -270,7 +270,7 @@ impl Watch {
             Message::ProvisionalTagGrant(wire) => {
                 self.counts.provisional += 1;
                 let (granted, before) = (from_wire(wire), seen.granted);
-                // A PTAG of the stop tag takes back what was granted from there on.
+                // A PTAG of the stop tag withdraws the grants from there on.
                 let takes_back = granted <= before;
                 if takes_back {
                     (seen.granted, seen.provisional) = (granted.before(), granted);
@@ -318,7 +318,7 @@ mod tests {
         Tag::at(Instant::from_nanos(ns))
     }
 
-    /// Before which tag all counts that the first of two federates has said.
+    /// Returns the tag before which all messages of the first of two federates count.
     fn announced(said: &[Message<'_>], heard: &[Message<'_>]) -> Tag {
         let mut watch = Watch::new(2);
         watch.begin(0, 1, 0);
@@ -331,7 +331,7 @@ mod tests {
     }
 
     #[test]
-    fn what_a_federate_says_at_a_stop_is_not_announced_before() {
+    fn a_message_at_a_stop_is_not_announced_before() {
         let next = Message::NextEventTag(to_wire(at(9)));
         for named in [Message::StopReply(to_wire(at(5))), Message::StopRequest(to_wire(at(5)))] {
             assert_eq!([announced(&[next], &[]), announced(&[next, named], &[])], [at(9), at(5)]);
@@ -339,10 +339,10 @@ mod tests {
     }
 
     #[test]
-    fn what_the_rti_holds_of_a_federate_that_it_expels_is_lost() {
+    fn messages_that_the_rti_holds_of_an_expelled_federate_are_lost() {
         let sent = Message::TaggedMessage { port: 0, federate: 1, tag: to_wire(at(5)), payload: &[] };
         let said = [sent, Message::NextEventTag(to_wire(at(9)))];
-        // A message that it has sent is in no one's way while nothing is lost.
+        // A message that it has sent does not matter while nothing is lost.
         assert_eq!([announced(&said, &[]), announced(&said, &[Message::Failed])], [at(9), at(5)]);
     }
 }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! From a federate's plan to its program.
+//! Builds a program from a federate's plan.
 
 use std::collections::{BTreeMap, VecDeque};
 use std::fmt;
@@ -18,7 +18,7 @@ use super::value::{Shape, Value};
 use crate::scenario::{Scenario, Script};
 use lf_testkit::world::Side;
 
-/// The plan asks for a queue that this program has no type for.
+/// The plan demands a queue that this program has no type for.
 #[derive(Clone, PartialEq, Eq, Debug)]
 pub(crate) struct BuildError {
     trigger: String,
@@ -31,11 +31,11 @@ impl fmt::Display for BuildError {
     }
 }
 
-/// Physical events that are known beforehand: by trigger, the tags and values.
+/// Physical events that are known in advance: by trigger, the tags and values.
 pub(crate) type Played = BTreeMap<String, Vec<(Tag, Option<Value>)>>;
 
 impl Scripted {
-    /// The program of a federate. With `played`, stops and physical events are known beforehand.
+    /// Builds the program of a federate. With `played`, stops and physical events are known in advance.
     pub(crate) fn new(
         scenario: &Scenario,
         plan: &Plan,
@@ -93,7 +93,7 @@ fn cell(id: TriggerId, trigger: &TriggerRow<'_>, played: Option<&Played>, side: 
     }
 }
 
-/// The ports of a connection that copies.
+/// Returns the ports of a connection that copies.
 fn copy(reaction: &plan::ScheduledReaction) -> Option<(usize, usize)> {
     let ReactionKind::Copy { from, to } = reaction.kind else { return None };
     Some((from.0, to.0))
@@ -150,7 +150,7 @@ fn body(
     })
 }
 
-/// The instance with this path, which begins with the federate's name.
+/// Returns the instance with this path, which begins with the federate's name.
 fn instance_id(path: &str) -> InstanceId {
     let name = path.split('.').next().unwrap_or_default();
     InstanceId {

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-//! The queues of a program: the model's own, each with the very capacity from the plan.
+//! The queues of a program: the model's own, each with the exact capacity from the plan.
 //!
-//! Generated code has one type per capacity. Here the capacity is known only when the program runs, so the smallest of
-//! a few types is chosen that holds as much, and the queues of connections are not filled beyond their capacity.
+//! Generated code has one type per capacity. The simulator learns the capacity only at run time, so it chooses the
+//! smallest sufficient of a few types, and does not fill the queues of connections beyond their capacity.
 
 use std::collections::VecDeque;
 
@@ -15,25 +15,25 @@ use lf_model::{
 use super::value::Value;
 use lf_testkit::world::Side;
 
-/// The greatest capacity that a queue can have here.
+/// The maximum capacity of a queue.
 pub(crate) const CAPACITY_MAX: usize = 16384;
-/// How many events of a physical action wait for the event loop at most.
+/// The number of events of a physical action that can wait for the event loop.
 const INBOX: usize = 64;
 
 /// The memory of one trigger.
 pub(crate) enum Cell {
-    /// Startup and shutdown have none.
+    /// The absence of memory, for startup and shutdown.
     None,
     Timer(Timer),
     Watchdog(Watchdog),
     Logical(Box<dyn AnyLogical>),
     Physical(Box<dyn AnyPhysical>),
-    /// A physical action whose events are known beforehand.
+    /// A physical action whose events are known in advance.
     Replayed(Replayed),
     Queued(Queued),
 }
 
-/// A logical action, whatever its capacity.
+/// A logical action of any capacity.
 pub(crate) trait AnyLogical: TriggerCell + ModeCell + Send + Sync {
     fn action(&self) -> &LogicalAction<Value>;
     fn action_mut(&mut self) -> &mut LogicalAction<Value>;
@@ -48,7 +48,7 @@ impl<const N: usize> AnyLogical for LogicalActionQueue<Value, N> {
     }
 }
 
-/// A physical action, whatever its capacity.
+/// A physical action of any capacity.
 pub(crate) trait AnyPhysical: TriggerCell + Send + Sync {
     fn action(&self) -> &PhysicalAction<Value>;
     fn action_mut(&mut self) -> &mut PhysicalAction<Value>;
@@ -63,7 +63,7 @@ impl<const N: usize> AnyPhysical for PhysicalActionQueue<Value, N> {
     }
 }
 
-/// A port with its queue, whatever its capacity.
+/// A port with its queue, of any capacity.
 pub(crate) trait AnyQueue: TriggerCell + Send + Sync {
     fn as_mode(&mut self) -> Option<&mut dyn ModeCell>;
     fn port(&self) -> &Port<Value>;
@@ -95,7 +95,7 @@ impl<const N: usize> AnyQueue for QueuedPort<Value, N> {
 }
 
 impl<const N: usize> AnyQueue for TardyInput<Value, N> {
-    /// Messages from other federates come into no mode.
+    /// Inputs from other federates are in no mode.
     fn as_mode(&mut self) -> Option<&mut dyn ModeCell> {
         None
     }
@@ -108,7 +108,7 @@ impl<const N: usize> AnyQueue for TardyInput<Value, N> {
     fn deliver(&mut self, tag: Tag, bytes: &[u8]) -> Result<(), Undelivered> {
         TardyInput::deliver(self, tag, bytes)
     }
-    /// Messages come from another federate only.
+    /// Messages come only from another federate.
     fn capture(&mut self, _tag: Tag, _source: &Port<Value>) -> Result<(), Full> {
         Err(Full { capacity: 0 })
     }
@@ -117,7 +117,7 @@ impl<const N: usize> AnyQueue for TardyInput<Value, N> {
     }
 }
 
-/// Chooses the smallest type that has at least this capacity; `None` when there is none so large.
+/// Chooses the smallest type that has at least this capacity; `None` if no type is large enough.
 macro_rules! by_capacity {
     ($capacity:expr, $n:ident => $make:expr) => {
         by_capacity!(@ $capacity, $n => $make; 1 4 16 64 1024 4096 16384)
@@ -126,7 +126,7 @@ macro_rules! by_capacity {
         match $capacity {
             $(0..=$number => {
                 const $n: usize = $number;
-                // A function of its own, so that the stack has no room for all of them.
+                // A separate function, so that the caller's stack has no room for all of them.
                 let make = || $make;
                 Some(make())
             })*
@@ -154,7 +154,7 @@ pub(crate) fn queued(port: PortId, capacity: usize) -> Option<Cell> {
     queue.map(|queue| Cell::Queued(Queued { queue, capacity, pending: 0, most: 0, kept: None }))
 }
 
-/// The same for an input whose messages can come too late.
+/// Returns an input whose messages can be tardy.
 pub(crate) fn tardy(port: PortId, capacity: usize, side: &'static Side) -> Option<Cell> {
     let queue: Option<Box<dyn AnyQueue>> = by_capacity!(capacity, N => Box::new(TardyInput::<Value, N>::new(port)));
     let kept = Some(Kept { side, handled: Vec::new() });
@@ -162,7 +162,7 @@ pub(crate) fn tardy(port: PortId, capacity: usize, side: &'static Side) -> Optio
 }
 
 impl Cell {
-    /// What is present of an action or a timer: nothing, or perhaps a value.
+    /// Returns the presence of an action or a timer, with the value if it has one.
     #[expect(clippy::option_option, reason = "what is present has a value or none")]
     pub(crate) fn read(&self) -> Option<Option<Value>> {
         match self {
@@ -189,7 +189,7 @@ impl Cell {
 }
 
 impl Cell {
-    /// The queue of a trigger in a mode; physical actions are in none here.
+    /// Returns the queue of a trigger in a mode; physical actions are in no mode in the simulator.
     pub(crate) fn as_mode(&mut self) -> Option<&mut dyn ModeCell> {
         match self {
             Self::Watchdog(watchdog) => Some(watchdog),
@@ -212,33 +212,33 @@ impl ModeCell for Queued {
     }
 }
 
-/// A queue that counts what is in it.
+/// A queue that counts its messages.
 pub(crate) struct Queued {
     pub(crate) queue: Box<dyn AnyQueue>,
     pub(crate) capacity: usize,
     pending: usize,
-    /// The most that there ever was in it.
+    /// The maximum number of messages that it held.
     pub(crate) most: usize,
-    /// Of an input whose messages can come too late.
+    /// The log of an input whose messages can be tardy.
     pub(crate) kept: Option<Kept>,
 }
 
-/// What an input keeps whose messages can come too late.
+/// The log of an input whose messages can be tardy.
 pub(crate) struct Kept {
     side: &'static Side,
-    /// What happened when.
+    /// The handled messages.
     pub(crate) handled: Vec<Handled>,
 }
 
-/// A message that happened.
+/// A handled message.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub(crate) struct Handled {
     pub(crate) tag: Tag,
     /// The number of its value.
     pub(crate) number: u64,
-    /// What it was intended for, as the queue says, if it came too late.
+    /// The intended tag according to the queue, if the message was tardy.
     pub(crate) intended: Option<Tag>,
-    /// In virtual time: when it was taken out of the queue.
+    /// The virtual time at which the queue released it.
     pub(crate) at: u64,
 }
 
@@ -270,7 +270,7 @@ impl Queued {
         Ok(())
     }
 
-    /// Whether what is present came too late.
+    /// Returns whether the present message was tardy.
     pub(crate) fn is_tardy(&self) -> bool {
         self.queue.port().is_present() && self.queue.intended().is_some()
     }
@@ -307,7 +307,7 @@ impl TriggerCell for Queued {
     }
 }
 
-/// A physical action whose events happen when they happened before.
+/// A physical action that replays events at their earlier times.
 pub(crate) struct Replayed {
     pub(crate) events: VecDeque<(Tag, Option<Value>)>,
     #[expect(clippy::option_option, reason = "an event has a value or none")]

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-//! A body that runs: with all that it changes, apart from the rest of the program, which it can only see. So several
-//! can run side by side, and one alone runs no differently.
+//! A running body, with all state that it changes, separate from the rest of the program, which it can only read. So
+//! several bodies can run in parallel, and one alone behaves the same.
 
 use std::collections::BTreeMap;
 use std::time::Duration;
@@ -16,7 +16,7 @@ use super::tables::keep;
 use super::value::{Shape, Value};
 use crate::scenario::Script;
 
-/// What a thread's events can cause.
+/// The number of reactions in a row that a thread's events can cause.
 const THREAD_ENERGY: u64 = 4;
 
 /// An instance of a reactor, the same one whether federated or not.
@@ -27,36 +27,36 @@ pub(crate) struct InstanceId {
     pub(crate) path: u64,
 }
 
-/// What a reaction saw, when and in which state.
+/// The inputs of a reaction, with its tag and state.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub(crate) struct Record {
     pub(crate) tag: Tag,
     pub(crate) instance: InstanceId,
     /// The reaction's number in its reactor, from 1.
     pub(crate) reaction: u16,
-    /// All that it saw, and the state.
+    /// A hash of all its inputs and the state.
     pub(crate) digest: u64,
     /// Whether its federate's last tag was running.
     pub(crate) last_tag: bool,
-    /// How long it took.
+    /// The duration of the reaction.
     pub(crate) work_ns: u64,
 }
 
-/// What reactions share.
+/// The state that reactions share.
 pub(super) struct Memory {
     pub(super) cells: Vec<Cell>,
     pub(super) ports: Vec<Place>,
     pub(super) side: &'static Side,
-    /// Whether stops and physical events are known beforehand, and reactions do not cause them.
+    /// Whether stops and physical events are known in advance, and reactions do not cause them.
     pub(super) replayed: bool,
 }
 
-/// Where a port's value lies.
+/// The location of a port's value.
 pub(super) enum Place {
     Own(Port<Value>),
     /// In the cell of this trigger.
     Queue(usize),
-    /// With a body that runs.
+    /// In a body that runs.
     Lent,
 }
 
@@ -68,7 +68,7 @@ pub(super) struct Body {
     pub(super) number: u16,
     pub(super) reads: Vec<LentVariable>,
     pub(super) effects: Vec<Effect>,
-    /// It has a handler for what comes too late.
+    /// Whether it has a handler for tardy inputs.
     pub(super) tardy: bool,
     pub(super) script: Script,
     pub(super) runs: u64,
@@ -85,11 +85,11 @@ pub(super) enum LentVariable {
 pub(super) struct Effect {
     pub(super) variable: LentVariable,
     pub(super) shape: Shape,
-    /// When threads schedule a physical action, in nanoseconds after they were started.
+    /// The times at which threads schedule a physical action, in nanoseconds after their start.
     pub(super) outside: Vec<i64>,
 }
 
-/// What a body has taken out of the memory for as long as it runs.
+/// A variable that a body has taken out of the memory while it runs.
 pub(super) enum Own {
     Port(Place),
     Trigger(Cell),
@@ -100,12 +100,12 @@ pub(super) enum Own {
 pub(super) struct Group {
     pub(super) level: u16,
     pub(super) reactions: &'static [ReactionId],
-    /// What they can schedule.
+    /// The actions that they can schedule.
     pub(super) actions: &'static [TriggerId],
 }
 
 impl Group {
-    /// The groups of a program, in the order of their first reactions.
+    /// Returns the groups of a program, in the order of their first reactions.
     pub(super) fn all(levels: impl Iterator<Item = u16>, bodies: &[Option<Body>]) -> Vec<Self> {
         let mut members = BTreeMap::<(u16, usize), (Vec<ReactionId>, Vec<TriggerId>)>::new();
         for (index, (level, body)) in (0..).zip(levels.zip(bodies)) {
@@ -125,7 +125,7 @@ impl Group {
     }
 }
 
-/// Bodies of one instance with what they change.
+/// Bodies of one instance with the variables that they change.
 pub(super) struct Lent {
     pub(super) bodies: Vec<(ReactionId, Body)>,
     pub(super) state: u64,
@@ -135,7 +135,7 @@ pub(super) struct Lent {
 }
 
 impl Lent {
-    /// What is present of a variable: nothing, or perhaps a value.
+    /// Returns the presence of a variable, with the value if it has one.
     #[expect(clippy::option_option, reason = "what is present has a value or none")]
     fn read(owned: &[(LentVariable, Own)], memory: &Memory, variable: LentVariable) -> Option<Option<Value>> {
         let own = owned.iter().find(|(own, _)| *own == variable).map(|(_, own)| own);
@@ -148,13 +148,14 @@ impl Lent {
         }
     }
 
-    /// Does what the script of a reaction and all that it sees say.
+    /// Runs a reaction: its effects follow from its script and all its inputs.
     pub(super) fn run(&mut self, reaction: ReactionId, memory: &Memory, ctx: &mut ReactionContext<'_>) {
         let Self { bodies, state, own, record, stop } = self;
         let Some((_, body)) = bodies.iter_mut().find(|(id, _)| *id == reaction) else { return };
         body.runs += 1;
         let mut digest = combine(*state, combine(body.id.path, body.number.into()));
-        // What was caused by something can cause less; what was not, as much as the script says.
+        // An effect of events can cause fewer further reactions than they; an effect without a cause as many as the
+        // script says.
         let (mut caused, mut fresh) = (None, body.is_startup || ctx.is_shutdown());
         for (position, variable) in (1..).zip(&body.reads) {
             let Some(value) = Self::read(own, memory, *variable) else { continue };
@@ -175,12 +176,12 @@ impl Lent {
             let own = own.iter_mut().find(|(own, _)| *own == effect.variable).map(|(_, own)| own);
             if body.is_startup && !effect.outside.is_empty() {
                 if let Some(Own::Trigger(Cell::Physical(physical))) = own {
-                    // A thread that schedules the action again and again.
+                    // A thread that schedules the action repeatedly.
                     let action = PhysicalActionRef::clone(physical.action());
                     let link = ctx.physical_link();
                     memory.side.start(Thread::new(&effect.outside, move |left| {
                         let value = Value::new(combine(choice, left as u64), THREAD_ENERGY, Shape::Fixed(1));
-                        // An inbox that is full refuses it, and then it does not happen in any of the runs.
+                        // A full inbox refuses the event, which then happens in none of the runs.
                         let _ = link.schedule_physical_with_v(&action, Some(value), Asap);
                     }));
                 }

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 //! A federate's program, interpreted from the compiler's plan: the model's own ports, queues and triggers, and
-//! reactions that do what their script and a hash of all that they see say.
+//! reactions whose effects follow from their script and a hash of all inputs.
 //!
-//! What a reaction does follows from its program, its instance's state and what is present, and from nothing else. So
-//! a program does the same wherever and however it runs, as long as tags and presence are the same.
+//! The effects of a reaction follow only from its program, its instance's state and the present inputs. So a program
+//! behaves the same wherever and however it runs, as long as tags and presence are the same.
 
 mod build;
 mod cells;
@@ -33,27 +33,27 @@ pub(crate) use lent::{InstanceId, Record};
 pub(crate) struct Scripted {
     tables: &'static Tables,
     bodies: Vec<Option<Body>>,
-    /// What can run side by side with others of its level.
+    /// The groups of bodies that can run in parallel with others of their level.
     groups: Vec<Group>,
-    /// By reaction: from where to where it copies, if it stands for a connection.
+    /// By reaction: source and destination, if it stands for a connection.
     copies: Vec<Option<(usize, usize)>>,
     memory: Memory,
     /// By trigger: the port that a delayed connection reads.
     sources: Vec<Option<usize>>,
-    /// By instance.
+    /// The states by instance.
     states: Vec<u64>,
-    /// What reactions saw, in the order in which they ran.
+    /// The records of reactions, in the order in which they ran.
     pub(crate) trace: Vec<Record>,
-    /// The stops that reactions asked for.
+    /// The stops that reactions requested.
     pub(crate) stops: Vec<Tag>,
-    /// At which tags handlers of late messages ran.
+    /// The tags at which handlers of tardy messages ran.
     pub(crate) handled_tardy: Vec<Tag>,
-    /// Where a body ran in place of such a handler, or a handler though nothing was late.
+    /// The tag at which a body ran instead of such a handler, or a handler without a tardy message.
     pub(crate) mishandled: Option<Tag>,
 }
 
 impl Scripted {
-    /// Takes the bodies of reactions of one instance out of the program; those without one are left out.
+    /// Takes the bodies of reactions of one instance out of the program; omits reactions without one.
     fn lend(&mut self, reactions: &[ReactionId]) -> Lent {
         let taken = |id: &ReactionId| Some((*id, self.bodies.get_mut(usize::from(id.0)).and_then(Option::take)?));
         let bodies: Vec<_> = reactions.iter().filter_map(taken).collect();
@@ -76,7 +76,7 @@ impl Scripted {
         Lent { bodies, state, own, record: None, stop: None }
     }
 
-    /// Puts them back, and what one of them saw into the trace.
+    /// Puts the bodies back, and adds their records to the trace.
     fn revoke(&mut self, lent: Lent) {
         let Lent { bodies, state, own, record, stop } = lent;
         for (variable, own) in own {
@@ -102,7 +102,7 @@ impl Scripted {
         self.revoke(lent);
     }
 
-    /// The fullest that the queues ever were, each with its capacity.
+    /// Returns the maximum length of each queue so far, with its capacity.
     pub(crate) fn high_water(&self) -> impl Iterator<Item = (usize, usize)> {
         self.memory.cells.iter().filter_map(|cell| match cell {
             Cell::Queued(queued) => Some((queued.most, queued.capacity)),
@@ -110,7 +110,7 @@ impl Scripted {
         })
     }
 
-    /// What a reaction sees directly of what came too late.
+    /// Returns whether a reaction reads a tardy input directly.
     fn sees_tardy(&self, body: &Body) -> bool {
         body.reads.iter().any(|variable| {
             let LentVariable::Port(port) = variable else { return false };
@@ -119,7 +119,7 @@ impl Scripted {
         })
     }
 
-    /// By network input: what happened when, where it can come too late.
+    /// Returns the handled messages by network input, where they can be tardy.
     pub(crate) fn handled(&self) -> impl Iterator<Item = &[Handled]> {
         self.tables.inputs.iter().map(|input| match &self.memory.cells[usize::from(input.trigger.0)] {
             Cell::Queued(Queued { kept: Some(kept), .. }) => &kept.handled[..],
@@ -153,7 +153,7 @@ impl Program for Scripted {
         self.run(reaction, ctx);
     }
 
-    /// Does what the body does.
+    /// Does the same as the body.
     fn handle_tardy(&mut self, reaction: ReactionId, ctx: &mut ReactionContext<'_>) {
         let tag = current_tag(ctx);
         self.handled_tardy.push(tag);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! The model's tables of a federate: what generated code has as constants, from the compiler's own derivation.
+//! The model's tables of a federate, which generated code has as constants, from the compiler's own derivation.
 
 use lf_compiler::tables::{self, InputRow, OutputRow};
 use lf_model::{
@@ -10,8 +10,8 @@ use lf_testkit::random::mix;
 
 use super::value::Shape;
 
-/// Keeps something for as long as the process lives, as tables want it. Runs are many, so the process is not to live
-/// for long.
+/// Keeps a list for the lifetime of the process, as tables require. Because runs are many, the process should be
+/// short-lived.
 pub(crate) fn keep<T>(list: Vec<T>) -> &'static [T] {
     list.leak()
 }
@@ -20,10 +20,10 @@ fn keep_text(text: &str) -> &'static str {
     String::from(text).leak()
 }
 
-/// The tables of a federate.
+/// Returns the tables of a federate.
 ///
 /// # Panics
-/// When they contradict themselves, as generated code would not compile then.
+/// If they contradict themselves; generated code would not compile then.
 pub(crate) fn tables(planned: &tables::Tables<'_>, runs: Runs) -> &'static Tables {
     let reactions = planned.reactions.iter().map(|reaction| ReactionInfo {
         name: keep_text(reaction.name),
@@ -57,16 +57,16 @@ pub(crate) fn tables(planned: &tables::Tables<'_>, runs: Runs) -> &'static Table
     Box::leak(Box::new(tables))
 }
 
-/// How the reactions of a level run.
+/// The way in which the reactions of a level run.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub(crate) enum Runs {
     OneByOne,
-    /// As if side by side.
+    /// Sequentially, in an order that parallel execution could produce.
     Shuffled,
 }
 
-/// Runs jobs one by one, but each by some worker and in another order than they have. As they are closures that share
-/// nothing that one of them changes, threads could do no more to them.
+/// Runs jobs sequentially, but each by some worker and in a shuffled order. They are closures that share no mutable
+/// state, so threads could not produce other results.
 pub(super) struct Shuffled;
 
 impl WorkerPool for Shuffled {

@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
-//! The values of all ports and actions: a number that tells everything that led to it, and its length as bytes.
+//! The values of all ports and actions: a number that depends on all causes, and its length in bytes.
 
 use lf_model::{Payload, PayloadError};
 use lf_testkit::random::combine;
 
-/// Bytes of one word of a value.
+/// The number of bytes in one word of a value.
 const WORD: usize = 8;
 
-/// A value. Its bytes are its number again and again, so that bytes which were lost or mixed up are noticed.
+/// A value. Its bytes repeat its number, so that lost or mixed bytes are detected.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub(crate) struct Value {
     number: u64,
@@ -15,7 +15,7 @@ pub(crate) struct Value {
 }
 
 impl Value {
-    /// A value that follows from `origin`, which can cause so many reactions in a row.
+    /// Returns a value that follows from `origin` and can cause this number of reactions in a row.
     pub(crate) fn new(origin: u64, energy: u64, shape: Shape) -> Self {
         let number = (origin << 8) | energy.min(255);
         let words = match shape {
@@ -34,16 +34,16 @@ impl Value {
     }
 }
 
-/// How long the values of a type are, in words.
+/// The length of a type's values, in words.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub(crate) enum Shape {
     Fixed(u16),
-    /// From one word to so many.
+    /// From one word to this many.
     UpTo(u16),
 }
 
 impl Shape {
-    /// The shape of a type by its name in Rust.
+    /// Returns the shape of a type by its name in Rust.
     pub(crate) fn of(ty: &str) -> Self {
         match ty {
             "[u64; 32]" => Self::Fixed(32),
@@ -52,7 +52,7 @@ impl Shape {
         }
     }
 
-    /// The most bytes that a value takes.
+    /// Returns the maximum number of bytes of a value.
     pub(crate) fn bytes_max(self) -> usize {
         let (Self::Fixed(words) | Self::UpTo(words)) = self;
         WORD * usize::from(words)

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! The same program unfederated: what all federates are to do.
+//! Runs the same program unfederated, as the reference of all federates.
 
 use std::collections::BTreeMap;
 
@@ -12,22 +12,22 @@ use crate::program::{Played, Record, Runs, Scripted};
 use crate::scenario::Scenario;
 use lf_testkit::world::Side;
 
-/// So many tags are a sign that a program does not end.
+/// A program that runs this many tags does not end.
 const TAGS_MAX: u32 = 10_000_000;
 
-/// What the federated run decided: chance, as far as the program is concerned.
+/// The decisions of the federated run, which are random to the program.
 pub(crate) struct Decided<'a> {
     pub(crate) start: Instant,
-    /// The stop that was granted.
+    /// The granted stop.
     pub(crate) stop: Option<Tag>,
-    /// When physical actions happened.
+    /// The times of physical actions.
     pub(crate) played: &'a Played,
-    /// From this tag on nothing counts.
+    /// The tag from which on nothing counts.
     pub(crate) until: Tag,
 }
 
-/// Runs the program with this plan, and gives what its reactions saw; nothing if a connection with `after` had to hold
-/// more than it can.
+/// Runs the program with this plan, and returns the records of its reactions; `None` if a connection with `after` had
+/// to hold more than it can.
 pub(crate) fn run_alone(
     scenario: &Scenario,
     plan: &Plan,
@@ -66,7 +66,7 @@ pub(crate) fn run_alone(
         }
         engine.begin(&mut program, tag).map_err(|error| error.to_string())?;
         match engine.advance(&mut program, &mut world, None) {
-            // The values that federates hold in their buffers are all in one queue here.
+            // The values that federates hold in their buffers are all in one queue in this run.
             Progress::Failed(ModelError::DelayFull { .. }) => return Ok(None),
             Progress::Failed(error) => return Err(error.to_string()),
             Progress::Complete | Progress::OutputFull { .. } | Progress::LevelLimit { .. } => {}
@@ -75,7 +75,7 @@ pub(crate) fn run_alone(
     Err(format!("unfederated the program goes on after {TAGS_MAX} tags"))
 }
 
-/// The world of a program without neighbors, in which time does not matter.
+/// The host of a program without neighbors, in which time does not matter.
 struct Still(&'static Side);
 
 impl Env for Still {
@@ -88,8 +88,8 @@ impl Env for Still {
     }
 }
 
-/// The work of each federate's reactions, in nanoseconds: by time after the start, of each tag at that time. Physical
-/// actions happen as they did after this start. Nothing, when the program cannot be run.
+/// Returns the work of each federate's reactions, in nanoseconds: by time after the start, of each tag at that time.
+/// Physical actions happen as they did after this start. Returns `None` if the program cannot be run.
 pub(crate) fn work_alone(
     scenario: &Scenario,
     plan: &Plan,

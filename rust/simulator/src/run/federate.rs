@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! A federate with its memory: what generated code has in statics.
+//! A federate with its memory, which generated code has in statics.
 
 use lf_compiler::plan::{self, Plan};
 use lf_model::time::{Interval, Tag};
@@ -46,10 +46,10 @@ impl EngineMemory {
     }
 }
 
-/// All that a federate needs.
+/// All memory of a federate.
 pub(super) struct FederateMemory {
     pub(super) program: Scripted,
-    /// What keeps what happens, if it is recorded.
+    /// The recorder, if the run is recorded.
     records: Option<Records>,
     platform: Virtual,
     engine: EngineMemory,
@@ -60,7 +60,7 @@ pub(super) struct FederateMemory {
     /// The buffers of the connections to and from other federates.
     outbound: Vec<Vec<u8>>,
     inbound: Vec<Vec<u8>>,
-    /// What is known of awaited inputs.
+    /// The tags up to which awaited inputs are known.
     known: Vec<Tag>,
 }
 
@@ -78,7 +78,7 @@ impl FederateMemory {
         let settings = Settings {
             federated: true,
             timeout: target.timeout_ns.map(Interval::from_nanos),
-            // As for all programs in Rust, which know who can make an event for them.
+            // As for all programs in Rust, where the compiler knows all sources of events.
             keepalive: false,
             fast: target.fast,
         };
@@ -99,7 +99,7 @@ impl FederateMemory {
         })
     }
 
-    /// The federate begins.
+    /// Starts the federate.
     pub(super) fn begin(&mut self) -> Result<Member<'_>, RunError> {
         let tables = self.program.tables();
         let engine = self.engine.engine(tables, self.settings);
@@ -123,7 +123,7 @@ impl FederateMemory {
     }
 }
 
-/// The part in the federation, as generated code has it.
+/// Returns the configuration of the federation, as generated code has it.
 fn federation(plan: &Plan, federate: &plan::Federate, tables: &Tables) -> Federation {
     let planned = lf_compiler::tables::Tables::of(plan, federate);
     let upstream: Vec<_> =

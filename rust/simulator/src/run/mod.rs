@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! One run of a scenario: the RTI and all federates, each with the event loop that it has anywhere else, in one thread
-//! and in virtual time.
+//! One run of a scenario: the RTI and all federates, each with its real event loop, in one thread and in virtual time.
 
 mod alone;
 mod federate;
@@ -30,24 +29,24 @@ use crate::world::{Cables, World, strike, world};
 use federate::{FederateMemory, Member};
 use rti::{Centre, RtiBuffers, RtiMemory};
 
-/// So many turns in which no reaction runs, or without one of the RTI, are a sign that a federation does not get on.
-/// Turns that exchange the time do not count, since they go on whatever a federation does.
+/// A federation that takes this many turns without a reaction, or without a turn of the RTI, makes no progress. Turns
+/// of clock synchronization do not count, since they continue in any federation.
 const IDLE_TURNS_MAX: u64 = 200_000;
-/// So much virtual time in which no reaction runs is, too.
+/// A federation that runs no reaction for this much virtual time makes no progress either.
 const IDLE_TIME_MAX_NS: u64 = 200_000_000_000;
-/// After so many reactions, or so many turns, a run is cut short: enough has been seen.
+/// After this many reactions, or turns, the run is cut short: it has shown enough.
 const REACTIONS_MAX: u64 = 200_000;
 const TURNS_MAX: u64 = 1_000_000;
 
-/// How a federate ended.
+/// The end of a federate.
 #[derive(Clone, Debug)]
 pub(crate) enum FederateEnd {
     Ended(Result<(), RunError>),
-    /// It vanished, or the run was over before it was.
+    /// The federate vanished, or the run ended before it did.
     Gone,
 }
 
-/// What the RTI told.
+/// The log events of the RTI.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Noted {
     started: Option<Instant>,
@@ -56,47 +55,47 @@ pub(crate) struct Noted {
     pub(crate) dropped: bool,
 }
 
-/// How a run went.
+/// The results of a run.
 #[derive(Debug)]
 pub(crate) struct Report {
-    /// The RTI's outcome, if it came to its end.
+    /// The RTI's outcome, if it ended.
     pub(crate) rti: Option<Outcome>,
     pub(crate) ends: Vec<FederateEnd>,
     pub(crate) traces: Vec<Vec<Ran>>,
-    /// The stops that reactions asked for.
+    /// The stops that reactions requested.
     pub(crate) stops: Vec<Tag>,
-    /// When physical actions happened.
+    /// The times of physical actions.
     pub(crate) played: Played,
-    /// What the RTI has recorded, and then each federate, as far as they did.
+    /// The recordings of the RTI, and then of each federate, as far as they recorded.
     pub(crate) records: Vec<Option<Records>>,
     pub(crate) noted: Noted,
-    /// What went wrong, with whom, as it had been planned.
+    /// The faults that occurred, with their participants, as planned.
     pub(crate) struck: Vec<(usize, FaultKind)>,
-    /// By federate: the stop that it was granted, and before which tag all that it sent has come to the RTI.
+    /// By federate: the granted stop, and the tag before which the RTI has received all its messages.
     pub(crate) granted: Vec<Option<Tag>>,
     pub(crate) announced: Vec<Tag>,
-    /// By federate: whether it has named a tag to stop at.
+    /// By federate: whether it has proposed a stop tag or agreed to one.
     has_named: Vec<bool>,
-    /// By federate and input: the capacity of its queue, and the most messages that came for one tag.
+    /// By federate and input: the capacity of its queue, and the largest number of messages for one tag.
     pub(crate) capacities: Vec<Vec<usize>>,
-    /// By federate and input: who sends.
+    /// By federate and input: the sender.
     pub(crate) senders: Vec<Vec<usize>>,
-    /// By federate: when it ended, in virtual time.
+    /// By federate: the virtual time of its end.
     pub(crate) ended: Vec<Option<u64>>,
     pub(crate) bursts: Vec<Vec<usize>>,
     pub(crate) counts: Counts,
-    /// With decentralized coordination: all messages between federates, and what each made of those that came.
+    /// With decentralized coordination: all messages between federates, and their outcomes.
     pub(crate) sent: Vec<Sent>,
-    /// By federate: when the RTI heard that it had left.
+    /// By federate: the time at which the RTI read that it had left.
     pub(crate) left: Vec<Option<u64>>,
     pub(crate) lateness: Vec<Lateness>,
     /// The clocks of all participants.
     pub(crate) sides: Vec<&'static Side>,
     pub(crate) refused_writes: u64,
     pub(crate) fullest_percent: usize,
-    /// It was ended when enough had been seen.
+    /// Whether the run was cut short because it had shown enough.
     pub(crate) cut_short: bool,
-    /// A hash of all that happened.
+    /// A hash of the whole run.
     pub(crate) digest: u64,
     pub(crate) violation: Option<Violation>,
 }
@@ -106,39 +105,39 @@ impl Report {
         self.noted.started
     }
 
-    /// Whether something went wrong with a federate.
+    /// Returns whether a fault affected a federate.
     pub(crate) fn is_struck(&self, federate: usize) -> bool {
         self.struck.iter().any(|(participant, _)| *participant == federate + 1)
     }
 
-    /// The last tag of all, where there is one that follows from the program and the granted stop.
+    /// Returns the last tag of all federates, if one follows from the program and the granted stop.
     pub(crate) fn stop_tag(&self, scenario: &Scenario) -> Option<Tag> {
         let timeout = scenario.target.timeout.and_then(|ns| Some(self.started()? + Interval::from_nanos(ns)));
         [timeout.map(Tag::at), self.granted_stop()].into_iter().flatten().min()
     }
 
-    /// Whether a federate had come to its own end before the others agreed to stop.
+    /// Returns whether a federate had ended by itself before the others agreed to stop.
     pub(crate) fn left_before_stop(&self, federate: usize) -> bool {
         self.granted_stop().is_some() && (self.granted[federate].is_none() || !self.has_named[federate])
     }
 
-    /// The stop that was granted, if one was.
+    /// Returns the granted stop, if there is one.
     pub(crate) fn granted_stop(&self) -> Option<Tag> {
         self.granted.iter().flatten().copied().min()
     }
 }
 
-/// What a federate made of late messages.
+/// A federate's treatment of late messages.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Lateness {
-    /// How many it has counted, and reported.
+    /// The numbers of late messages that it has counted, and reported.
     pub(crate) counted: u64,
-    /// How many of its own messages did not reach their receivers, as it says.
+    /// The number of its own messages that did not reach their receivers, as it reports.
     pub(crate) lost: u64,
     pub(crate) reports: Reports,
-    /// By network input: what happened when.
+    /// By network input: the handled messages.
     pub(crate) handled: Vec<Vec<Handled>>,
-    /// At which tags handlers ran.
+    /// The tags at which handlers ran.
     pub(crate) handlers: Vec<Tag>,
     pub(crate) mishandled: Option<Tag>,
 }
@@ -157,7 +156,7 @@ enum Seat<'a> {
     Federate(&'a mut FederateMemory),
 }
 
-/// What a turn of any participant came to.
+/// The result of a participant's turn.
 enum Step {
     Wait(lf_coordination::Deadline),
     Outcome(Outcome),
@@ -197,12 +196,12 @@ impl Participant<'_> {
     }
 }
 
-/// What is told of a run while it goes on.
+/// The outputs of a run besides its report.
 #[derive(Clone, Copy, Default)]
 pub(crate) struct Telling {
-    /// All messages are printed.
+    /// Whether to print all messages.
     pub(crate) prints: bool,
-    /// All participants record what happens.
+    /// Whether all participants record their events.
     pub(crate) records: bool,
 }
 
@@ -215,7 +214,7 @@ pub(crate) fn run(scenario: &Scenario, plan: &Plan, telling: Telling) -> Result<
     world.lock().network.medium_mut().watch.prints = prints;
     let noted = Rc::new(RefCell::new(Noted::default()));
     let mut buffers = RtiBuffers::new(scenario, plan.federates.len());
-    // When physical actions happened is known by what was recorded.
+    // The recordings show the times of physical actions.
     let of_federates = records || scenario.has_physical_actions();
     let recorded = |is_kept: bool| is_kept.then(Records::default);
     let records: Vec<_> =
@@ -282,7 +281,7 @@ pub(crate) fn run(scenario: &Scenario, plan: &Plan, telling: Telling) -> Result<
 }
 
 impl Report {
-    /// Takes over what a federate's program has kept.
+    /// Takes the records of a federate's program.
     fn take(&mut self, federate: usize, memory: FederateMemory, counted: Counted) {
         let program = memory.program;
         let handled = program.handled().map(<[_]>::to_vec).collect();
@@ -306,7 +305,7 @@ impl Report {
     }
 }
 
-/// Adds when the physical actions of a federate happened, and with which values, by what it has recorded.
+/// Adds the times and values of a federate's physical actions, as it has recorded them.
 fn add_physical_events(played: &mut Played, tables: &Tables, records: &[Record]) {
     let mut tag = Tag::NEVER;
     for (record, value) in with_values(records.iter().copied()) {
@@ -328,14 +327,14 @@ fn capacities(federate: &Federate) -> Vec<usize> {
     federate.inputs.iter().map(|input| federate.triggers[input.trigger.0].capacity).collect()
 }
 
-/// A message with the number of its input in place of that of the port, if it has one.
+/// Returns a message with the number of its input instead of that of the port, if it has one.
 fn to_input(plan: &Plan, sent: &Sent) -> Option<Sent> {
     let mut sent = *sent;
     sent.port = plan.federates[sent.to].input_of(u16::try_from(sent.port).ok()?)?.0;
     Some(sent)
 }
 
-/// By input; on the wire, ports that are connected within the federate have numbers, too.
+/// Returns the bursts by input; on the wire, ports that are connected within the federate have numbers, too.
 fn bursts(federate: &Federate, seen: &Seen) -> Vec<usize> {
     let inputs = (0..federate.inputs.len()).map(InputIndex);
     inputs.map(|input| seen.burst(federate.port_of(input))).collect()
@@ -361,17 +360,17 @@ fn note_into(noted: Rc<RefCell<Noted>>, prints: bool) -> Box<dyn FnMut(RtiEvent<
     })
 }
 
-/// All participants, and what has become of them.
+/// All participants, and their results.
 struct Stage<'a> {
     participants: Vec<Participant<'a>>,
     ends: Vec<FederateEnd>,
     ended: Vec<Option<u64>>,
-    /// By federate.
+    /// The counts by federate.
     counted: Vec<Counted>,
     outcome: Option<Outcome>,
-    /// In order of time, which counts from the start.
+    /// The faults in order of time, which counts from the start.
     faults: Vec<Fault>,
-    /// From when their times count.
+    /// The time from which the times of faults count.
     first_fault: Option<u64>,
     struck: Vec<(usize, FaultKind)>,
     turns: u64,
@@ -379,7 +378,7 @@ struct Stage<'a> {
     cut_short: bool,
 }
 
-/// What a federate has counted and reported: late messages, and messages that did not reach their receivers.
+/// The messages that a federate has counted and reported: late ones, and those that did not reach their receivers.
 #[derive(Clone, Copy, Debug, Default)]
 struct Counted {
     late: u64,
@@ -387,7 +386,7 @@ struct Counted {
     reports: Reports,
 }
 
-/// When reactions have run last, and when the RTI has had a turn.
+/// The last turns in which reactions ran and in which the RTI ran.
 #[derive(Clone, Copy, Debug, Default)]
 struct Progress {
     reactions: u64,
@@ -397,7 +396,7 @@ struct Progress {
 }
 
 impl Progress {
-    /// So many reactions have run before this turn.
+    /// Notes the number of reactions before this turn.
     fn note(&mut self, reactions: u64, of_rti: bool, turn: u64, time: u64) {
         if reactions > self.reactions {
             *self = Self { reactions, turn, time, ..*self };
@@ -413,7 +412,7 @@ impl Progress {
 }
 
 impl Stage<'_> {
-    /// Turn by turn, until all have ended or nobody can go on.
+    /// Runs turn by turn, until all participants have ended or none can go on.
     fn play(&mut self, world: &Shared<Cables>, noted: &RefCell<Noted>) -> Option<Violation> {
         loop {
             let mut locked = world.lock();
@@ -460,7 +459,7 @@ impl Stage<'_> {
         }
     }
 
-    /// Notes what was reported in a turn.
+    /// Takes the reports of a turn.
     fn listen(&mut self, participant: usize) {
         let reports = reports::take();
         if let Participant::Federate(federate) = &self.participants[participant] {
@@ -480,13 +479,13 @@ impl Stage<'_> {
         (0..self.participants.len()).filter(|participant| !world.has_ended(*participant)).collect()
     }
 
-    /// When the next thing goes wrong, in virtual time.
+    /// Returns the virtual time of the next fault.
     fn next_fault(&self, world: &World) -> Option<u64> {
         let fault = self.faults.iter().find(|fault| !world.has_ended(fault.participant))?;
         Some(self.first_fault?.saturating_add(fault.at.max(0).unsigned_abs()))
     }
 
-    /// Lets the next thing go wrong. `false` when there is none.
+    /// Executes the next fault. Returns `false` if there is none.
     fn strike_next(&mut self, world: &mut World) -> bool {
         let Some(at) = self.next_fault(world) else { return false };
         let Some(index) = self.faults.iter().position(|fault| !world.has_ended(fault.participant)) else {

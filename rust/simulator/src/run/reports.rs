@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-//! What event loops report of late messages, as whoever reads their log sees it.
+//! The reports of late messages in the event loops' logs.
 
 use std::cell::Cell;
 use std::sync::Once;
 
 use log::{Level, LevelFilter, Log, Metadata, Record};
 
-/// How many late messages were reported.
+/// The number of reported late messages.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
 pub(crate) struct Reports {
     /// At any level.
@@ -37,18 +37,18 @@ impl Log for Listener {
     fn flush(&self) {}
 }
 
-/// Begins to listen to what is logged.
+/// Installs the logger.
 pub(super) fn listen() {
     static LISTENING: Once = Once::new();
     LISTENING.call_once(|| {
-        // Where another one listens already, nothing is heard, and the check will say so.
+        // If another logger is installed already, this one hears nothing, and the check reports that.
         if log::set_logger(&Listener).is_ok() {
             log::set_max_level(LevelFilter::Debug);
         }
     });
 }
 
-/// What has been reported in this thread since the last call.
+/// Returns the reports in this thread since the last call.
 pub(super) fn take() -> Reports {
     REPORTS.take()
 }

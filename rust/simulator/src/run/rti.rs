@@ -18,7 +18,7 @@ use crate::scenario::Scenario;
 use crate::world::Virtual;
 
 pub(super) const FEDERATION_ID: &[u8] = b"simulated";
-/// Where the RTI listens.
+/// The port on which the RTI listens.
 pub(super) const PORT: u16 = 15045;
 /// Connections beyond one per federate.
 const SPARE_CONNECTIONS: usize = 2;
@@ -37,9 +37,9 @@ impl RtiBuffers {
     }
 }
 
-/// All that an RTI needs.
+/// All memory of an RTI.
 pub(super) struct RtiMemory<'a> {
-    /// What keeps what happens, if it is recorded.
+    /// The recorder, if the run is recorded.
     records: Option<Records>,
     platform: Virtual,
     log: Log,
@@ -84,7 +84,7 @@ impl<'a> RtiMemory<'a> {
         Self { records, platform, log, config, memory: Memory::new(sizes), inlets, outgoings }
     }
 
-    /// The RTI begins.
+    /// Starts the RTI.
     pub(super) fn begin(&'a mut self) -> Result<Centre<'a>, RunError> {
         let datagrams = match self.config.clock_sync {
             ClockSync::On { .. } => Some(self.platform.bind(RTI_UDP_PORT).map_err(RunError::Bind)?),

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-//! A scenario with decentralized coordination: the one with centralized coordination of the same seed, with other
-//! waits, and in a world in which all that can delay a message is bounded, or in any world.
+//! A scenario with decentralized coordination: the centralized one of the same seed, with other waits, and in a world
+//! in which all delays of a message are bounded, or in any world.
 
 use lf_testkit::random::{Random, combine};
 
@@ -8,7 +8,7 @@ use super::{Decentralized, MS, Scenario, US, has_cycle};
 use crate::scenario::reactors::Ending;
 
 impl Scenario {
-    /// The scenario of a seed. It has no waits yet: see [`waits`](crate::waits).
+    /// Returns the scenario of a seed. It has no waits yet: see [`waits`](crate::waits).
     pub(crate) fn decentralized(seed: u64) -> Self {
         let mut scenario = Self::from_seed(seed);
         let random = &mut Random::new(combine(seed, 21));
@@ -34,13 +34,13 @@ impl Scenario {
         scenario
     }
 
-    /// Whether threads schedule physical actions.
+    /// Returns whether threads schedule physical actions.
     pub(crate) fn has_physical_actions(&self) -> bool {
         let is_physical = |reactor: &super::Reactor| reactor.actions.iter().any(|action| action.physical);
         self.federates.iter().any(|federate| is_physical(federate) || federate.children.iter().any(is_physical))
     }
 
-    /// By federate: whether something that some of these federates send can be the cause of something there.
+    /// Returns, by federate, whether messages of some of these federates can cause an event there.
     pub(crate) fn reached(&self, senders: &[usize]) -> Vec<bool> {
         let mut reached = vec![false; self.federates.len()];
         let mut open = senders.to_vec();
@@ -54,7 +54,7 @@ impl Scenario {
         reached
     }
 
-    /// Connections that close a cycle get a delay, or are left out.
+    /// Adds a delay to connections that close a cycle, or removes them.
     fn break_cycles(&mut self, random: &mut Random) {
         let mut index = 0;
         while index < self.connections.len() {
@@ -72,8 +72,8 @@ impl Scenario {
         }
     }
 
-    /// No link is so slow, and no buffer so small, that what is before a message can delay it much; nothing happens
-    /// that is not known beforehand.
+    /// Bounds the world: no link is so slow, and no buffer so small, that the messages before another one can delay it
+    /// much; every event is known in advance.
     fn bound_the_world(&mut self, random: &mut Random) {
         for host in &mut self.conditions.hosts {
             host.turn_ns = host.turn_ns.min(10 * US);
@@ -89,7 +89,7 @@ impl Scenario {
         }
     }
 
-    /// Ends by a time-out, also where it would end by a stop; or, without a cycle, by itself.
+    /// Ends the program by a time-out, even where it would end by a stop; or, without a cycle, by itself.
     fn end(&mut self, random: &mut Random) {
         let is_idle = self.target.timeout.is_none() && self.federates.iter().all(|one| !one.asks_to_stop());
         if !is_idle || self.target.keepalive || has_cycle(self.federates.len(), &self.connections, false) {
@@ -107,7 +107,7 @@ impl super::Reactor {
         self.reactions.iter().any(|reaction| reaction.script.stop_at.is_some())
     }
 
-    /// Unless it is `slow`, its reactions take no long time.
+    /// Makes reactions short, unless the federate is `slow`.
     fn be_predictable(&mut self, slow: bool) {
         for reaction in &mut self.reactions {
             reaction.script.work_ns = reaction.script.work_ns.min(if slow { MS } else { 50 * US });
@@ -118,7 +118,7 @@ impl super::Reactor {
     }
 }
 
-/// Whether one federate reaches another over these connections.
+/// Returns whether one federate reaches another over these connections.
 fn leads(connections: &[super::Connection], from: usize, to: usize) -> bool {
     let (mut open, mut seen) = (vec![from], vec![from]);
     while let Some(next) = open.pop() {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! A scenario from a seed. Each draw is made in a fixed order, so a seed stands for one scenario.
+//! Generates a scenario from a seed. The order of all draws is fixed, so a seed stands for one scenario.
 
 use lf_coordination::rti::WINDOW;
 use lf_testkit::random::Random;
@@ -10,14 +10,15 @@ use super::{
     Wire, has_cycle,
 };
 
-/// The period of clock synchronization while the federation runs. Drawn apart, so that it changes nothing else.
+/// Returns the period of clock synchronization while the federation runs. It has a generator of its own, so that it
+/// changes nothing else.
 fn rounds(seed: u64) -> Option<i64> {
     let mut random = Random::new(seed ^ 0x726f_756e_6473);
     random.percent(20).then(|| random.one_of(&[MS, 5 * MS, 20 * MS]))
 }
 
 impl Scenario {
-    /// The scenario of a seed.
+    /// Returns the scenario of a seed.
     pub(crate) fn from_seed(seed: u64) -> Self {
         let mut random = Random::new(seed);
         let count = federates(&mut random);
@@ -58,8 +59,8 @@ impl Scenario {
         scenario
     }
 
-    /// Gives the RTI less memory, and lets receivers be less far behind. In a cycle without delay the RTI has to
-    /// remember all tags that can be on their way; elsewhere it can do with one.
+    /// Reduces the RTI's memory, and the distance by which receivers may lag behind. In a cycle without delay the RTI
+    /// has to remember all tags that can be in transit; elsewhere one suffices.
     fn narrow(&mut self, random: &mut Random) {
         if random.percent(50) || has_cycle(self.federates.len(), &self.connections, true) {
             return;
@@ -68,7 +69,7 @@ impl Scenario {
         self.conditions.rti.window = random.one_of(&[1, 2, 4, WINDOW]);
     }
 
-    /// Lets reactions of timers ask to stop. Without another end at least one of them will.
+    /// Lets reactions of timers request a stop. At least one of them does if there is no other end.
     pub(super) fn ask_to_stop(&mut self, random: &mut Random, ending: Ending, ticks: i64) {
         if ending == Ending::Idle || (ending == Ending::Timeout && !random.percent(15)) {
             return;
@@ -90,7 +91,7 @@ impl Scenario {
         }
     }
 
-    /// The reaction of a federate that a timer triggers again and again.
+    /// Returns the reaction of a federate that a timer triggers periodically.
     fn ticker(&self, federate: usize) -> Option<usize> {
         let reactor = &self.federates[federate];
         let ticks =
@@ -107,8 +108,8 @@ fn federates(random: &mut Random) -> usize {
     }
 }
 
-/// Connections between federates. Without `after` they lead from earlier to later federates of a random order, and in
-/// some scenarios also back.
+/// Returns connections between federates. Without `after` they lead from earlier to later federates of a random order,
+/// and in some scenarios also back.
 fn connections(random: &mut Random, count: usize, period: Nanos) -> Vec<Connection> {
     let mut order: Vec<usize> = (0..count).collect();
     for index in (1..count).rev() {
@@ -122,7 +123,7 @@ fn connections(random: &mut Random, count: usize, period: Nanos) -> Vec<Connecti
     let mut inputs = vec![0; count];
     let mut connections = Vec::new();
     for index in 0..wanted {
-        // The first ones make one piece of the federation.
+        // The first ones connect all federates.
         let to = if index + 1 < count { order[index + 1] } else { random.count(0, count - 1) };
         let from = if index + 1 < count { order[random.count(0, index)] } else { random.count(0, count - 1) };
         let (from, to) = if place(from) > place(to) && !cyclic { (to, from) } else { (from, to) };
@@ -154,7 +155,7 @@ fn connections(random: &mut Random, count: usize, period: Nanos) -> Vec<Connecti
     connections
 }
 
-/// The types of all outputs, by federate.
+/// Returns the types of all outputs, by federate.
 fn output_types(random: &mut Random, count: usize, connections: &[Connection]) -> Vec<Vec<Ty>> {
     let mut types = vec![Vec::new(); count];
     for connection in connections {
@@ -220,7 +221,7 @@ pub(super) fn host(random: &mut Random, offset_max: Nanos, drift: i64, calm: boo
     }
 }
 
-/// What goes wrong after the start, in a few of the scenarios.
+/// Returns the faults after the start, which a few of the scenarios have.
 fn faults(random: &mut Random, count: usize, timeout: Option<Nanos>) -> Vec<Fault> {
     if !random.percent(15) {
         return Vec::new();

@@ -14,7 +14,8 @@ pub(crate) use shrink::reductions;
 pub(crate) use source::source;
 
 impl Scenario {
-    /// When a thread schedules the physical action with this path, in nanoseconds after the thread was started.
+    /// Returns the times at which a thread schedules the physical action with this path, in nanoseconds after the
+    /// thread's start.
     pub(crate) fn outside(&self, path: &str) -> &[Nanos] {
         // A member of a bank has the number of the bank.
         let number = |text: &str| text.split('[').next()?.get(1..)?.parse::<usize>().ok();
@@ -38,26 +39,26 @@ pub(crate) const US: Nanos = 1_000;
 pub(crate) const MS: Nanos = 1_000_000;
 pub(crate) const SEC: Nanos = 1_000_000_000;
 
-/// All that a run follows from.
+/// All inputs of a run.
 #[derive(Clone, PartialEq, Debug)]
 pub(crate) struct Scenario {
-    /// Decides what reactions do, and all that the world leaves open.
+    /// The seed of reactions' effects, and of all choices that the world leaves open.
     pub(crate) seed: u64,
     pub(crate) target: Target,
     pub(crate) federates: Vec<Reactor>,
     pub(crate) connections: Vec<Connection>,
     pub(crate) conditions: Conditions,
     pub(crate) faults: Vec<Fault>,
-    /// What a federation with decentralized coordination has beyond.
+    /// The further properties of a federation with decentralized coordination.
     pub(crate) decentralized: Option<Decentralized>,
 }
 
-/// What only scenarios with decentralized coordination have.
+/// The properties of scenarios with decentralized coordination only.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub(crate) struct Decentralized {
-    /// Whether all waits are to be as long as anything can delay a message. Else they are too short on purpose.
+    /// Whether all waits are to cover all delays of a message. Otherwise they are too short on purpose.
     pub(crate) is_safe: bool,
-    /// Bytes of the buffers between federates beyond the least that is allowed.
+    /// The size in bytes of the buffers between federates beyond the allowed minimum.
     pub(crate) peer_spare: usize,
 }
 
@@ -83,7 +84,7 @@ pub(crate) enum Ty {
     Small,
     /// 256 bytes.
     Large,
-    /// From 8 to 320 bytes, as the value wants it.
+    /// From 8 to 320 bytes, depending on the value.
     Varying,
 }
 
@@ -92,16 +93,16 @@ pub(crate) enum Ty {
 pub(crate) struct Reactor {
     pub(crate) inputs: Vec<Ty>,
     pub(crate) outputs: Vec<Ty>,
-    /// Whether its ports are multiports as far as they can be.
+    /// Whether its ports are multiports wherever they can be.
     pub(crate) wide: bool,
-    /// How many there are of a contained reactor, if it is a bank.
+    /// The width of a contained reactor's bank, if it is one.
     pub(crate) bank: Option<usize>,
     /// The mode of its container that a contained reactor is in.
     pub(crate) mode: Option<usize>,
-    /// How many modes it has.
+    /// The number of its modes.
     pub(crate) modes: usize,
     pub(crate) watchdogs: Vec<Watchdog>,
-    /// `@maxwait` of a federate, where its connections have none; for ever where it has none either.
+    /// `@maxwait` of a federate, where its connections have none; forever where it has none either.
     pub(crate) max_wait: Option<Nanos>,
     pub(crate) timers: Vec<Timer>,
     pub(crate) actions: Vec<Action>,
@@ -113,7 +114,7 @@ pub(crate) struct Reactor {
 #[derive(Clone, PartialEq, Debug)]
 pub(crate) struct Timer {
     pub(crate) offset: Nanos,
-    /// None for once.
+    /// The period; none for a single event.
     pub(crate) period: Option<Nanos>,
     pub(crate) mode: Option<usize>,
 }
@@ -121,7 +122,7 @@ pub(crate) struct Timer {
 #[derive(Clone, PartialEq, Debug)]
 pub(crate) struct Watchdog {
     pub(crate) timeout: Nanos,
-    /// It has no triggers, and the mode of the watchdog.
+    /// The handler, without triggers, in the mode of the watchdog.
     pub(crate) handler: Reaction,
 }
 
@@ -132,11 +133,11 @@ pub(crate) struct Action {
     pub(crate) min_spacing: Option<(Nanos, &'static str)>,
     pub(crate) capacity: usize,
     pub(crate) mode: Option<usize>,
-    /// When a thread that the program starts schedules a physical action, in nanoseconds after the start of the thread.
+    /// The times at which a thread of the program schedules a physical action, in nanoseconds after its start.
     pub(crate) outside: Vec<Nanos>,
 }
 
-/// Whether some federate reaches itself over connections, or over those without `after` only.
+/// Returns whether some federate reaches itself over connections, or over those without `after` only.
 pub(crate) fn has_cycle(count: usize, connections: &[Connection], direct: bool) -> bool {
     let leads = |from: usize| {
         let usable = connections.iter().filter(move |one| !direct || one.after.is_none());
@@ -157,7 +158,7 @@ pub(crate) fn has_cycle(count: usize, connections: &[Connection], direct: bool) 
 /// One end of a connection inside a reactor.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub(crate) enum LinkEnd {
-    /// An own port; an input at the source, an output at the destination.
+    /// Its own port; an input at the source, an output at the destination.
     Own(usize),
     /// A port of a contained reactor; an output at the source, an input at the destination.
     Child(usize, usize),
@@ -188,7 +189,7 @@ pub(crate) struct Connection {
     pub(crate) absent_after: Option<Nanos>,
 }
 
-/// What a reaction reads or writes.
+/// A variable that a reaction reads or writes.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub(crate) enum Variable {
     Startup,
@@ -209,30 +210,30 @@ pub(crate) struct Reaction {
     pub(crate) triggers: Vec<Variable>,
     pub(crate) uses: Vec<Variable>,
     pub(crate) effects: Vec<Variable>,
-    /// Whether it has a handler for what comes too late.
+    /// Whether it has a handler for tardy inputs.
     pub(crate) tardy: bool,
     pub(crate) script: Script,
     pub(crate) mode: Option<usize>,
 }
 
-/// What a reaction does. It stands in the body, as words.
+/// The behavior of a reaction. Its body contains it as text.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
 pub(crate) struct Script {
-    /// How often of a hundred times each effect is set or scheduled.
+    /// The percentage with which each effect is set or scheduled.
     pub(crate) percent: u64,
-    /// How many reactions in a row its events can cause, when nothing else caused it.
+    /// The number of reactions in a row that its events can cause, if they have no other cause.
     pub(crate) energy: u64,
-    /// How long it takes at most.
+    /// The maximum duration.
     pub(crate) work_ns: i64,
-    /// How much later than it has to be an action is scheduled at most.
+    /// The maximum additional delay of a scheduled action.
     pub(crate) offset_ns: i64,
-    /// It asks to stop when it has run so often.
+    /// The execution in which it requests a stop.
     pub(crate) stop_at: Option<u64>,
-    /// The stop that it asks for is so much later.
+    /// The delay of the requested stop.
     pub(crate) stop_offset_ns: i64,
 }
 
-/// What the world is like.
+/// The properties of the world.
 #[derive(Clone, PartialEq, Debug)]
 pub(crate) struct Conditions {
     /// One per participant, the RTI first.
@@ -240,72 +241,72 @@ pub(crate) struct Conditions {
     /// Whether reads and writes move parts of what they could.
     pub(crate) pieces: bool,
     pub(crate) rti: RtiConditions,
-    /// Bytes of a federate's receive buffer beyond the least that is allowed.
+    /// The size in bytes of a federate's receive buffer beyond the allowed minimum.
     pub(crate) receive_spare: usize,
-    /// Bytes of a federate's send buffer beyond the least that is allowed.
+    /// The size in bytes of a federate's send buffer beyond the allowed minimum.
     pub(crate) send_spare: usize,
 }
 
-/// What the RTI is told, and how much memory it has.
+/// The configuration and the memory of the RTI.
 #[derive(Clone, PartialEq, Debug)]
 pub(crate) struct RtiConditions {
     pub(crate) dnet: bool,
     pub(crate) stop_all_after_loss: bool,
     pub(crate) start_time_multiple: Option<Nanos>,
-    /// Tags in transit that are remembered per federate.
+    /// Tags in transit that the RTI remembers per federate.
     pub(crate) in_transit: usize,
     /// Tags with messages that a federate may be behind its senders.
     pub(crate) window: usize,
-    /// Bytes of each buffer beyond the least that is allowed.
+    /// The size in bytes of each buffer beyond the allowed minimum.
     pub(crate) spare: usize,
 }
 
 /// One computer and its link to the network.
 #[derive(Clone, PartialEq, Debug)]
 pub(crate) struct Host {
-    /// When it is switched on.
+    /// The time at which it is switched on.
     pub(crate) begins: Nanos,
-    /// How far its clock is ahead.
+    /// The lead of its clock.
     pub(crate) clock_offset: Nanos,
-    /// How much too fast its clock is, in parts per thousand million.
+    /// The drift of its clock, in parts per billion.
     pub(crate) clock_drift_ppb: i64,
-    /// What a turn of the event loop takes at most.
+    /// The maximum duration of a turn of the event loop.
     pub(crate) turn_ns: Nanos,
-    /// How late it is woken at most.
+    /// The maximum delay of a wake-up.
     pub(crate) wake_ns: Nanos,
     pub(crate) link: Wire,
 }
 
-/// What the connection between a federate and the RTI is like.
+/// The properties of the connection between a federate and the RTI.
 #[derive(Clone, PartialEq, Debug)]
 pub(crate) struct Wire {
-    /// What every piece takes at least.
+    /// The minimum latency of a piece.
     pub(crate) latency: Nanos,
-    /// What a piece takes longer, at most.
+    /// The maximum additional latency of a piece.
     pub(crate) jitter: Nanos,
-    /// How often of a hundred times a piece takes ten times the jitter.
+    /// The percentage of pieces that take ten times the jitter.
     pub(crate) slow_percent: u64,
     pub(crate) ns_per_byte: Nanos,
-    /// Bytes that one direction holds.
+    /// The capacity in bytes of one direction.
     pub(crate) socket_bytes: usize,
 }
 
-/// Something that goes wrong.
+/// A fault.
 #[derive(Clone, PartialEq, Debug)]
 pub(crate) struct Fault {
     /// Virtual time since the beginning of the world.
     pub(crate) at: Nanos,
-    /// The RTI is 0, the federates follow.
+    /// The participant: the RTI is 0, the federates follow.
     pub(crate) participant: usize,
     pub(crate) kind: FaultKind,
 }
 
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub(crate) enum FaultKind {
-    /// The program is no more; its system closes its sockets.
+    /// The process ends; its system closes its sockets.
     Vanish,
     /// All its connections break.
     Break,
-    /// Somebody interrupts the program.
+    /// The program is interrupted.
     Interrupt,
 }

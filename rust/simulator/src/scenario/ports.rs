@@ -1,28 +1,28 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Which neighboring ports of a reactor are the channels of one multiport.
+//! Groups neighboring ports of a reactor into multiports.
 //!
-//! Scenarios, plans and the wire number channels. Multiports are a matter of the text alone: where the ports are of one
-//! type, and the text can connect them together, they may be one. It is the same text whatever else changes.
+//! Scenarios, plans and the wire number channels. Multiports exist in the text alone: ports of one type that the text
+//! can connect together may be one multiport. The program stays the same.
 
 use super::{Connection, Link, LinkEnd, Reactor, Scenario, Ty};
 
-/// A multiport has so many channels at most.
+/// The maximum number of channels of a multiport.
 const CHANNELS_MAX: usize = 3;
 
-/// The ports of a reactor as its text has them: the first channel and how many there are.
+/// The ports of a reactor as its text has them: the first channel and the width of each.
 #[derive(Clone, PartialEq, Eq, Debug)]
 pub(super) struct Ports {
     pub(super) inputs: Vec<(usize, usize)>,
     pub(super) outputs: Vec<(usize, usize)>,
 }
 
-/// The port that has a channel.
+/// Returns the port that has a channel.
 pub(super) fn port_of(ports: &[(usize, usize)], channel: usize) -> (usize, usize) {
     let found = ports.iter().find(|(first, width)| (*first..first + width).contains(&channel));
     found.copied().unwrap_or((channel, 1))
 }
 
-/// Puts neighbors together as long as they may be: `joins` says it of the first channel and a number of channels.
+/// Groups neighbors as long as possible: `joins` decides it for the first channel and a number of channels.
 fn grouped(types: &[Ty], joins: impl Fn(usize, usize) -> bool) -> Vec<(usize, usize)> {
     let (mut ports, mut first) = (Vec::new(), 0);
     while first < types.len() {
@@ -36,24 +36,24 @@ fn grouped(types: &[Ty], joins: impl Fn(usize, usize) -> bool) -> Vec<(usize, us
     ports
 }
 
-/// The only one of a list, if it is one.
+/// Returns the element of a list with exactly one.
 fn only<T>(mut list: impl Iterator<Item = T>) -> Option<T> {
     list.next().filter(|_| list.next().is_none())
 }
 
-/// Whether all are there, and one is like another.
+/// Returns whether all keys exist, and are equal.
 fn alike<K: PartialEq>(keys: impl Iterator<Item = Option<K>>) -> bool {
     let keys: Vec<_> = keys.collect();
     keys.iter().all(|key| key.is_some() && *key == keys[0])
 }
 
-/// What connections of one statement have in common.
+/// Returns the common part of the connections in one statement.
 fn key(one: &Connection) -> impl PartialEq + use<> {
     (one.after, one.capacity, one.max_wait, one.absent_after)
 }
 
 impl Scenario {
-    /// Whether a multiport of a federate is connected to one of another federate.
+    /// Returns whether a multiport of a federate is connected to one of another federate.
     pub(crate) fn has_wide_connections(&self) -> bool {
         let ports = self.ports();
         let width = |ports: &[(usize, usize)], channel| port_of(ports, channel).1;
@@ -63,7 +63,7 @@ impl Scenario {
         self.connections.iter().any(is_wide)
     }
 
-    /// The ports of all federates.
+    /// Returns the ports of all federates.
     pub(super) fn ports(&self) -> Vec<Ports> {
         let into = |to: (usize, usize)| only(self.connections.iter().filter(move |one| one.to == to));
         let from = |from: (usize, usize)| only(self.connections.iter().filter(move |one| one.from == from));
@@ -105,12 +105,12 @@ impl Scenario {
 }
 
 impl Reactor {
-    /// The ports of a contained reactor.
+    /// Returns the ports of a contained reactor.
     pub(super) fn child_ports(&self, child: usize) -> Ports {
         let contained = &self.children[child];
         let into = |input: usize| only(self.links.iter().filter(move |link| link.to == LinkEnd::Child(child, input)));
         let key = |link: &Link| (link.after, link.capacity, link.mode);
-        // An own port at one end or the other.
+        // One end or the other is a port of the container.
         let is_inner = |port: usize| contained.links.iter().any(|it| [it.from, it.to].contains(&LinkEnd::Own(port)));
         let inputs = grouped(&contained.inputs, |first, width| {
             let channels = || (first..first + width).map(into);

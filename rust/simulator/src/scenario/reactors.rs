@@ -1,32 +1,32 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Random reactors: what is in a federate, and in what is in it.
+//! Random reactors: the contents of a federate, and of the reactors in it.
 
 use lf_testkit::random::Random;
 
 use super::{Action, Link, LinkEnd, MS, Nanos, Reaction, Reactor, Script, Timer, Ty, US, Variable};
 
-/// How a federation comes to its end, if nothing goes wrong.
+/// The way in which a federation ends without a fault.
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub(super) enum Ending {
     Timeout,
-    /// A reaction asks to stop.
+    /// A reaction requests a stop.
     Stop,
-    /// There are no events any more.
+    /// No events are left.
     Idle,
 }
 
-/// What the reactors of a scenario have in common.
+/// The common properties of a scenario's reactors.
 pub(super) struct Style {
-    /// The period from which all timers' derive.
+    /// The period from which the periods of all timers derive.
     pub(super) period: Nanos,
     pub(super) ending: Ending,
-    /// Some reactions take long.
+    /// Whether some reactions take long.
     pub(super) slow: bool,
-    /// What comes causes much.
+    /// Whether events cause many further ones.
     pub(super) busy: bool,
 }
 
-/// A federate with these ports.
+/// Returns a federate with these ports.
 pub(super) fn federate(random: &mut Random, style: &Style, inputs: Vec<Ty>, outputs: Vec<Ty>) -> Reactor {
     let is_source = inputs.is_empty() || random.percent(40);
     let children = if random.percent(30) { random.count(1, 2) } else { 0 };
@@ -42,7 +42,7 @@ pub(super) fn federate(random: &mut Random, style: &Style, inputs: Vec<Ty>, outp
     fill(random, style, reactor, if is_source { 100 } else { 0 }, true)
 }
 
-/// Adds what is in a reactor that has its ports and children.
+/// Fills a reactor that has its ports and children.
 fn fill(random: &mut Random, style: &Style, mut reactor: Reactor, timer_percent: u64, is_federate: bool) -> Reactor {
     if random.percent(timer_percent) {
         for _ in 0..random.count(1, 2) {
@@ -87,7 +87,7 @@ fn action(random: &mut Random, style: &Style, physical: bool) -> Action {
     Action { physical, min_delay, min_spacing, capacity: 64, mode: None, outside }
 }
 
-/// Connections inside: from inputs to children, between children, and to outputs. The rest is left to reactions.
+/// Connects inputs with children, children with each other, and children with outputs. Reactions handle the rest.
 fn connect(random: &mut Random, style: &Style, reactor: &mut Reactor) {
     let mut links: Vec<Link> = Vec::new();
     let mut add = |random: &mut Random, from: LinkEnd, to: LinkEnd| {
@@ -123,7 +123,8 @@ fn connect(random: &mut Random, style: &Style, reactor: &mut Reactor) {
     reactor.links = links;
 }
 
-/// What the reactions of a reactor may write: own outputs and actions, and then inputs of contained reactors.
+/// The variables that the reactions of a reactor may write: its outputs and actions, and then inputs of contained
+/// reactors.
 struct Effects {
     own: Vec<Variable>,
     inner: Vec<Variable>,
@@ -153,7 +154,7 @@ fn add_reactions(random: &mut Random, style: &Style, reactor: &mut Reactor, effe
     if !physical.is_empty() || random.percent(25) {
         let mut startup = reaction(random, style, vec![Variable::Startup], effects, true);
         for action in physical {
-            // The reaction that starts the threads.
+            // This reaction starts the threads.
             if !startup.effects.contains(&Variable::Action(action)) {
                 startup.effects.push(Variable::Action(action));
             }
@@ -180,11 +181,11 @@ fn add_reactions(random: &mut Random, style: &Style, reactor: &mut Reactor, effe
         let at = random.count(usize::from(!reactions.is_empty()), reactions.len());
         reactions.insert(at, made);
     }
-    // Each federate tells when it ends.
+    // Each federate prints at its end.
     if is_federate || random.percent(40) {
         let mut end = reaction(random, style, vec![Variable::Shutdown], effects, true);
         if style.ending != Ending::Timeout {
-            // Each federate has an end of its own, and what it sends then depends on when that is.
+            // Each federate ends at a time of its own, on which its last messages would depend.
             end.effects.clear();
         }
         reactions.push(end);
@@ -192,7 +193,7 @@ fn add_reactions(random: &mut Random, style: &Style, reactor: &mut Reactor, effe
     for (child, contained) in reactor.children.iter().enumerate() {
         for port in 0..contained.outputs.len() {
             if random.percent(40) {
-                // What comes out of a child does not go into one again, which could be a loop.
+                // Outputs of a child do not lead into a child again, which could be a loop.
                 reactions.push(reaction(random, style, vec![Variable::ChildOutput(child, port)], effects, false));
             }
         }

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-//! What rich scenarios have beyond others: banks, multiports, modes and watchdogs. All of it is added to a scenario
-//! that is there already, so that the others stay what they are.
+//! The additional features of rich scenarios: banks, multiports, modes and watchdogs. They are added to a complete
+//! scenario, so that the others do not change.
 
 use lf_testkit::random::{Random, combine};
 
@@ -15,13 +15,13 @@ impl Scenario {
         let random = &mut Random::new(combine(self.seed, 31));
         let is_safe = self.decentralized.is_some_and(|it| it.is_safe);
         for federate in 0..self.federates.len() {
-            // Waits that suffice are worked out for each connection, and those to one multiport have one.
+            // Sufficient waits are computed for each connection, and all connections to one multiport share theirs.
             if random.percent(60) && !is_safe {
                 self.federates[federate].wide = true;
                 self.align(federate);
                 self.widen(random, federate);
             }
-            // Without another end, the program ends when nothing more happens.
+            // Without another end, the program ends when no events are left.
             let has_end = self.target.timeout.is_some();
             let reactor = &mut self.federates[federate];
             for child in 0..reactor.children.len() {
@@ -39,7 +39,7 @@ impl Scenario {
         }
     }
 
-    /// Makes connections to neighboring inputs of a federate alike, where that makes no cycle without delay.
+    /// Makes connections to neighboring inputs of a federate equal, where that makes no cycle without delay.
     fn align(&mut self, federate: usize) {
         for input in 1..self.federates[federate].inputs.len() {
             let find = |input: usize| self.connections.iter().position(|one| one.to == (federate, input));
@@ -76,7 +76,7 @@ impl Scenario {
         self.connections.push(Connection { from: (from, output), to: (to, input), ..found });
     }
 
-    /// Connections to one multiport of a federate have the waits of the first one.
+    /// Makes all connections to one multiport of a federate wait as long as the first one.
     pub(crate) fn align_waits(&mut self) {
         for federate in (0..self.federates.len()).filter(|federate| self.federates[*federate].wide) {
             let mut first = None;
@@ -88,7 +88,7 @@ impl Scenario {
 }
 
 impl Reactor {
-    /// Makes a bank of a contained reactor. What comes out of it, reactions take.
+    /// Turns a contained reactor into a bank. Reactions read its outputs.
     fn make_bank(&mut self, random: &mut Random, child: usize) {
         self.children[child].bank = Some(random.count(2, 3));
         self.links.retain(|link| !matches!(link.from, LinkEnd::Child(from, _) if from == child));
@@ -111,12 +111,12 @@ impl Reactor {
         }
     }
 
-    /// The shortest time that anything repeats here.
+    /// Returns the shortest period in the scenario.
     fn period(&self) -> Nanos {
         self.timers.iter().filter_map(|timer| timer.period).min().unwrap_or(MS)
     }
 
-    /// A reaction in a mode or outside of all, to what is known there, with effects that are free.
+    /// Returns a reaction in a mode or outside of all, to variables that are visible there, with effects that are free.
     fn reaction(&self, random: &mut Random, triggers: Vec<Variable>, mode: Option<usize>) -> Reaction {
         // Different modes may write one port.
         let is_other = |link: &Link| mode.is_some() && link.mode.is_some() && link.mode != mode;
@@ -139,7 +139,7 @@ impl Reactor {
         Reaction { triggers, uses: Vec::new(), effects, tardy: false, script, mode }
     }
 
-    /// Puts reactions, and what only they use, into modes.
+    /// Puts reactions, and the variables that only they use, into modes.
     fn add_modes(&mut self, random: &mut Random) {
         self.modes = random.count(2, 3);
         for child in 0..self.children.len() {
@@ -162,7 +162,7 @@ impl Reactor {
         for timer in 0..self.timers.len() {
             self.timers[timer].mode = self.mode_of(Variable::Timer(timer)).filter(|_| random.percent(70));
             if self.timers[timer].mode.is_some() {
-                // Modes that begin anew with an event at once could change for ever at one time.
+                // Modes that restart with an event at once could change without end at one time.
                 let least = self.period() / 4;
                 self.timers[timer].offset = self.timers[timer].offset.max(least);
             }
@@ -183,7 +183,7 @@ impl Reactor {
         self.reactions.iter_mut().for_each(|reaction| change_mode(random, reaction, self.modes));
     }
 
-    /// The mode in which all reactions are that know something.
+    /// Returns the mode that contains all reactions to a variable.
     fn mode_of(&self, variable: Variable) -> Option<usize> {
         let knows = |it: &&Reaction| [&it.triggers, &it.uses, &it.effects].iter().any(|list| list.contains(&variable));
         let mut modes = self.reactions.iter().filter(knows).map(|reaction| reaction.mode);
@@ -191,15 +191,15 @@ impl Reactor {
         modes.all(|mode| mode == Some(first)).then_some(first)
     }
 
-    /// Who ends the program, and who starts threads, does it in any case.
+    /// Returns whether a reaction may be inactive: it neither ends the program nor starts threads.
     fn can_be_in_mode(&self, reaction: usize) -> bool {
         let reaction = &self.reactions[reaction];
         let is_physical = |it: &Variable| matches!(it, Variable::Action(action) if self.actions[*action].physical);
         reaction.script.stop_at.is_none() && !reaction.effects.iter().any(is_physical)
     }
 
-    /// Puts a contained reactor into a mode, with its connections and the reactions that know it; those that cannot be
-    /// there forget it.
+    /// Puts a contained reactor into a mode, with its connections and the reactions to it; reactions that cannot be
+    /// there drop it.
     fn put_into_mode(&mut self, random: &mut Random, child: usize) {
         let belongs = |end: LinkEnd| matches!(end, LinkEnd::Child(one, _) if one == child);
         let is_other = |end: LinkEnd| matches!(end, LinkEnd::Child(one, _) if one != child);
@@ -235,7 +235,7 @@ impl Reactor {
         self.reactions.retain(|reaction| !reaction.triggers.is_empty());
     }
 
-    /// A watchdog that some reactions start, and some react to.
+    /// Adds a watchdog that some reactions start, and to which some react.
     fn add_watchdog(&mut self, random: &mut Random) {
         let mode = if self.modes > 0 && random.percent(50) { Some(random.index(self.modes)) } else { None };
         let period = self.period();
@@ -256,7 +256,7 @@ impl Reactor {
     }
 }
 
-/// Lets a reaction in a mode change to another one, or begin its own anew.
+/// Lets a reaction in a mode change to another one, or restart its own.
 fn change_mode(random: &mut Random, reaction: &mut Reaction, modes: usize) {
     if reaction.mode.is_some() && reaction.triggers != [Variable::Reset] && random.percent(50) {
         reaction.effects.push(Variable::Mode { mode: random.index(modes), history: random.percent(50) });

@@ -1,11 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Smaller scenarios: each differs in one thing that is left out or made plainer.
+//! Smaller scenarios: each lacks one element, or simplifies it.
 
 use lf_coordination::rti::WINDOW;
 
 use super::{Connection, Host, LinkEnd, Reaction, Reactor, Scenario, Script, US, Variable, Wire};
 
-/// All scenarios that are smaller by one thing, the greatest things first. Their order follows from the scenario alone.
+/// Returns all scenarios that are smaller by one element, the greatest reductions first. Their order follows from the
+/// scenario alone.
 pub(crate) fn reductions(scenario: &Scenario) -> Vec<Scenario> {
     let mut smaller = Vec::new();
     let mut add = |change: &dyn Fn(&mut Scenario)| {
@@ -83,7 +84,7 @@ fn calm(host: &mut Host, is_bounded: bool) {
         clock_drift_ppb: 0,
         turn_ns: 200,
         wake_ns: 0,
-        // Not slower than it was, for waits may be made for that.
+        // Not slower than before, because the waits may depend on it.
         link: Wire {
             latency: if is_bounded { host.link.latency.min(20 * US) } else { 20 * US },
             jitter: 0,
@@ -216,7 +217,7 @@ impl Reactor {
         });
     }
 
-    /// All is as in a reactor without modes.
+    /// Restores the state of a reactor without modes.
     fn remove_modes(&mut self) {
         self.modes = 0;
         self.timers.iter_mut().for_each(|it| it.mode = None);
@@ -247,7 +248,7 @@ impl Reactor {
         });
     }
 
-    /// Gives variables new names, and removes those that get none, with the reactions that are then never triggered.
+    /// Renames variables, and removes those without a new name, with the reactions that are then never triggered.
     fn rename(&mut self, name: &dyn Fn(Variable) -> Option<Variable>) {
         let handlers = self.watchdogs.iter_mut().map(|watchdog| &mut watchdog.handler);
         for Reaction { triggers, uses, effects, .. } in self.reactions.iter_mut().chain(handlers) {

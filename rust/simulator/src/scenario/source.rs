@@ -6,7 +6,7 @@ use std::fmt::Write as _;
 use super::ports::{Ports, port_of};
 use super::{Action, Connection, Link, LinkEnd, Nanos, Reaction, Reactor, Scenario, Script, Ty, Variable, Watchdog};
 
-/// The program as a federation, or, with `federated` false, as one main reactor.
+/// Returns the program as a federation, or, with `federated` false, as one main reactor.
 pub(crate) fn source(scenario: &Scenario, federated: bool) -> String {
     let mut text = String::new();
     let target = &scenario.target;
@@ -50,7 +50,7 @@ pub(crate) fn source(scenario: &Scenario, federated: bool) -> String {
         }
         wait(&mut text, "maxwait", connection.max_wait.filter(|_| waits));
         wait(&mut text, "absent_after", connection.absent_after.filter(|_| waits));
-        // Without the network, the queue of a connection with `after` has to hold all that is on its way, and a
+        // Without the network, the queue of a connection with `after` has to hold all messages in transit, and a
         // connection without has none.
         let capacity = match (federated, connection.capacity) {
             (true, capacity) => capacity,
@@ -62,7 +62,7 @@ pub(crate) fn source(scenario: &Scenario, federated: bool) -> String {
     text
 }
 
-/// The connections that are written with this one, and both sides of what is written.
+/// Returns the connections of the same statement as this one, and both sides of the statement.
 fn statement(scenario: &Scenario, ports: &[Ports], connection: &Connection) -> (Vec<usize>, String, String) {
     let port = |ports: &[(usize, usize)], channel: usize| port_of(ports, channel);
     let ((from, output), (to, input)) = (connection.from, connection.to);
@@ -91,7 +91,7 @@ fn statement(scenario: &Scenario, ports: &[Ports], connection: &Connection) -> (
     (members.iter().map(|(index, _)| *index).collect(), sources, destinations)
 }
 
-/// An attribute with a time, before what it is about.
+/// Writes an attribute with a time, before its subject.
 fn wait(text: &mut String, name: &str, time: Option<Nanos>) {
     if let Some(ns) = time {
         let _ = writeln!(text, "  @{name}({ns} nsec)");
@@ -112,7 +112,8 @@ fn class(text: &mut String, name: &str, reactor: &Reactor, ports: &Ports, waits:
     }
     let names = Names { reactor, name, ports, children: &children, waits };
     names.members(text, None);
-    // What comes out of contained reactors is read last, so that it is no loop when others set what goes into them.
+    // The reactions to outputs of contained reactors come last: it is no loop if others set the inputs of these
+    // reactors.
     names.reactions(text, None, false);
     for mode in 0..reactor.modes {
         let _ = writeln!(text, "  {}mode M{mode} {{", if mode == 0 { "initial " } else { "" });
@@ -125,7 +126,7 @@ fn class(text: &mut String, name: &str, reactor: &Reactor, ports: &Ports, waits:
     text.push_str("}\n");
 }
 
-/// A reactor with the names of what is in it.
+/// A reactor with the names of its contents.
 struct Names<'a> {
     reactor: &'a Reactor,
     name: &'a str,
@@ -135,7 +136,7 @@ struct Names<'a> {
 }
 
 impl Names<'_> {
-    /// The reactions in a mode, or in none, that read what comes out of contained reactors, or those that do not.
+    /// Writes the reactions in a mode, or in none, that read outputs of contained reactors, or those that do not.
     fn reactions(&self, text: &mut String, mode: Option<usize>, read_children: bool) {
         let reads = |one: &Variable| matches!(one, Variable::ChildOutput(..));
         for declared in self.reactor.reactions.iter().filter(|it| it.mode == mode) {
@@ -145,7 +146,7 @@ impl Names<'_> {
         }
     }
 
-    /// What is in a mode, or in none, but for reactions.
+    /// Writes the contents of a mode, or of none, except for reactions.
     fn members(&self, text: &mut String, mode: Option<usize>) {
         let reactor = self.reactor;
         for (index, timer) in reactor.timers.iter().enumerate().filter(|(_, it)| it.mode == mode) {
@@ -170,7 +171,7 @@ impl Names<'_> {
         }
     }
 
-    /// A connection, with those to the other channels of its destination.
+    /// Writes a connection, with those to the other channels of its destination.
     fn link(&self, text: &mut String, connection: &Link) {
         let from = |end: LinkEnd| match end {
             LinkEnd::Own(port) => format!("in{port}"),
@@ -207,7 +208,7 @@ impl Names<'_> {
         if reaction.effects.is_empty() { String::new() } else { format!(" -> {}", self.list(&reaction.effects)) }
     }
 
-    /// Channels of one port are named once, and so is a mode.
+    /// Returns a list of names. It names the channels of one port once, and a mode as well.
     fn list(&self, variables: &[Variable]) -> String {
         let mut names: Vec<String> = Vec::new();
         for name in variables.iter().map(|one| self.variable(*one)) {
@@ -265,7 +266,7 @@ pub(super) fn type_name(ty: Ty) -> &'static str {
     }
 }
 
-/// The script, as [`Script::parse`] reads it.
+/// Returns the script, as [`Script::parse`] reads it.
 fn words(script: &Script) -> String {
     let mut text = format!("percent {} energy {}", script.percent, script.energy);
     let mut add = |name: &str, value: i64| {
@@ -281,7 +282,7 @@ fn words(script: &Script) -> String {
 }
 
 impl Script {
-    /// Reads the body of a reaction: a text of pairs of a word and a number.
+    /// Reads the body of a reaction: pairs of a word and a number.
     pub(crate) fn parse(body: &str) -> Self {
         let mut script = Self::default();
         let mut words = body.trim().trim_matches('"').split_whitespace();

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-//! What holds for a federate's state machine whatever happens to it: its output is bounded, it goes to no tag that is
-//! not allowed, its grants come from the RTI only, what it tells of its progress only goes on, and an error is its end.
+//! The invariants of a federate's state machine: its output is bounded, it advances to no tag that is not allowed, its
+//! grants come from the RTI only, the progress that it announces is monotonic, and an error ends it.
 //!
-//! Any bytes stand for something that happens: a property of `coordination` and the fuzzers choose them.
+//! Any bytes encode a sequence of steps: a property of `coordination` and the fuzzers choose them.
 
 mod operations;
 
@@ -15,12 +15,12 @@ use lf_wire::{DELAY_NONE, DecodeError, Decoded, Limits, Message, decode};
 
 use operations::Operation;
 
-/// When the federation starts.
+/// The start time of the federation.
 const START: i64 = 1_000;
-/// One place for each kind of message, so that nothing can grow.
+/// One slot for each kind of message, so that nothing can grow.
 const OUTBOX_MAX: usize = 15;
 
-/// A federate, what it has told, and what the RTI has granted it.
+/// A federate, its announcements, and the RTI's grants to it.
 struct Watched {
     federate: Federate<'static>,
     has_upstream: bool,
@@ -31,10 +31,10 @@ struct Watched {
     resigned: bool,
 }
 
-/// The first byte chooses the federate, the rest comes from the RTI.
+/// Runs a federate that the first byte chooses, with the rest as bytes from the RTI.
 ///
 /// # Panics
-/// If something does not hold that has to.
+/// If an invariant does not hold.
 pub fn federate_raw(data: &[u8]) {
     let [choice, rest @ ..] = data else { return };
     let mut watched = Watched::new(*choice);
@@ -57,10 +57,10 @@ pub fn federate_raw(data: &[u8]) {
     }
 }
 
-/// The first byte chooses the federate; then come operations of its event loop and of the RTI.
+/// Runs a federate that the first byte chooses, with operations of its event loop and of the RTI.
 ///
 /// # Panics
-/// If something does not hold that has to.
+/// If an invariant does not hold.
 pub fn federate_structured(data: &[u8]) {
     let mut input = Unstructured::new(data);
     let Ok(choice) = u8::arbitrary(&mut input) else { return };
@@ -101,7 +101,7 @@ impl Watched {
         }
     }
 
-    /// Goes the way to the start, as far as it can be gone without a secret.
+    /// Performs the handshake, as far as that is possible without a secret.
     fn begin_to_run(&mut self) {
         self.federate.handle_connected(Instant::from_nanos(0), [7; 8]);
         self.transmit(usize::MAX);
@@ -114,13 +114,13 @@ impl Watched {
         self.hear(Message::Timestamp(START));
     }
 
-    /// The RTI sends a message, and the federate transmits what it has to say to that.
+    /// Delivers a message of the RTI, and lets the federate transmit its answer.
     fn hear(&mut self, message: Message<'_>) {
         self.step(Some(message), |federate, now| federate.handle_message(now, message).is_ok());
         self.transmit(usize::MAX);
     }
 
-    /// Follows what the RTI grants.
+    /// Tracks the RTI's grants.
     fn follow(&mut self, before: &Federate<'_>, message: Message<'_>) {
         if before.phase() != Phase::Running {
             return;
@@ -142,7 +142,7 @@ impl Watched {
         }
     }
 
-    /// Something happens, such as this message; what has to hold afterwards is looked at.
+    /// Runs a step, perhaps with this message, and asserts the invariants afterwards.
     fn step(&mut self, message: Option<Message<'_>>, act: impl FnOnce(&mut Federate<'static>, Instant) -> bool) {
         let before = self.federate.clone();
         let ok = act(&mut self.federate, self.now);
@@ -173,7 +173,7 @@ impl Watched {
         }
     }
 
-    /// It transmits what it has, as far as there is room.
+    /// Transmits the federate's output, as far as there is room.
     fn transmit(&mut self, mut room: usize) {
         while let Some(message) = self.federate.poll_transmit(room) {
             room -= message.encoded_len();

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! What an event loop can do with a federate, in whatever order.
+//! The operations of an event loop on a federate, in any order.
 
 use arbitrary::{Arbitrary, Result, Unstructured};
 use lf_coordination::federate::Federate;
@@ -9,7 +9,7 @@ use lf_wire::MessageType;
 use crate::messages::Parts;
 use crate::parts::{self, tag};
 
-/// What the RTI says most.
+/// The most frequent messages of the RTI.
 const USUAL: &[MessageType] = &[
     MessageType::TagGrant,
     MessageType::TagGrant,
@@ -23,7 +23,7 @@ const USUAL: &[MessageType] = &[
     MessageType::StopGranted,
 ];
 
-/// One thing that an event loop, or the RTI, does.
+/// An operation of the event loop or of the RTI.
 #[derive(Debug)]
 pub(super) enum Operation {
     Connected,
@@ -34,7 +34,7 @@ pub(super) enum Operation {
     Transmit(usize),
     NextEvent(Tag),
     Begin(Tag),
-    /// Begins what it was told that may be begun.
+    /// Begins this tag if the federate has allowed it.
     BeginIfAllowed(Tag),
     Complete(bool),
     Sent,
@@ -69,7 +69,7 @@ impl Operation {
         })
     }
 
-    /// Does it, except for what the federate transmits. Returns whether the federate can go on.
+    /// Runs the operation, apart from the federate's output. Returns whether the federate can continue.
     pub(super) fn act(&self, federate: &mut Federate<'_>, now: Instant) -> bool {
         match self {
             Self::Connected => federate.handle_connected(now, [7; 8]),

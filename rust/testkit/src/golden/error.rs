@@ -1,14 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Why a recording was not loaded.
+//! The reason why a recording was not loaded.
 
 use std::fmt;
 
-/// Why a recording was not loaded: which file, and what is wrong there.
+/// The reason why a recording was not loaded, with its file.
 #[derive(Debug)]
 pub struct GoldenError {
-    /// The file, as far as it is known.
+    /// The file, if it is known.
     pub file: String,
-    /// What is wrong.
+    /// The defect.
     pub reason: String,
 }
 

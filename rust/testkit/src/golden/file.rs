@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! From files to recordings.
+//! Loads recordings from files.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -10,7 +10,7 @@ use super::error::GoldenError;
 use super::mask::Mask;
 use super::recording::{Coordination, FederateSetup, Fill, Frame, Recording, RelativeTag, Role, RtiSetup, Step};
 
-/// The folder of the recordings in this repository.
+/// Returns the folder of the recordings in this repository.
 pub fn directory() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("../../tests/golden")
 }
@@ -50,7 +50,7 @@ pub fn load_all() -> Result<Vec<Recording>, GoldenError> {
 /// Reads a recording.
 ///
 /// # Errors
-/// A sentence that says what is wrong, and in which step.
+/// Returns a sentence that names the defect and its step.
 pub fn parse(text: &str) -> Result<Recording, String> {
     let RawRecording {
         name,
@@ -101,7 +101,7 @@ struct RawRecording {
 /// A number or `null`.
 struct ExitCode(Option<i32>);
 
-/// Tells a `null` from a key that is missing.
+/// Distinguishes a `null` from a missing key.
 fn present<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Option<ExitCode>, D::Error> {
     Option::deserialize(deserializer).map(|code| Some(ExitCode(code)))
 }
@@ -117,7 +117,7 @@ enum RawRole {
 #[serde(deny_unknown_fields)]
 struct RawRti {
     federates: u16,
-    /// Recordings of an RTI that knows such federates name them.
+    /// The count of transient federates, in recordings of an RTI that supports them.
     #[serde(default)]
     transient_federates: u16,
     federation_id: String,
@@ -152,7 +152,7 @@ impl RawFederate {
     }
 }
 
-/// A step as it is written: the key of its action, and whatever else belongs to that.
+/// A step as it is written: the key of its action, and all other keys.
 #[derive(Default, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 struct RawStep {
@@ -199,7 +199,7 @@ impl RawStep {
             let (frame, from_port) = (self.frame(connection, false)?, self.from_port.take());
             found.push(Step::UdpRecv { frame, from_port });
         }
-        // A frame has taken what belongs to it; whatever is left belongs to nothing.
+        // A frame has taken its keys; any key that is left is unknown.
         let left = [
             ("hex", self.hex.is_some()),
             ("fill", self.fill.is_some()),

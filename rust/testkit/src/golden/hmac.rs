@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-//! The proofs that a tester has to make itself, because they depend on a nonce that varies.
+//! The proofs that a tester has to compute itself, because they depend on a nonce that varies.
 
 use hmac::{Hmac, KeyInit, Mac};
 use sha2::Sha256;
 
-/// The HMAC-SHA256 of bytes.
+/// Returns the HMAC-SHA256 of bytes.
 ///
 /// # Panics
 /// Never: an HMAC takes a key of any length.
@@ -15,7 +15,7 @@ pub fn hmac(key: &str, bytes: &[u8]) -> [u8; 32] {
 
 #[cfg(test)]
 mod tests {
-    /// A recorded answer of the stock RTI: its type, then the federate's id and nonce.
+    /// Computes a recorded answer of the stock RTI: its type, then the federate's id and nonce.
     #[test]
     fn the_recorded_proof_comes_out() {
         let bytes = [101, 0, 0, 1, 2, 3, 4, 5, 6, 7, 8];

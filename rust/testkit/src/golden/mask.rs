@@ -9,40 +9,40 @@ use std::str::FromStr;
 pub struct Mask(Vec<Option<u8>>);
 
 impl Mask {
-    /// The bytes; `None` where they vary.
+    /// Returns the bytes; `None` where they vary.
     pub fn bytes(&self) -> &[Option<u8>] {
         &self.0
     }
 
-    /// Number of bytes, masked ones included.
+    /// Returns the number of bytes, masked ones included.
     pub fn len(&self) -> usize {
         self.0.len()
     }
 
-    /// Whether there are no bytes at all. No recording has such a frame.
+    /// Returns whether there are no bytes at all. No recording has such a frame.
     pub fn is_empty(&self) -> bool {
         self.0.is_empty()
     }
 
-    /// Number of masked bytes.
+    /// Returns the number of masked bytes.
     pub fn masked_len(&self) -> usize {
         self.0.iter().filter(|byte| byte.is_none()).count()
     }
 
-    /// Whether these bytes have the right length and are equal wherever nothing is masked.
+    /// Returns whether these bytes have the right length and are equal wherever nothing is masked.
     pub fn matches(&self, bytes: &[u8]) -> bool {
         self.0.len() == bytes.len() && self.0.iter().zip(bytes).all(|(mask, byte)| mask.is_none_or(|m| m == *byte))
     }
 
-    /// The bytes, if none is masked.
+    /// Returns the bytes, if none is masked.
     pub fn exact(&self) -> Option<Vec<u8>> {
         self.0.iter().copied().collect()
     }
 
-    /// The bytes with `values`, in their order, at the masked places.
+    /// Returns the bytes with `values`, in their order, at the masked places.
     ///
     /// # Errors
-    /// [`FillError`] if there are not exactly as many values as masked bytes.
+    /// [`FillError`] if the number of values is not that of the masked bytes.
     pub fn fill(&self, values: &[u8]) -> Result<Vec<u8>, FillError> {
         let masked = self.masked_len();
         if masked != values.len() {
@@ -51,13 +51,13 @@ impl Mask {
         Ok(self.fill_with(values.iter().copied()))
     }
 
-    /// The bytes with the next of `values` at every masked place, and zeros when there are no more.
+    /// Returns the bytes with the next of `values` at every masked place, and zeros once `values` ends.
     pub fn fill_with(&self, values: impl IntoIterator<Item = u8>) -> Vec<u8> {
         let mut values = values.into_iter();
         self.0.iter().map(|byte| byte.unwrap_or_else(|| values.next().unwrap_or_default())).collect()
     }
 
-    /// What `bytes` have at the masked places, if they match.
+    /// Returns the bytes at the masked places, if the others match.
     pub fn extract(&self, bytes: &[u8]) -> Option<Vec<u8>> {
         let masked = self.0.iter().zip(bytes).filter(|(mask, _)| mask.is_none()).map(|(_, byte)| *byte);
         self.matches(bytes).then(|| masked.collect())
@@ -86,7 +86,7 @@ impl FromStr for Mask {
     }
 }
 
-/// The value of a digit in lower case.
+/// Returns the value of a digit in lower case.
 fn digit(ascii: u8) -> Option<u8> {
     match ascii {
         b'0'..=b'9' => Some(ascii - b'0'),
@@ -95,10 +95,10 @@ fn digit(ascii: u8) -> Option<u8> {
     }
 }
 
-/// What should be two hexadecimal digits in lower case, or `..`, is not.
+/// A byte that is neither two hexadecimal digits in lower case nor `..`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct MaskError {
-    /// Which byte, counted from 0.
+    /// The position of the byte, counted from 0.
     pub offset: usize,
 }
 

@@ -8,20 +8,20 @@ use super::mask::Mask;
 pub struct Recording {
     /// The file's name without its extension.
     pub name: String,
-    /// What the run shows.
+    /// A description of the run.
     pub description: String,
-    /// What looks accidental in the recorded program; another one may differ here on purpose.
+    /// Behavior of the recorded program that looks accidental; another program may differ here on purpose.
     pub quirk: Option<String>,
-    /// What was recorded.
+    /// The recorded program.
     pub source: String,
-    /// The program under test and how it was started.
+    /// The program under test and its configuration.
     pub role: Role,
     /// The run, from the view of the tester.
     pub steps: Vec<Step>,
 }
 
 impl Recording {
-    /// How the RTI was started, if it is the program under test.
+    /// Returns the configuration of the RTI, if it is the program under test.
     pub fn rti(&self) -> Option<&RtiSetup> {
         match &self.role {
             Role::Rti(setup) => Some(setup),
@@ -29,7 +29,7 @@ impl Recording {
         }
     }
 
-    /// How the federate was made, if it is the program under test.
+    /// Returns the configuration of the federate, if it is the program under test.
     pub fn federate(&self) -> Option<&FederateSetup> {
         match &self.role {
             Role::Federate(setup) => Some(setup),
@@ -47,12 +47,12 @@ pub enum Role {
     Federate(FederateSetup),
 }
 
-/// How the recorded RTI was started.
+/// The configuration of the recorded RTI.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct RtiSetup {
     /// Number of federates.
     pub federates: u16,
-    /// How many of them are transient.
+    /// Number of transient federates.
     pub transient_federates: u16,
     /// The federation id.
     pub federation_id: String,
@@ -64,14 +64,14 @@ pub struct RtiSetup {
     pub exit_code: Option<i32>,
 }
 
-/// How the recorded federate was made.
+/// The configuration of the recorded federate.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct FederateSetup {
     /// Its id.
     pub id: u16,
     /// The federation id.
     pub federation_id: String,
-    /// How the federation keeps the order of tags.
+    /// The federation's coordination of tags.
     pub coordination: Coordination,
     /// Ids of the upstream federates. Their delays are in the NEIGHBOR_STRUCTURE that it sends.
     #[allow(clippy::doc_markdown, reason = "the message's name in the protocol is no code")]
@@ -82,24 +82,24 @@ pub struct FederateSetup {
     pub arguments: Vec<String>,
     /// Whether it authenticates.
     pub auth: bool,
-    /// What it does, in words.
+    /// A description of its reactions.
     pub program: String,
     /// Its exit code; negative: killed by that signal; none: it was still running. For information.
     pub exit_code: Option<i32>,
 }
 
-/// How a federation keeps the order of tags.
+/// The coordination of tags in a federation.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Coordination {
     /// By grants of the RTI.
     Centralized,
-    /// By the federates' waiting.
+    /// By waiting in each federate.
     Decentralized,
 }
 
-/// What the tester does, or what happens to it. Numbers are those of connections: below 100 the id of the federate,
-/// from 100 on connections that are none, or not yet, or between federates.
+/// An action of the tester, or an event. Numbers are those of connections: below 100 the id of the federate, from 100
+/// on connections before the handshake or between federates.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Step {
     /// The tester (role federate: the federate) opens this connection.
@@ -114,7 +114,7 @@ pub enum Step {
     Close(u16),
     /// The tester reads end-of-file on this connection: the program under test has closed it.
     ClosedByPeer(u16),
-    /// Nothing came on these connections after the last action.
+    /// No bytes arrived on these connections after the last action.
     Silence(Vec<u16>),
     /// The tester opens a UDP socket for this federate.
     UdpBind(u16),
@@ -124,7 +124,7 @@ pub enum Step {
     UdpRecv {
         /// The datagram.
         frame: Frame,
-        /// Port from which it has to come, where the recording says so.
+        /// The port from which it has to come, if the recording names it.
         from_port: Option<u16>,
     },
 }
@@ -136,17 +136,17 @@ pub struct Frame {
     pub connection: u16,
     /// The bytes. In a `send` usually one message; the recordings also contain parts of messages and several at once.
     pub bytes: Mask,
-    /// With what the tester fills the masked bytes; only of what it sends, and there whenever something is masked.
+    /// The content for the masked bytes; only in frames that the tester sends, and there whenever a byte is masked.
     pub fill: Option<Fill>,
-    /// The tag, of a message whose time is masked because the start time varies.
+    /// The tag of a message whose time is masked because the start time varies.
     pub tag: Option<RelativeTag>,
-    /// What it is, for people.
+    /// A description of the message for readers.
     pub message: String,
-    /// What is worth noticing, for people.
+    /// A remark for readers.
     pub note: Option<String>,
 }
 
-/// With what the tester fills the masked bytes of what it sends.
+/// The content for the masked bytes of frames that the tester sends.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Fill {
     /// The port of its UDP socket, u16.
@@ -159,7 +159,7 @@ pub enum Fill {
     Start,
     /// The time of [`Frame::tag`]: the start time plus the tag's nanoseconds, i64.
     TagTime,
-    /// The HMAC, made with this key over the nonce that it has received.
+    /// The HMAC with this key over the received nonce.
     Hmac {
         /// The key.
         key: String,
@@ -167,7 +167,7 @@ pub enum Fill {
 }
 
 impl Fill {
-    /// Number of bytes that it fills.
+    /// Returns the number of bytes that it fills.
     pub const fn bytes(&self) -> usize {
         match self {
             Self::UdpPort => 2,
@@ -178,7 +178,7 @@ impl Fill {
     }
 }
 
-/// A tag that counts from the start time.
+/// A tag relative to the start time.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct RelativeTag {
     /// Time after the start in nanoseconds.

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Plays the federates of a recording against an RTI, wherever that runs, and compares what it answers.
+//! Plays the federates of a recording against an RTI, wherever that runs, and compares its answers.
 //!
-//! After every action, what comes on each connection has to be what was recorded, byte by byte where nothing is masked;
-//! between connections the order does not matter. One freedom is taken: the recorded RTI, after a RESIGN, waits for the
-//! federate to close its connection before it looks at the others. An RTI that does so at once is just as right, so the
-//! RESIGN and the close are one action for the other connections.
+//! After every action, the bytes on each connection have to equal the recorded ones wherever nothing is masked; the
+//! order between connections does not matter. The replay allows one deviation: the recorded RTI, after a RESIGN, waits
+//! for the federate to close its connection before it reads the others. An RTI that reads them at once is equally
+//! correct, so the RESIGN and the close are one action for the other connections.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::fmt;
@@ -12,7 +12,7 @@ use std::fmt;
 use super::hmac;
 use super::recording::{Fill, Frame, Recording, Role, Step};
 
-/// What came on a connection.
+/// The bytes that arrived on a connection.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Received {
     /// The bytes.
@@ -21,64 +21,64 @@ pub struct Received {
     pub ended: bool,
 }
 
-/// An RTI to play against. Connections have the numbers of the recording.
+/// The RTI under test. Connections have the numbers of the recording.
 pub trait Rti {
-    /// Why the RTI cannot be reached.
+    /// The reason why the RTI cannot be reached.
     type Error: fmt::Display;
 
     /// Opens a connection.
     ///
     /// # Errors
-    /// It cannot be opened.
+    /// If it cannot be opened.
     fn connect(&mut self, connection: u16) -> Result<(), Self::Error>;
 
     /// Sends bytes.
     ///
     /// # Errors
-    /// They cannot be sent.
+    /// If they cannot be sent.
     fn send(&mut self, connection: u16, bytes: &[u8]) -> Result<(), Self::Error>;
 
     /// Closes a connection, at once and in both directions.
     ///
     /// # Errors
-    /// It cannot be closed.
+    /// If it cannot be closed.
     fn close(&mut self, connection: u16) -> Result<(), Self::Error>;
 
-    /// Takes all that has come on a connection since the last time. Waits, as long as is reasonable, until there are
-    /// `bytes` bytes, and for the end of the connection if `end`. Beyond that it need not wait, but has to return what
-    /// is there.
+    /// Takes all bytes that arrived on a connection since the last call. Waits, as long as is reasonable, until there
+    /// are `bytes` bytes, and for the end of the connection if `end`. Need not wait longer, but has to return all bytes
+    /// that are there.
     ///
     /// # Errors
-    /// The connection cannot be read.
+    /// If the connection cannot be read.
     fn receive(&mut self, connection: u16, bytes: usize, end: bool) -> Result<Received, Self::Error>;
 
     /// Opens a UDP port for a federate; returns its number.
     ///
     /// # Errors
-    /// It cannot be opened.
+    /// If it cannot be opened.
     fn bind(&mut self, federate: u16) -> Result<u16, Self::Error>;
 
-    /// Sends a datagram of a federate to where its last one came from.
+    /// Sends a datagram of a federate to the source of its last received one.
     ///
     /// # Errors
-    /// It cannot be sent.
+    /// If it cannot be sent.
     fn send_datagram(&mut self, federate: u16, bytes: &[u8]) -> Result<(), Self::Error>;
 
     /// Waits for the next datagram to a federate, as long as is reasonable.
     ///
     /// # Errors
-    /// None has come.
+    /// If none arrives.
     fn receive_datagram(&mut self, federate: u16) -> Result<Vec<u8>, Self::Error>;
 }
 
-/// Where a replay differed.
+/// The place where a replay differed.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Difference {
     /// Name of the recording.
     pub recording: String,
     /// The step, counted from 0: the action after which it differed.
     pub step: usize,
-    /// What differed.
+    /// The difference.
     pub reason: String,
 }
 
@@ -93,7 +93,7 @@ impl std::error::Error for Difference {}
 /// Plays a recording of role `rti`.
 ///
 /// # Errors
-/// The first [`Difference`], or what prevented the replay.
+/// Returns the first [`Difference`], or the reason that prevented the replay.
 pub fn replay<R: Rti>(recording: &Recording, rti: &mut R) -> Result<(), Difference> {
     let mut replay = Replay { rti, open: BTreeSet::new(), varying: BTreeMap::new(), ports: BTreeMap::new() };
     let fail = |step: usize, reason: String| Difference { recording: recording.name.clone(), step, reason };
@@ -118,7 +118,7 @@ pub fn replay<R: Rti>(recording: &Recording, rti: &mut R) -> Result<(), Differen
     Ok(())
 }
 
-/// The action at `index`, what was recorded because of it, and the index of the next action.
+/// Returns the action at `index`, the recorded answers to it, and the index of the next action.
 fn round(steps: &[Step], index: usize) -> (&Step, Vec<&Step>, usize) {
     let is_expectation =
         |step: &&Step| matches!(step, Step::Recv(_) | Step::UdpRecv { .. } | Step::ClosedByPeer(_) | Step::Silence(_));
@@ -127,7 +127,7 @@ fn round(steps: &[Step], index: usize) -> (&Step, Vec<&Step>, usize) {
     (&steps[index], expected, next)
 }
 
-/// The connection and the close, if a federate resigns and then closes its connection.
+/// Returns the connection and the close, if a federate resigns and then closes its connection.
 fn resignation<'r>(action: &Step, next: Option<&'r Step>) -> Option<(u16, &'r Step)> {
     match (action, next) {
         (Step::Send(Frame { connection, message, .. }), Some(close @ Step::Close(closed)))
@@ -139,7 +139,7 @@ fn resignation<'r>(action: &Step, next: Option<&'r Step>) -> Option<(u16, &'r St
     }
 }
 
-/// The connection of an expectation.
+/// Returns the connection of an expectation.
 fn of(step: &Step) -> Option<u16> {
     match step {
         Step::Recv(frame) => Some(frame.connection),
@@ -151,7 +151,7 @@ fn of(step: &Step) -> Option<u16> {
 struct Replay<'r, R> {
     rti: &'r mut R,
     open: BTreeSet<u16>,
-    /// What came last on each connection where the recording masks it.
+    /// The last bytes on each connection where the recording masks them.
     varying: BTreeMap<u16, Vec<u8>>,
     /// The UDP ports of the federates.
     ports: BTreeMap<u16, u16>,
@@ -184,7 +184,8 @@ impl<R: Rti> Replay<'_, R> {
         done.map_err(|error| format!("{step:?}: {error}"))
     }
 
-    /// What is sent, with the proof of a federate that authenticates: over the type of its message and the RTI's nonce.
+    /// Returns the bytes to send, with the proof of a federate that authenticates: over the type of its message and the
+    /// RTI's nonce.
     fn filled(&self, frame: &Frame) -> Result<Vec<u8>, String> {
         match &frame.fill {
             None => frame.bytes.exact().ok_or_else(|| "nothing says how to fill the masked bytes".to_owned()),
@@ -207,7 +208,7 @@ impl<R: Rti> Replay<'_, R> {
             let own: Vec<_> = expected.iter().copied().filter(|step| of(step) == Some(connection)).collect();
             self.check(connection, &own)?;
         }
-        // Where each datagram comes from, its receiver sees to: whoever sends T3 there gets T4.
+        // The receiver checks the source of each datagram: T4 goes to the source of T3.
         for step in expected {
             let Step::UdpRecv { frame, .. } = step else { continue };
             let found = self.rti.receive_datagram(frame.connection).map_err(|error| format!("{step:?}: {error}"))?;
@@ -252,7 +253,7 @@ impl<R: Rti> Replay<'_, R> {
             return Err(format!("connection {connection} should be closed by the RTI, but is open"));
         }
         if end {
-            // Nothing more can come, so there is nothing more to compare.
+            // No more bytes can come, so there is nothing more to compare.
             self.open.remove(&connection);
         }
         Ok(())

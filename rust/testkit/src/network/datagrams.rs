@@ -11,17 +11,18 @@ impl<M: Medium> Network<M> {
     /// Opens a port for datagrams; port 0 stands for one that no other socket of the participant has.
     ///
     /// # Errors
-    /// When the participant is no more, or has no place left.
+    /// If the participant has ended, or has no free slot.
     pub fn bind(&mut self, owner: usize, port: u16) -> Result<SocketId, NetError> {
         let table = &mut self.tables[owner];
         let port = if port == 0 { table.ephemeral_port() } else { port };
         table.insert(Kind::Datagrams { port, arriving: Arriving::default() })
     }
 
-    /// Takes the first datagram that has come, cut to the length of the buffer; how long it is then, and who sent it.
+    /// Takes the first datagram that has arrived, truncated to the length of the buffer; returns its length and its
+    /// sender.
     ///
     /// # Errors
-    /// When the id names no port for datagrams.
+    /// If the id names no port for datagrams.
     pub fn receive_from(
         &mut self,
         owner: usize,
@@ -38,10 +39,10 @@ impl<M: Medium> Network<M> {
         Ok(Some((count, from)))
     }
 
-    /// Sends a datagram; whether it comes, nobody says.
+    /// Sends a datagram; nothing reports whether it arrives.
     ///
     /// # Errors
-    /// When the id names no port for datagrams, or nobody has the address.
+    /// If the id names no port for datagrams, or no participant has the address.
     pub fn send_to(
         &mut self,
         owner: usize,
@@ -55,7 +56,7 @@ impl<M: Medium> Network<M> {
         let host = self.host_at(to.ip).ok_or(NetError::Unreachable)?;
         for _ in 0..self.medium.copies() {
             let at = now + self.medium.latency_ns(owner.max(host), bytes.len());
-            // Where nobody listens, nobody notices.
+            // Without a listener, nothing reports the loss.
             if let Some(arriving) = self.tables[host].arriving_at(to.port) {
                 arriving.0.push((at, from, bytes.to_vec()));
                 self.wakes.push((host, at));

@@ -7,15 +7,15 @@ use std::collections::VecDeque;
 #[derive(Debug, Default)]
 pub(crate) struct Pipe {
     bytes: VecDeque<u8>,
-    /// Pieces of them: when each comes, and how long it is.
+    /// The pieces: the time of arrival and the length of each.
     pieces: VecDeque<(u64, usize)>,
-    /// When the last piece comes that was ever written.
+    /// The arrival of the last piece that was ever written.
     latest: u64,
-    /// When the writer's end comes.
+    /// The arrival of the writer's end.
     pub(crate) end: Option<u64>,
-    /// When the news comes that the connection is broken; what is unread is lost then.
+    /// The arrival of the news that the connection is broken; unread bytes are lost then.
     pub(crate) reset: Option<u64>,
-    /// Nobody will read any more.
+    /// Whether the reader is gone.
     pub(crate) deserted: bool,
 }
 
@@ -32,12 +32,12 @@ impl Pipe {
         self.bytes.is_empty() && self.end.is_some_and(|at| at <= now)
     }
 
-    /// Bytes that have come.
+    /// Returns the number of bytes that have arrived.
     pub(crate) fn available(&self, now: u64) -> usize {
         self.pieces.iter().take_while(|(at, _)| *at <= now).map(|(_, len)| len).sum()
     }
 
-    /// Not before the last piece.
+    /// Returns this time, or the arrival of the last piece if that is later.
     pub(crate) fn after_all(&self, at: u64) -> u64 {
         at.max(self.latest)
     }
@@ -48,7 +48,7 @@ impl Pipe {
         self.pieces.push_back((at, bytes.len()));
     }
 
-    /// Takes the first bytes, as many as `target` holds; there are as many.
+    /// Takes the first bytes, as many as `target` holds; the caller has checked that they are there.
     pub(crate) fn take(&mut self, target: &mut [u8]) {
         let mut left = target.len();
         let (front, back) = self.bytes.as_slices();
@@ -67,7 +67,7 @@ impl Pipe {
         }
     }
 
-    /// When there is something for the reader: a piece, the end, or the news of a broken connection.
+    /// Returns the time of the next event for the reader: a piece, the end, or the news of a broken connection.
     pub(crate) fn next_time(&self) -> Option<u64> {
         let piece = self.pieces.front().map(|(at, _)| *at);
         let end = self.end.filter(|_| self.bytes.is_empty());

@@ -5,12 +5,12 @@ use std::collections::VecDeque;
 
 use lf_runtime::platform::{Endpoint, Interest, IpAddress, NetError, SocketId};
 
-/// Datagrams on their way to a port: when each comes, from where, and what it carries.
+/// Datagrams in transit to a port: time of arrival, sender and content.
 #[derive(Debug, Default)]
 pub(crate) struct Arriving(pub(super) Vec<(u64, Endpoint, Vec<u8>)>);
 
 impl Arriving {
-    /// When the first one comes.
+    /// Returns the arrival of the first one.
     pub(crate) fn next_time(&self) -> Option<u64> {
         self.0.iter().map(|(at, ..)| *at).min()
     }
@@ -21,14 +21,14 @@ impl Arriving {
     }
 }
 
-/// What a socket is.
+/// The kind of a socket.
 #[derive(Debug)]
 pub(crate) enum Kind {
-    /// The outcome is known at the time; `None` for never.
+    /// A connection attempt, with its outcome and the time at which that is known; `None` for never.
     Connecting { at: Option<u64>, outcome: Result<usize, NetError> },
     /// One side (0 or 1) of a connection; it writes into the pipe of its own number.
     Open { connection: usize, side: usize },
-    /// Who has come: when, the connection, and from where.
+    /// A listener with its accept queue: time, connection and address.
     Listening { port: u16, waiting: VecDeque<(u64, usize, IpAddress)> },
     /// A port for datagrams.
     Datagrams { port: u16, arriving: Arriving },
@@ -43,9 +43,9 @@ pub(crate) struct Socket {
 /// The sockets of one participant.
 #[derive(Debug, Default)]
 pub(crate) struct Table {
-    /// How often each place was used, and what is there.
+    /// The slots of sockets: how often each was used, and its socket.
     places: Vec<(u16, Option<Socket>)>,
-    /// The participant is no more.
+    /// Whether the participant has ended.
     pub(crate) off: bool,
 }
 
@@ -71,7 +71,7 @@ impl Table {
         }
     }
 
-    /// Frees the place of a socket.
+    /// Frees the slot of a socket.
     pub(crate) fn take(&mut self, id: SocketId) -> Option<Socket> {
         self.get(id).ok()?;
         let (generation, place) = &mut self.places[usize::from(id.index)];
@@ -79,7 +79,7 @@ impl Table {
         place.take()
     }
 
-    /// Those who wait at this port, if somebody listens there.
+    /// Returns the accept queue of this port, if a listener has it.
     pub(crate) fn waiting_at(&mut self, wanted: u16) -> Option<&mut VecDeque<(u64, usize, IpAddress)>> {
         self.places.iter_mut().find_map(|(_, place)| match place {
             Some(Socket { kind: Kind::Listening { port, waiting }, .. }) if *port == wanted => Some(waiting),
@@ -87,7 +87,7 @@ impl Table {
         })
     }
 
-    /// The datagrams for this port, if somebody has it.
+    /// Returns the datagrams for this port, if a socket has it.
     pub(crate) fn arriving_at(&mut self, wanted: u16) -> Option<&mut Arriving> {
         self.places.iter_mut().find_map(|(_, place)| match place {
             Some(Socket { kind: Kind::Datagrams { port, arriving }, .. }) if *port == wanted => Some(arriving),
@@ -102,7 +102,7 @@ impl Table {
         })
     }
 
-    /// A port that no other socket of this participant has, since each has had its own place.
+    /// Returns a port that no other socket of this participant has, since each has had its own slot.
     pub(crate) fn ephemeral_port(&self) -> u16 {
         let free = self.places.iter().position(|(_, place)| place.is_none()).unwrap_or(self.places.len());
         49_152 + u16::try_from(free).unwrap_or(0) % 16_384

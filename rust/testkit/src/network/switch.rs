@@ -9,7 +9,7 @@ use super::pipe::Pipe;
 use super::socket::{Kind, Socket, Table};
 use super::{Event, Medium, address_of};
 
-/// A connection: side 0 is the participant that has begun it. Each side writes into the pipe of its own number.
+/// A connection: side 0 is the participant that has opened it. Each side writes into the pipe of its own number.
 #[derive(Debug)]
 struct Link {
     pipes: [Pipe; 2],
@@ -18,62 +18,62 @@ struct Link {
 }
 
 /// All sockets and connections of some participants. Their calls are those of
-/// [`Platform`](lf_runtime::platform::Platform), and say who calls (`owner`), and when (`now`).
+/// [`Platform`](lf_runtime::platform::Platform), with the caller (`owner`) and the time (`now`).
 #[derive(Debug)]
 pub struct Network<M> {
     pub(crate) medium: M,
     links: Vec<Link>,
     pub(crate) tables: Vec<Table>,
-    /// Participants that may have to be called at a time, since the last look.
+    /// Participants that may have to run at a time, since the last call of [`take_wakes`](Self::take_wakes).
     pub(crate) wakes: Vec<(usize, u64)>,
 }
 
 impl<M: Medium> Network<M> {
-    /// A network without participants.
+    /// Returns a network without participants.
     pub fn new(medium: M) -> Self {
         Self { medium, links: Vec::new(), tables: Vec::new(), wakes: Vec::new() }
     }
 
-    /// One more participant; its number. Before it listens, connections to it are refused.
+    /// Adds a participant, and returns its number. Before it listens, connections to it are refused.
     pub fn join(&mut self) -> usize {
         self.tables.push(Table::default());
         self.tables.len() - 1
     }
 
-    /// What lies between the participants.
+    /// Returns the medium.
     pub fn medium(&self) -> &M {
         &self.medium
     }
 
-    /// What lies between the participants.
+    /// Returns the medium for changes.
     pub fn medium_mut(&mut self) -> &mut M {
         &mut self.medium
     }
 
-    /// Takes who may have to be called when, because something comes for it or it has room.
+    /// Takes the participants that may have to run, each with its time, because input arrives for it or it has room.
     pub fn take_wakes(&mut self) -> Vec<(usize, u64)> {
         std::mem::take(&mut self.wakes)
     }
 
-    /// The participant that has this address.
+    /// Returns the participant that has this address.
     pub(crate) fn host_at(&self, address: IpAddress) -> Option<usize> {
         (0..self.tables.len()).find(|host| address_of(*host) == address)
     }
 
-    /// Listens; port 0 stands for one that no other socket of the participant has.
+    /// Opens a listener; port 0 stands for one that no other socket of the participant has.
     ///
     /// # Errors
-    /// When the participant is no more, or has no place left.
+    /// If the participant has ended, or has no free slot.
     pub fn listen(&mut self, owner: usize, port: u16) -> Result<SocketId, NetError> {
         let table = &mut self.tables[owner];
         let port = if port == 0 { table.ephemeral_port() } else { port };
         table.insert(Kind::Listening { port, waiting: VecDeque::new() })
     }
 
-    /// The port of a listener or of one for datagrams.
+    /// Returns the port of a listener or of a socket for datagrams.
     ///
     /// # Errors
-    /// When the id names neither.
+    /// If the id names neither.
     pub fn local_port(&mut self, owner: usize, id: SocketId) -> Result<u16, NetError> {
         match self.tables[owner].get(id)?.kind {
             Kind::Listening { port, .. } | Kind::Datagrams { port, .. } => Ok(port),
@@ -81,10 +81,10 @@ impl<M: Medium> Network<M> {
         }
     }
 
-    /// Begins to connect. It is refused where nobody listens, and never answered where nobody is.
+    /// Begins to connect. A participant without a listener refuses; an address without a participant never answers.
     ///
     /// # Errors
-    /// When the participant is no more, or has no place left.
+    /// If the participant has ended, or has no free slot.
     pub fn connect(&mut self, owner: usize, to: Endpoint, now: u64) -> Result<SocketId, NetError> {
         let there = now + self.medium.latency_ns(owner, 0);
         let at = Some(there + self.medium.latency_ns(owner, 0));
@@ -104,10 +104,10 @@ impl<M: Medium> Network<M> {
         self.tables[owner].insert(Kind::Connecting { at, outcome: Ok(number) })
     }
 
-    /// The outcome of [`Network::connect`].
+    /// Returns the outcome of [`Network::connect`].
     ///
     /// # Errors
-    /// Why it did not connect.
+    /// Returns the reason why it did not connect.
     pub fn connected(&mut self, owner: usize, id: SocketId, now: u64) -> Result<(), NetError> {
         let socket = self.tables[owner].get(id)?;
         match socket.kind {
@@ -119,10 +119,10 @@ impl<M: Medium> Network<M> {
         }
     }
 
-    /// Takes a connection that waits at a listener.
+    /// Takes a connection from the accept queue of a listener.
     ///
     /// # Errors
-    /// When the id names no listener, or there is no place left.
+    /// If the id names no listener, or there is no free slot.
     pub fn accept(&mut self, owner: usize, id: SocketId, now: u64) -> Result<Option<(SocketId, IpAddress)>, NetError> {
         let Kind::Listening { waiting, .. } = &mut self.tables[owner].get(id)?.kind else {
             return Err(NetError::Stale);
@@ -136,7 +136,7 @@ impl<M: Medium> Network<M> {
         }
     }
 
-    /// The connection of an open socket, and the side.
+    /// Returns the connection and the side of an open socket.
     fn open(&mut self, owner: usize, id: SocketId) -> Result<(usize, usize), NetError> {
         match self.tables[owner].get(id)?.kind {
             Kind::Open { connection, side } => Ok((connection, side)),
@@ -144,10 +144,10 @@ impl<M: Medium> Network<M> {
         }
     }
 
-    /// Reads what has come, or a part of it.
+    /// Reads the bytes that have arrived, or a part of them.
     ///
     /// # Errors
-    /// When the connection is broken, or the id names none.
+    /// If the connection is broken, or the id names none.
     pub fn read(&mut self, owner: usize, id: SocketId, target: &mut [u8], now: u64) -> Result<Transfer, NetError> {
         let (connection, side) = self.open(owner, id)?;
         let pipe = &self.links[connection].pipes[1 - side];
@@ -170,10 +170,10 @@ impl<M: Medium> Network<M> {
         Ok(Transfer::Bytes(bytes))
     }
 
-    /// Writes what there is room for, or a part of it.
+    /// Writes as much as there is room for, or a part of it.
     ///
     /// # Errors
-    /// When the connection is broken or ended, or the id names none.
+    /// If the connection is broken or ended, or the id names none.
     pub fn write(&mut self, owner: usize, id: SocketId, bytes: &[u8], now: u64) -> Result<Transfer, NetError> {
         let (connection, side) = self.open(owner, id)?;
         let link = &mut self.links[connection];
@@ -182,7 +182,7 @@ impl<M: Medium> Network<M> {
             return Err(NetError::Reset);
         }
         if link.pipes[side].deserted {
-            // The peer's system answers to what nobody reads any more by breaking the connection.
+            // The peer's system answers data without a reader with a reset.
             let at = now + self.medium.latency_ns(beginner, 0);
             self.break_off(connection, 1 - side, at);
             return Ok(Transfer::Bytes(bytes.len()));
@@ -203,14 +203,14 @@ impl<M: Medium> Network<M> {
         Ok(Transfer::Bytes(bytes.len()))
     }
 
-    /// Who reads what this side writes learns then that the connection is broken.
+    /// Tells the reader of this side's bytes at this time that the connection is broken.
     fn break_off(&mut self, connection: usize, side: usize, at: u64) {
         let link = &mut self.links[connection];
         link.pipes[side].reset.get_or_insert(at);
         self.wakes.push((link.owners[1 - side], at));
     }
 
-    /// Who reads what this side writes learns then, or after all that was written, that no more comes.
+    /// Tells the reader of this side's bytes at this time, or after the last byte, that no more will follow.
     fn end(&mut self, connection: usize, side: usize, at: u64) {
         let link = &mut self.links[connection];
         let at = link.pipes[side].after_all(at);
@@ -218,7 +218,7 @@ impl<M: Medium> Network<M> {
         self.wakes.push((link.owners[1 - side], at));
     }
 
-    /// When news of a connection that is sent now comes.
+    /// Returns the arrival of a notification that a connection sends now.
     fn news(&mut self, connection: usize, now: u64) -> u64 {
         now + self.medium.latency_ns(self.links[connection].owners[0], 0)
     }
@@ -248,7 +248,7 @@ impl<M: Medium> Network<M> {
         }
     }
 
-    /// One side has closed its socket: the other sees the end, or a broken connection if something was unread.
+    /// Closes one side's socket: the other side sees the end, or a broken connection if bytes were unread.
     fn desert(&mut self, connection: usize, side: usize, now: u64) {
         let at = self.news(connection, now);
         let link = &mut self.links[connection];
@@ -267,7 +267,7 @@ impl<M: Medium> Network<M> {
         self.tables[owner].iter().map(|(id, _)| id).collect()
     }
 
-    /// The participant is no more: its system closes its sockets, and refuses connections.
+    /// Ends a participant: its system closes its sockets, and refuses connections.
     pub fn switch_off(&mut self, owner: usize, now: u64) {
         for id in self.sockets_of(owner) {
             self.close(owner, id, now);
@@ -275,7 +275,7 @@ impl<M: Medium> Network<M> {
         self.tables[owner].off = true;
     }
 
-    /// All connections of a participant break, for both sides.
+    /// Breaks all connections of a participant, for both sides.
     pub fn break_all(&mut self, owner: usize, now: u64) {
         for id in self.sockets_of(owner) {
             if let Ok((connection, _)) = self.open(owner, id) {
@@ -285,7 +285,7 @@ impl<M: Medium> Network<M> {
         }
     }
 
-    /// Says what a participant waits for on a socket; a stale id is ignored.
+    /// Sets the events that a participant waits for on a socket; ignores a stale id.
     pub fn set_interest(&mut self, owner: usize, id: SocketId, interest: Interest) {
         let Ok(socket) = self.tables[owner].get(id) else { return };
         socket.interest = interest;
@@ -294,7 +294,7 @@ impl<M: Medium> Network<M> {
         }
     }
 
-    /// When a socket first is readable, when writable, and when broken.
+    /// Returns the times from which on a socket is readable, writable, and broken.
     fn times(&self, kind: &Kind) -> (Option<u64>, Option<u64>, Option<u64>) {
         match kind {
             Kind::Connecting { at, .. } => (None, *at, None),
@@ -309,12 +309,12 @@ impl<M: Medium> Network<M> {
         }
     }
 
-    /// The sockets of a participant that are waited for.
+    /// Returns the sockets for which a participant waits.
     fn awaited(&self, owner: usize) -> impl Iterator<Item = (SocketId, &Socket)> {
         self.tables[owner].iter().filter(|(_, socket)| socket.interest != Interest::NONE)
     }
 
-    /// Reports the sockets of a participant that are as their interest says.
+    /// Reports the sockets of a participant that match their interest.
     pub fn ready(&self, owner: usize, now: u64, mut report: impl FnMut(SocketId, Interest)) {
         for (id, Socket { kind, interest }) in self.awaited(owner) {
             let (readable, writable, broken) = self.times(kind);
@@ -330,7 +330,7 @@ impl<M: Medium> Network<M> {
         }
     }
 
-    /// When the first socket of a participant is as its interest says.
+    /// Returns the time at which the first socket of a participant matches its interest.
     pub fn next_ready(&self, owner: usize) -> Option<u64> {
         let times = self.awaited(owner).flat_map(|(_, Socket { kind, interest })| {
             let (readable, writable, broken) = self.times(kind);

@@ -14,23 +14,23 @@ pub const FEDERATION: &[u8] = b"dialogue";
 /// Upstream federates and the delays from them.
 pub type Upstream<'a> = &'a [(u16, i64)];
 
-/// When a federation starts that nobody keeps waiting.
+/// The start time of a federation whose federates all join at once.
 pub const START: i64 = 1_000_000_000;
 
-/// A configuration without clock synchronization.
+/// Returns a configuration without clock synchronization.
 pub fn config() -> Config<'static> {
     Config { clock_sync: ClockSync::Off, ..Config::new(FEDERATION, 100) }
 }
 
-/// The tag so many nanoseconds after the start.
+/// Returns the tag this number of nanoseconds after the start.
 pub fn at(ns: i64) -> Tag {
     Tag::new(START + ns, 0)
 }
 
-/// Takes what has come on a connection, in words.
+/// Takes the messages that arrived on a connection, as text.
 ///
 /// # Panics
-/// If it is not whole messages.
+/// If the bytes are not whole messages.
 pub fn read(rig: &mut Rig, connection: ConnectionId) -> Vec<String> {
     let bytes = rig.take(connection, usize::MAX);
     let mut rest = &bytes[..];
@@ -49,14 +49,14 @@ pub fn read(rig: &mut Rig, connection: ConnectionId) -> Vec<String> {
     messages
 }
 
-/// A federate with these upstream federates connects and introduces itself.
+/// Connects a federate with these upstream federates, which joins.
 pub fn hello(rig: &mut Rig, id: u16, upstream: Upstream<'_>) -> ConnectionId {
     let connection = rig.connect();
     introduce(rig, connection, id, upstream);
     connection
 }
 
-/// A federate does the same without upstream federates, from this address.
+/// Connects a federate without upstream federates from this address, which joins.
 pub fn hello_from(rig: &mut Rig, id: u16, address: IpAddress) -> ConnectionId {
     let connection = rig.connect_from(address);
     introduce(rig, connection, id, &[]);
@@ -70,7 +70,7 @@ fn introduce(rig: &mut Rig, connection: ConnectionId, id: u16, upstream: Upstrea
     assert_eq!(read(rig, connection), ["ACK"]);
 }
 
-/// Federates 0 → 1 → 2 …, started, with nothing to be read.
+/// Starts the federates 0 → 1 → 2 …, with nothing left to read.
 ///
 /// # Panics
 /// If the federation does not start.
@@ -80,7 +80,7 @@ pub fn chain(config: Config<'static>, sizes: Sizes) -> (Rig, Vec<ConnectionId>) 
     started(config, sizes, &upstream)
 }
 
-/// A federation with these connections into each federate, started, with nothing to be read.
+/// Starts a federation with these connections into each federate, with nothing left to read.
 ///
 /// # Panics
 /// If the federation does not start.
@@ -103,7 +103,7 @@ pub fn wait(rig: &mut Rig, interval: Interval) {
     rig.rti.handle_timeout(now, &mut rig.outlet);
 }
 
-/// A message of one of the testers.
+/// Returns a message of one of the testers.
 pub fn message(to: u16, ns: i64, payload: &[u8]) -> Message<'_> {
     Message::TaggedMessage { port: 0, federate: to, tag: at(ns), payload }
 }

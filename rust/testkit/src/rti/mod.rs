@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-//! An RTI with its connections in memory: a test says what each peer does; the rig offers the RTI what has come, and
-//! offers it again when that has happened for which the RTI waits.
+//! An RTI with its connections in memory: a test decides the actions of each peer; the rig offers its input to the RTI,
+//! and offers it again once the event has happened for which the RTI waits.
 //!
-//! The rig asserts what holds whatever peers do: the RTI sends only where and as much as it may, names what is missing,
-//! and drops no message that is whole. An [`Observer`] may check more.
+//! The rig asserts invariants that hold whatever peers do: the RTI sends only where and as much as it may, names the
+//! reason of every wait, and drops no whole message. An [`Observer`] may check more.
 
 pub mod dialogue;
 mod recorded;
@@ -20,41 +20,41 @@ use crate::messages::encoded;
 
 pub use recorded::{Recorded, config};
 
-/// Sees what peers and the RTI say to each other.
+/// An observer of the messages between peers and the RTI.
 pub trait Observer {
-    /// A peer has connected.
+    /// Observes that a peer has connected.
     fn connected(&mut self, _connection: ConnectionId) {}
-    /// The RTI is about to be offered bytes that begin with this message.
+    /// Observes the message at the beginning of the bytes that the rig is about to offer.
     fn offered(&mut self, _connection: ConnectionId, _message: &Message<'_>) {}
-    /// The RTI has sent this, and the peer can read it.
+    /// Observes a message that the RTI has sent, and that the peer can read.
     fn sent(&mut self, _connection: ConnectionId, _message: &Message<'_>) {}
-    /// The RTI sends no more on this connection.
+    /// Observes that the RTI sends no more on this connection.
     fn ended(&mut self, _connection: ConnectionId) {}
 }
 
 impl Observer for () {}
 
-/// One connection: what the RTI has sent and nobody has read yet, and what it has not consumed yet.
+/// One connection: the RTI's bytes that the peer has not read, and the peer's bytes that the RTI has not consumed.
 #[derive(Default, Debug)]
 #[expect(clippy::struct_excessive_bools, reason = "each says something else")]
 pub struct Connection {
-    /// What the RTI has sent and the peer has not read.
+    /// Bytes of the RTI that the peer has not read.
     pub outgoing: Vec<u8>,
-    /// What the peer has sent and the RTI has not consumed.
+    /// Bytes of the peer that the RTI has not consumed.
     pub incoming: Vec<u8>,
-    /// The RTI knows the connection.
+    /// Whether the RTI knows the connection.
     pub open: bool,
-    /// The peer has closed it, and reads and says no more.
+    /// Whether the peer has closed it, and reads and sends no more.
     pub closing: bool,
-    /// The RTI's direction is closed.
+    /// Whether the RTI's direction is closed.
     pub ended: bool,
-    /// What the input waits for.
+    /// The event that the input waits for.
     pub blocked: Option<Awaited>,
-    /// The RTI looks at what comes behind the input that waits.
+    /// Whether the RTI reads the messages behind the input that waits.
     pub reads_on: bool,
 }
 
-/// What the input of a connection waits for.
+/// The event that the input of a connection waits for.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum Awaited {
     /// Room on this connection.
@@ -74,18 +74,18 @@ impl Awaited {
 /// The connections, as the RTI sees them.
 #[derive(Debug)]
 pub struct Connections<O = ()> {
-    /// By number.
+    /// The connections by number.
     pub list: Vec<Connection>,
-    /// How many bytes each connection holds that nobody has read.
+    /// The capacity in bytes of each connection's output.
     pub capacity: usize,
-    /// What the RTI has reported.
+    /// The log events of the RTI.
     pub notices: Vec<String>,
-    /// Sees what goes over them.
+    /// The observer of all messages.
     pub observer: O,
 }
 
 impl<O> Connections<O> {
-    /// Connections that are not used yet.
+    /// Returns unused connections.
     pub fn new(connections: usize, capacity: usize, observer: O) -> Self {
         let list = (0..connections).map(|_| Connection::default()).collect();
         Self { list, capacity, notices: Vec::new(), observer }
@@ -127,7 +127,7 @@ impl<O: Observer> Outlet for Connections<O> {
     }
 }
 
-/// How much memory the RTI gets.
+/// The sizes of the RTI's memory.
 #[derive(Clone, Copy, Debug)]
 pub struct Sizes {
     /// Federates of the federation.
@@ -136,36 +136,36 @@ pub struct Sizes {
     pub connections: usize,
     /// Upstream federates of each federate.
     pub upstream: usize,
-    /// Tags of messages on their way, for each federate.
+    /// Tags of messages in transit, for each federate.
     pub in_transit: usize,
     /// Bytes of every connection's output.
     pub output: usize,
 }
 
 impl Sizes {
-    /// Sizes that never matter.
+    /// Returns sizes that are always sufficient.
     pub fn ample(federates: usize) -> Self {
         Self { federates, connections: federates + 2, upstream: federates, in_transit: 1000, output: 1 << 20 }
     }
 
-    /// The RTI's part of the memory.
+    /// Returns the RTI's part of the memory.
     pub fn memory(&self) -> Memory {
         let Self { federates, connections, upstream, in_transit, .. } = *self;
         Memory::new(heap::Sizes { federates, connections, upstream, in_transit })
     }
 }
 
-/// An RTI with its connections, of which somebody sees all that goes over them.
+/// An RTI with its connections and an observer of them.
 pub struct ObservedRig<'s, O> {
     /// The RTI.
     pub rti: Rti<'s>,
     /// Its connections.
     pub outlet: Connections<O>,
-    /// What its clock shows.
+    /// The time of its clock.
     pub now: Instant,
-    /// Input is offered in pieces of this many bytes.
+    /// The size of the pieces in which input is offered, in bytes.
     pub piece: usize,
-    /// Times are sent as soon as they are due, for which time passes.
+    /// Whether times of clock synchronization are sent as soon as they are due, for which time passes.
     pub tells_times: bool,
     limits: Limits,
     stopping: bool,
@@ -176,7 +176,7 @@ pub struct ObservedRig<'s, O> {
 pub type Rig = ObservedRig<'static, ()>;
 
 impl Rig {
-    /// An RTI to which nobody has connected.
+    /// Returns an RTI without connected peers.
     pub fn new(config: Config<'static>, sizes: Sizes) -> Self {
         // Tests end soon, so their memory may stay.
         Self::in_memory(config, Box::leak(Box::new(sizes.memory())), sizes, ())
@@ -184,7 +184,7 @@ impl Rig {
 }
 
 impl<'s, O: Observer> ObservedRig<'s, O> {
-    /// An RTI in this memory, which `sizes` has made.
+    /// Returns an RTI in this memory, which `sizes` has made.
     ///
     /// # Panics
     /// If the memory is too small for the configuration.
@@ -206,12 +206,12 @@ impl<'s, O: Observer> ObservedRig<'s, O> {
         }
     }
 
-    /// A peer on this computer connects.
+    /// Connects a peer on this computer.
     pub fn connect(&mut self) -> ConnectionId {
         self.connect_from(IpAddress::V4(Ipv4Addr::LOCALHOST))
     }
 
-    /// A peer at this address connects.
+    /// Connects a peer at this address.
     ///
     /// # Panics
     /// If all connections are in use.
@@ -222,23 +222,23 @@ impl<'s, O: Observer> ObservedRig<'s, O> {
         connection
     }
 
-    /// Returns whether nobody uses a connection, and nothing is left to read on it.
+    /// Returns whether no peer uses a connection, and nothing is left to read on it.
     pub fn is_free(&self, connection: ConnectionId) -> bool {
         let wire = &self.outlet.list[connection.0];
         !wire.open && wire.outgoing.is_empty()
     }
 
-    /// A peer at this address connects, and its connection has this number, which is free.
+    /// Connects a peer at this address on a free connection with this number.
     pub fn connect_as(&mut self, connection: ConnectionId, address: IpAddress) {
         self.outlet.list[connection.0] = Connection { open: true, ..Connection::default() };
         self.outlet.observer.connected(connection);
-        // Each connection gets another one, and every run the same ones.
+        // Each connection gets another nonce, and every run the same ones.
         self.nonces += 1;
         let nonce = self.nonces.to_le_bytes();
         self.rti.handle_connect(self.now, connection, address, nonce, &mut self.outlet);
     }
 
-    /// The peer sends these bytes.
+    /// Sends these bytes of the peer.
     pub fn send(&mut self, connection: ConnectionId, bytes: &[u8]) {
         for piece in bytes.chunks(self.piece.min(bytes.len().max(1))) {
             if self.outlet.list[connection.0].open {
@@ -249,12 +249,12 @@ impl<'s, O: Observer> ObservedRig<'s, O> {
         self.resume();
     }
 
-    /// The peer sends this message.
+    /// Sends this message of the peer.
     pub fn message(&mut self, connection: ConnectionId, message: &Message<'_>) {
         self.send(connection, &encoded(message));
     }
 
-    /// Offers what has come on a connection, as far as the RTI takes it, and then what has waited for that.
+    /// Offers the input of a connection, as far as the RTI accepts it, and then input that waited for it.
     pub fn pump(&mut self, connection: ConnectionId) {
         self.offer(connection);
         if self.tells_times {
@@ -267,7 +267,7 @@ impl<'s, O: Observer> ObservedRig<'s, O> {
         }
     }
 
-    /// Lets the times be sent for which nobody has to do anything but wait.
+    /// Sends all times that become due without an action of a peer.
     fn exchange(&mut self) {
         while let due @ (Deadline::Now | Deadline::At(_)) = self.rti.poll_exchange_timeout() {
             if let (Deadline::At(time), None) = (due, self.rti.exchanging()) {
@@ -287,7 +287,7 @@ impl<'s, O: Observer> ObservedRig<'s, O> {
         }
     }
 
-    /// Offers what has come on a connection. Returns whether the RTI has taken any of it.
+    /// Offers the input of a connection. Returns whether the RTI has consumed any of it.
     ///
     /// # Panics
     /// If the verdict is not one that the input allows.
@@ -340,7 +340,7 @@ impl<'s, O: Observer> ObservedRig<'s, O> {
         }
     }
 
-    /// Takes what the RTI has sent, up to so many bytes, and lets it go on with the room.
+    /// Takes up to this number of bytes from the RTI, and lets it continue with the room.
     pub fn take(&mut self, connection: ConnectionId, max: usize) -> Vec<u8> {
         let wire = &mut self.outlet.list[connection.0];
         let taken: Vec<u8> = wire.outgoing.drain(..max.min(wire.outgoing.len())).collect();
@@ -351,7 +351,7 @@ impl<'s, O: Observer> ObservedRig<'s, O> {
         taken
     }
 
-    /// The peer closes a connection. What it has said before still counts.
+    /// Closes the peer's end of a connection. The RTI still reads the bytes that the peer sent before.
     pub fn close(&mut self, connection: ConnectionId) {
         let wire = &mut self.outlet.list[connection.0];
         wire.outgoing.clear();

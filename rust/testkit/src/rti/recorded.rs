@@ -20,12 +20,12 @@ pub struct Recorded {
     pub rig: Rig,
     /// Connections by their numbers in the recording.
     connections: BTreeMap<u16, ConnectionId>,
-    /// On their way to the federates.
+    /// The datagrams in transit to the federates.
     datagrams: Vec<Datagram>,
 }
 
 impl Recorded {
-    /// The RTI that was started so; its input comes in pieces of so many bytes.
+    /// Returns the RTI with this configuration; its input comes in pieces of this many bytes.
     pub fn new(setup: &RtiSetup, piece: usize) -> Self {
         let federates = usize::from(setup.federates);
         let mut rig = Rig::new(config(setup), Sizes::ample(federates));
@@ -69,7 +69,7 @@ impl replay::Rti for Recorded {
         Ok(())
     }
 
-    /// Time goes on until there is one.
+    /// Advances time until there is one.
     fn receive_datagram(&mut self, federate: u16) -> Result<Vec<u8>, Infallible> {
         while self.datagrams.is_empty() {
             let Deadline::At(time) = self.rig.rti.poll_round_timeout() else { panic!("no datagram is to come") };
@@ -91,10 +91,10 @@ impl replay::Rti for Recorded {
     }
 }
 
-/// Returns what the options of a recording mean.
+/// Returns the configuration for the options of a recording.
 ///
 /// # Panics
-/// If an option is not known here.
+/// If it does not support an option.
 pub fn config(setup: &RtiSetup) -> Config<'static> {
     let mut config = Config::new(setup.federation_id.clone().leak().as_bytes(), 1 << 16);
     let mut options = setup.options.iter().map(String::as_str);

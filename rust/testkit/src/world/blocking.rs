@@ -9,27 +9,27 @@ use lf_wire::Message;
 use super::Virtual;
 use crate::messages::encoded;
 
-/// How long it waits for anything, in virtual time.
+/// The longest wait for anything, in virtual time.
 const WAIT_MAX: Interval = Interval::from_secs(120);
 
-/// A participant whose calls block until they are done. Each panics when nothing happens for minutes.
+/// A participant whose calls block until they are done. Each panics if nothing happens for minutes.
 #[derive(Debug)]
 pub struct Blocking {
-    /// Its platform, for what does not block.
+    /// Its platform, for calls that do not block.
     pub platform: Virtual,
 }
 
 impl Blocking {
-    /// A participant that waits for its first turn.
+    /// Returns a participant that waits for its first turn.
     pub fn new(mut platform: Virtual) -> Self {
         platform.begin();
         Self { platform }
     }
 
-    /// Asks again and again, as the socket becomes ready, until there is something.
+    /// Repeats the question whenever the socket becomes ready, until there is an answer.
     ///
     /// # Panics
-    /// If nothing comes.
+    /// If there is none.
     pub fn ask<T>(
         &mut self,
         socket: SocketId,
@@ -48,10 +48,10 @@ impl Blocking {
         }
     }
 
-    /// Takes a connection.
+    /// Accepts a connection.
     ///
     /// # Panics
-    /// If nobody connects.
+    /// If no peer connects.
     pub fn accept(&mut self, listener: SocketId) -> SocketId {
         self.ask(listener, Interest::READ, |platform| platform.accept(listener).expect("it listens")).0
     }
@@ -90,10 +90,10 @@ impl Blocking {
         }
     }
 
-    /// Takes what comes, at most so many bytes; none when the connection has ended or is broken.
+    /// Reads at most this number of bytes; returns none once the connection has ended or is broken.
     ///
     /// # Panics
-    /// If nothing comes.
+    /// If nothing arrives.
     pub fn hear_some(&mut self, socket: SocketId, most: usize) -> Vec<u8> {
         let mut bytes = vec![0; most];
         let count = self.ask(socket, Interest::READ, |platform| match platform.read(socket, &mut bytes) {
@@ -105,10 +105,10 @@ impl Blocking {
         bytes
     }
 
-    /// Takes so many bytes.
+    /// Reads this number of bytes.
     ///
     /// # Panics
-    /// If the connection ends before.
+    /// If the connection ends earlier.
     pub fn hear(&mut self, socket: SocketId, count: usize) -> Vec<u8> {
         let mut heard = Vec::new();
         while heard.len() < count {
@@ -119,7 +119,7 @@ impl Blocking {
         heard
     }
 
-    /// Takes what comes until the connection has ended or is broken.
+    /// Reads bytes until the connection has ended or is broken.
     ///
     /// # Panics
     /// If it does not end.
@@ -134,14 +134,14 @@ impl Blocking {
         }
     }
 
-    /// Lets virtual time pass until its clock shows this.
+    /// Lets virtual time pass until its clock shows this time.
     pub fn pass_until(&mut self, until: Instant) {
         while self.now() < until {
             self.platform.wait(Deadline::At(until), &mut |_, _| {});
         }
     }
 
-    /// What its clock shows.
+    /// Returns the time of its clock.
     pub fn now(&mut self) -> Instant {
         self.platform.now()
     }

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-//! A virtual world: participants with clocks, the network between them, virtual time, and whose turn is next.
+//! A virtual world: participants with clocks, the network between them, virtual time, and the order of turns.
 //!
-//! Virtual time stands still while a participant has its turn, and goes on to the earliest time at which anybody has a
-//! reason to run. A participant's own time runs ahead while it computes. So a run follows from its seed alone, and
-//! takes no longer than its work.
+//! Virtual time stands still during a participant's turn, and then advances to the earliest time at which a participant
+//! has a reason to run. A participant's own time runs ahead while it computes. So a run follows from its seed alone,
+//! and takes no longer than its work.
 //!
 //! A driver asks [`World::next_turn`] and reports with [`World::after_turn`]: one loop that calls the participants'
 //! event loops, or [`Threads`], where each participant blocks in `wait` of its platform.
@@ -31,17 +31,17 @@ pub use threads::Threads;
 pub use turns::{Fate, Trouble};
 pub use wires::{Conditions, Move, Wires};
 
-/// How fast a participant's computer is, in nanoseconds.
+/// The speed of a participant's computer, in nanoseconds.
 #[derive(Clone, Copy, Debug)]
 pub struct Pace {
-    /// What a turn of the event loop takes at least and at most.
+    /// The shortest and the longest duration of a turn of the event loop.
     pub turn_ns: (i64, i64),
-    /// How late it is woken at most.
+    /// The longest delay of a wake-up.
     pub wake_ns: i64,
 }
 
 impl Pace {
-    /// Nothing takes time.
+    /// A computer on which nothing takes time.
     pub const INSTANT: Self = Self { turn_ns: (0, 0), wake_ns: 0 };
 }
 
@@ -50,7 +50,7 @@ impl Pace {
 struct Member {
     side: &'static Side,
     pace: Pace,
-    /// When its next turn is; nothing when it waits without end or has ended.
+    /// The time of its next turn; `None` while it waits without end or after it has ended.
     next: Option<u64>,
     ended: bool,
     interrupted: bool,
@@ -60,19 +60,19 @@ struct Member {
 /// Participants, their network, and virtual time.
 #[derive(Debug)]
 pub struct World<M> {
-    /// What lies between them.
+    /// The network between them.
     pub network: Network<M>,
     members: Vec<Member>,
     random: Random,
-    /// Time, a number that decides between equals, and the participant.
+    /// Time, a number that breaks ties, and the participant.
     queue: BinaryHeap<Reverse<(u64, u64, usize)>>,
     now: u64,
-    /// Whether a wait may leave some sockets that are ready for the next one.
+    /// Whether a wait may leave some ready sockets for the next one.
     leaves_some: bool,
 }
 
 impl<M: Medium> World<M> {
-    /// A world without participants, in which `random` decides what is left open.
+    /// Returns a world without participants, in which `random` decides all open choices.
     pub fn new(medium: M, random: Random) -> Self {
         Self {
             network: Network::new(medium),
@@ -84,7 +84,7 @@ impl<M: Medium> World<M> {
         }
     }
 
-    /// Adds a participant that begins at this virtual time; its number.
+    /// Adds a participant that begins at this virtual time, and returns its number.
     pub fn join(&mut self, side: &'static Side, begins: u64, pace: Pace) -> usize {
         let participant = self.network.join();
         let (next, ended, interrupted) = (None, false, false);
@@ -93,22 +93,22 @@ impl<M: Medium> World<M> {
         participant
     }
 
-    /// Virtual time.
+    /// Returns the virtual time.
     pub fn now(&self) -> u64 {
         self.now
     }
 
-    /// What a participant shares with its threads.
+    /// Returns the state that a participant shares with its threads.
     pub fn side(&self, participant: usize) -> &'static Side {
         self.members[participant].side
     }
 
-    /// How many reactions have run, of all participants.
+    /// Returns the number of reactions that have run, of all participants.
     pub fn reactions(&self) -> u64 {
         self.members.iter().map(|member| member.side.reactions()).sum()
     }
 
-    /// The participant has something to do at this time, or when it is through with what it does.
+    /// Schedules a turn of the participant at this time, or at the end of its current one.
     pub fn schedule(&mut self, participant: usize, at: u64) {
         let member = &mut self.members[participant];
         if member.ended {
@@ -122,7 +122,7 @@ impl<M: Medium> World<M> {
         }
     }
 
-    /// The participant whose turn is next, not after `limit`. Its time goes on to that.
+    /// Returns the next participant to run, not after `limit`, and advances its time.
     pub fn next_turn(&mut self, limit: Option<u64>) -> Option<usize> {
         loop {
             let Reverse((at, _, participant)) = *self.queue.peek()?;
@@ -144,7 +144,7 @@ impl<M: Medium> World<M> {
         }
     }
 
-    /// A turn has ended, and the participant waits until this virtual time, for its sockets, and for its threads.
+    /// Ends a turn: the participant waits until this virtual time, for its sockets, and for its threads.
     pub fn after_turn(&mut self, participant: usize, until: Option<u64>) {
         let side = self.side(participant);
         let woken = side.take_woken().then(|| side.now());
@@ -155,14 +155,14 @@ impl<M: Medium> World<M> {
         self.pass_on();
     }
 
-    /// Those to whom something was sent have something to do.
+    /// Schedules the participants for which input has been sent.
     fn pass_on(&mut self) {
         for (participant, at) in self.network.take_wakes() {
             self.schedule(participant, at);
         }
     }
 
-    /// The participant has ended, or is no more: its system closes its sockets.
+    /// Ends a participant: its system closes its sockets.
     pub fn end(&mut self, participant: usize) {
         self.members[participant].ended = true;
         self.members[participant].next = None;
@@ -170,12 +170,12 @@ impl<M: Medium> World<M> {
         self.switch_off(participant);
     }
 
-    /// Whether a participant has ended.
+    /// Returns whether a participant has ended.
     pub fn has_ended(&self, participant: usize) -> bool {
         self.members[participant].ended
     }
 
-    /// How many have not ended.
+    /// Returns the number of participants that have not ended.
     pub fn left(&self) -> usize {
         self.members.iter().filter(|member| !member.ended).count()
     }
@@ -186,25 +186,25 @@ impl<M: Medium> World<M> {
         self.pass_on();
     }
 
-    /// Virtual time goes on to this, if it is later; something happens then that is nobody's turn.
+    /// Advances virtual time to this time, if it is later, for an event outside all turns.
     pub fn advance_to(&mut self, at: u64) {
         self.now = self.now.max(at);
     }
 
-    /// All connections of a participant break.
+    /// Breaks all connections of a participant.
     pub fn break_connections(&mut self, participant: usize) {
         self.network.break_all(participant, self.now);
         self.pass_on();
     }
 
-    /// Somebody asks a participant to end.
+    /// Asks a participant to end.
     pub fn interrupt(&mut self, participant: usize) {
         self.members[participant].interrupted = true;
         self.schedule(participant, self.now);
     }
 }
 
-/// A world that its participants share with whoever drives them.
+/// A world that its participants share with their driver.
 #[derive(Debug)]
 pub struct Shared<M>(Arc<Mutex<World<M>>>);
 
@@ -220,12 +220,12 @@ impl<M: Medium> Shared<M> {
         Self(Arc::new(Mutex::new(world)))
     }
 
-    /// The world.
+    /// Locks the world.
     pub fn lock(&self) -> MutexGuard<'_, World<M>> {
         lock(&self.0)
     }
 
-    /// A participant's platform, whose `wait` returns at once.
+    /// Returns a participant's platform, whose `wait` returns at once.
     pub fn platform(&self, participant: usize) -> Virtual<M> {
         Virtual::new(self.clone(), participant, None)
     }

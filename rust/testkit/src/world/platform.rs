@@ -14,7 +14,7 @@ use super::turns::Turns;
 use super::{Shared, Side, Wires};
 use crate::network::Medium;
 
-/// How many of a hundred times a wait leaves one more socket for the next one, where waits may do so.
+/// The percentage of waits that leave one more ready socket for the next wait, in worlds in which waits may do so.
 const LEFT_PERCENT: u64 = 25;
 
 /// One participant's view of the world.
@@ -23,7 +23,7 @@ pub struct Virtual<M: Medium = Wires> {
     world: Shared<M>,
     me: usize,
     side: &'static Side,
-    /// Where it blocks, if it has a thread of its own.
+    /// The state behind blocking, if it has a thread of its own.
     turns: Option<Arc<Turns<M>>>,
 }
 
@@ -40,12 +40,12 @@ impl<M: Medium> Virtual<M> {
         }
     }
 
-    /// The number of this participant.
+    /// Returns the number of this participant.
     pub fn number(&self) -> usize {
         self.me
     }
 
-    /// What this participant shares with its threads.
+    /// Returns the state that this participant shares with its threads.
     pub fn side(&self) -> &'static Side {
         self.side
     }
@@ -56,7 +56,7 @@ impl<M: Medium> Virtual<M> {
     }
 }
 
-/// Keeps the events of one participant in the world.
+/// A recorder that keeps the events of one participant in the world.
 #[derive(Debug)]
 pub struct MemberRecorder<M: Medium = Wires> {
     world: Shared<M>,
@@ -69,7 +69,7 @@ impl<M: Medium> Recorder for MemberRecorder<M> {
     }
 }
 
-/// A participant with a thread of its own ends where its platform is dropped.
+/// A participant with a thread of its own ends when its platform is dropped.
 impl<M: Medium> Drop for Virtual<M> {
     fn drop(&mut self) {
         if let Some(turns) = &self.turns {
@@ -150,8 +150,8 @@ impl<M: Medium> Platform for Virtual<M> {
         self.world.lock().network.set_interest(self.me, socket, interest);
     }
 
-    /// Blocks a participant that has a thread of its own. Else it returns at once: one loop drives all, and calls it
-    /// when there is something or the time has come.
+    /// Blocks a participant that has a thread of its own. Returns at once otherwise: one loop drives all participants,
+    /// and calls each when it has input or its time has come.
     fn wait(&mut self, until: Deadline, ready: &mut dyn FnMut(SocketId, Interest)) {
         if let Some(turns) = &self.turns {
             turns.pass(self.me, self.side.virtual_time(until));

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 //! The time of one participant, and the threads that its program starts.
 //!
-//! A participant's time runs ahead of the world's while its event loop computes. What its threads do meanwhile happens
-//! on the way, each at its time, so that the loop finds it when it looks.
+//! A participant's time runs ahead of the world's while its event loop computes. Its threads act within that span, each
+//! at its time, so that the loop finds the results when it looks.
 
 use std::collections::VecDeque;
 use std::fmt;
@@ -16,35 +16,35 @@ use lf_model::{Mailbox, Outside};
 
 use super::lock;
 
-/// Where every participant's clock stands at the beginning, before its own offset.
+/// The time of every participant's clock at the beginning, before its own offset.
 const EPOCH_NS: i64 = 1_000_000_000_000;
 
-/// What the threads of a participant share with its event loop: its clock, and the way to its program.
-/// All times are nanoseconds.
+/// The state that the threads of a participant share with its event loop: its clock, and the access to its program. All
+/// times are nanoseconds.
 #[derive(Debug)]
 pub struct Side {
-    /// Virtual time, as far as this participant has come.
+    /// Virtual time, as far as this participant has advanced.
     time: AtomicU64,
-    /// How many reactions have run.
+    /// The number of reactions that have run.
     reactions: AtomicU64,
     clock_offset: i64,
     clock_drift_ppb: i64,
-    /// The corrections of its clock, each with the virtual time from which on it counts.
+    /// The corrections of its clock, each with the virtual time from which on it applies.
     corrections: Mutex<Vec<(u64, ClockCorrection)>>,
     mailbox: Mailbox,
     woken: AtomicBool,
     threads: Mutex<Vec<Thread>>,
 }
 
-/// A thread of a program, which acts at times that are known beforehand.
+/// A thread of a program, which acts at times that are known in advance.
 pub struct Thread {
     act: Box<dyn FnMut(usize) + Send>,
-    /// First after its start, then in virtual time.
+    /// The times of its actions: after its start at first, then in virtual time.
     times: VecDeque<u64>,
 }
 
 impl Thread {
-    /// A thread that acts at these times after its start; it is told how often it will act after that.
+    /// Returns a thread that acts at these times after its start; `act` gets the number of actions that are left.
     pub fn new(times: &[i64], act: impl FnMut(usize) + Send + 'static) -> Self {
         Self { act: Box::new(act), times: times.iter().map(|ns| ns.unsigned_abs()).collect() }
     }
@@ -62,7 +62,7 @@ impl fmt::Debug for Thread {
 }
 
 impl Side {
-    /// A participant whose clock is ahead by `clock_offset` at the beginning, and gains so much.
+    /// Returns a participant whose clock is ahead by `clock_offset` at the beginning, and has this drift.
     pub fn keep(clock_offset: i64, clock_drift_ppb: i64) -> &'static Self {
         Box::leak(Box::new(Self {
             time: AtomicU64::new(0),
@@ -76,28 +76,28 @@ impl Side {
         }))
     }
 
-    /// Virtual time, as far as this participant has come.
+    /// Returns the virtual time, as far as this participant has advanced.
     pub fn now(&self) -> u64 {
         self.time.load(Ordering::Relaxed)
     }
 
-    /// A reaction runs, and takes so much of virtual time, in which the event loop sees nothing.
+    /// Counts a reaction, and spends this much virtual time on it, in which the event loop sees no input.
     pub fn work(&self, ns: u64) {
         self.reactions.fetch_add(1, Ordering::Relaxed);
         self.compute(ns);
     }
 
-    /// How many reactions have run.
+    /// Returns the number of reactions that have run.
     pub fn reactions(&self) -> u64 {
         self.reactions.load(Ordering::Relaxed)
     }
 
-    /// Takes so much of virtual time, in which the event loop sees nothing.
+    /// Spends this much virtual time, in which the event loop sees no input.
     pub fn compute(&self, ns: u64) {
         self.advance_to(self.now().saturating_add(ns));
     }
 
-    /// Goes on to this virtual time, if it is later; threads act on the way.
+    /// Advances to this virtual time, if it is later; threads act on the way.
     pub fn advance_to(&self, time: u64) {
         while let Some(at) = self.next_act().filter(|at| *at <= time) {
             self.time.fetch_max(at, Ordering::Relaxed);
@@ -113,12 +113,12 @@ impl Side {
         self.time.fetch_max(time, Ordering::Relaxed);
     }
 
-    /// When a thread acts next.
+    /// Returns the time at which a thread acts next.
     pub fn next_act(&self) -> Option<u64> {
         lock(&self.threads).iter().filter_map(|thread| thread.times.front().copied()).min()
     }
 
-    /// A thread begins now.
+    /// Starts a thread now.
     pub fn start(&self, mut thread: Thread) {
         let now = self.now();
         for time in &mut thread.times {
@@ -129,29 +129,29 @@ impl Side {
         }
     }
 
-    /// The program is no more, and its threads are not either.
+    /// Ends the program and its threads.
     pub fn end(&self) {
         lock(&self.threads).clear();
     }
 
-    /// Whether the event loop was woken since the last call.
+    /// Returns whether the event loop was woken since the last call.
     pub fn take_woken(&self) -> bool {
         self.woken.swap(false, Ordering::Relaxed)
     }
 
-    /// From now on, its clock is corrected so.
+    /// Applies a correction to its clock from now on.
     pub fn set_correction(&self, correction: ClockCorrection) {
         lock(&self.corrections).push((self.now(), correction));
     }
 
-    /// The federation's physical time at a virtual time, as this participant sees it.
+    /// Returns the federation's physical time at a virtual time, as this participant sees it.
     pub fn physical_at(&self, time: u64) -> Instant {
         let corrections = lock(&self.corrections);
         let correction = corrections.iter().rev().find(|(from, _)| *from <= time).map(|(_, correction)| *correction);
         correction.unwrap_or(ClockCorrection::NONE).physical(self.local_at(time))
     }
 
-    /// What its clock shows.
+    /// Returns the time of its clock.
     pub fn local(&self) -> Instant {
         self.local_at(self.now())
     }
@@ -162,7 +162,7 @@ impl Side {
         Instant::from_nanos(EPOCH_NS + self.clock_offset + time + i64::try_from(drift).unwrap_or(0))
     }
 
-    /// The virtual time at which its clock shows a deadline; `None` for never.
+    /// Returns the virtual time at which its clock shows a deadline; `None` for never.
     pub fn virtual_time(&self, deadline: Deadline) -> Option<u64> {
         let now = self.now();
         let at = match deadline {
@@ -171,7 +171,7 @@ impl Side {
             Deadline::At(at) => at,
         };
         let mut time = now;
-        // A clock that gains or loses a little is there after a few steps.
+        // A few iterations suffice for a clock with a small drift.
         loop {
             let left = at.as_nanos().saturating_sub(self.local_at(time).as_nanos());
             match u64::try_from(left) {

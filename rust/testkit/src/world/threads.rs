@@ -16,7 +16,7 @@ use crate::random::Random;
 pub struct Threads(Arc<Turns<Wires>>);
 
 impl Threads {
-    /// A world without participants.
+    /// Returns a world without participants.
     pub fn new(conditions: Conditions) -> Self {
         let mut world = World::new(Wires::new(conditions), Random::new(conditions.seed));
         world.leaves_some = true;
@@ -26,47 +26,47 @@ impl Threads {
     /// Adds a participant that begins at this virtual time, with a clock that is ahead of the others by `clock_offset`.
     ///
     /// # Panics
-    /// If it begins before the world.
+    /// If it would begin in the past.
     pub fn join(&self, begins: Interval, clock_offset: Interval) -> Virtual {
         let side = Side::keep(clock_offset.as_nanos(), 0);
         let me = self.0.world.lock().join(side, nanos(begins), Pace::INSTANT);
         Virtual::new(self.0.world.clone(), me, Some(Arc::clone(&self.0)))
     }
 
-    /// Something happens to a participant at this virtual time.
+    /// Schedules a fault of a participant at this virtual time.
     ///
     /// # Panics
-    /// If that is before the world.
+    /// If that time is past.
     pub fn plan(&self, at: Interval, participant: usize, fate: Fate) {
         self.0.plan(nanos(at), participant, fate);
     }
 
-    /// Gives the first turn. Each participant's thread begins with [`Virtual::begin`].
+    /// Starts the first turn. Each participant's thread begins with [`Virtual::begin`].
     pub fn start(&self) {
         self.0.hand_over();
     }
 
-    /// A participant ends whose platform is not dropped.
+    /// Ends a participant whose platform is not dropped.
     pub fn leave(&self, participant: usize) {
         self.0.leave(participant);
     }
 
-    /// What went wrong, if something did.
+    /// Returns the failure of the world, if there is one.
     pub fn trouble(&self) -> Option<Trouble> {
         self.0.trouble()
     }
 
-    /// What those that accept connections have said and heard, in order.
+    /// Returns the writes and reads of the accepting sides, in order.
     pub fn moves(&self) -> Vec<Move> {
         self.0.world.lock().network.medium().moves().to_vec()
     }
 
-    /// What each participant has recorded, in the order in which they have joined.
+    /// Returns the records of each participant, in the order in which they have joined.
     pub fn records(&self) -> Vec<Vec<Record>> {
         self.0.world.lock().members.iter().map(|member| member.records.clone()).collect()
     }
 
-    /// Virtual time since the beginning.
+    /// Returns the virtual time since the beginning.
     ///
     /// # Panics
     /// After centuries.

@@ -1,34 +1,34 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Whose turn it is among participants on threads of their own.
+//! The order of turns among participants on threads of their own.
 
 use std::sync::{Condvar, Mutex, MutexGuard, PoisonError};
 
 use super::{Shared, World, lock};
 use crate::network::Medium;
 
-/// How many turns no run of a test needs, and how many it gets to end after that.
+/// The number of turns above that of any test; the world gets as many again to end.
 const TURNS_MAX: u64 = 60_000;
 const TURNS_TO_END: u64 = 20_000;
 
-/// What goes wrong with a world as a whole, which then interrupts everybody.
+/// A failure of a world as a whole, which then interrupts all participants.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum Trouble {
-    /// All wait for something that will never come.
+    /// All participants wait for events that will never happen.
     Stuck,
     /// They have run far more often than they can have had reason to.
     Busy,
 }
 
-/// Something that happens to a participant from outside.
+/// An event that affects a participant from outside.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum Fate {
-    /// Somebody asks it to end (^C).
+    /// A request to end (^C).
     Interrupt,
-    /// It is no more: its system closes its sockets.
+    /// The end of the process: its system closes its sockets.
     Kill,
 }
 
-/// Whose turn it is.
+/// The order of turns.
 #[derive(Debug)]
 pub(super) struct Turns<M: Medium> {
     pub(super) world: Shared<M>,
@@ -42,28 +42,28 @@ struct State {
     fates: Vec<(u64, usize, Fate)>,
     turns_left: u64,
     trouble: Option<Trouble>,
-    /// It did not even end after it was interrupted.
+    /// Whether it did not end even after it was interrupted.
     hopeless: bool,
 }
 
 impl<M: Medium> Turns<M> {
-    /// It is nobody's turn yet.
+    /// Returns the state before the first turn.
     pub(super) fn new(world: World<M>) -> Self {
         let state = State { turn: None, fates: Vec::new(), turns_left: TURNS_MAX, trouble: None, hopeless: false };
         Self { world: Shared::new(world), state: Mutex::new(state), handed_over: Condvar::new() }
     }
 
-    /// Something happens to a participant at this virtual time.
+    /// Schedules a fault of a participant at this virtual time.
     pub(super) fn plan(&self, at: u64, participant: usize, fate: Fate) {
         lock(&self.state).fates.push((at, participant, fate));
     }
 
-    /// What went wrong, if something did.
+    /// Returns the failure of the world, if there is one.
     pub(super) fn trouble(&self) -> Option<Trouble> {
         lock(&self.state).trouble
     }
 
-    /// Hands the turn on, and returns with the next one.
+    /// Ends this turn, and returns at the beginning of the next one.
     pub(super) fn pass(&self, me: usize, until: Option<u64>) {
         self.world.lock().after_turn(me, until);
         self.hand_over();
@@ -78,7 +78,7 @@ impl<M: Medium> Turns<M> {
         assert!(!state.hopeless, "participant {me} does not end though it is interrupted: {:?}", state.trouble);
     }
 
-    /// The participant ends: its system closes its sockets, and it gets no further turn.
+    /// Ends the participant: its system closes its sockets, and it gets no further turn.
     pub(super) fn leave(&self, me: usize) {
         if !self.world.lock().has_ended(me) {
             self.world.lock().end(me);
@@ -86,7 +86,7 @@ impl<M: Medium> Turns<M> {
         }
     }
 
-    /// Lets the next participant go on.
+    /// Lets the next participant run.
     pub(super) fn hand_over(&self) {
         lock(&self.state).hand_over(&mut self.world.lock());
         self.handed_over.notify_all();
@@ -94,7 +94,7 @@ impl<M: Medium> Turns<M> {
 }
 
 impl State {
-    /// Says whose turn is next.
+    /// Selects the participant with the next turn.
     fn hand_over<M: Medium>(&mut self, world: &mut World<M>) {
         self.turns_left = self.turns_left.saturating_sub(1);
         if self.turns_left == 0 {

@@ -1,30 +1,30 @@
 // SPDX-License-Identifier: Apache-2.0
-//! What the network between the participants is like.
+//! The properties of the network between the participants.
 
 use crate::network::{Event, Medium};
 use crate::random::{Random, combine};
 
-/// What the network is like.
+/// The properties of the network.
 #[derive(Clone, Copy, Debug)]
 pub struct Conditions {
-    /// Decides all that is left open: pieces, latencies, whose turn it is.
+    /// The seed of all open choices: pieces, latencies, the order of turns.
     pub seed: u64,
-    /// Bytes that one direction of a connection holds, written and not read yet.
+    /// The capacity in bytes of one direction of a connection, written and not read yet.
     pub pipe_bytes: usize,
-    /// No piece takes longer from one end to the other.
+    /// The longest latency of a piece.
     pub latency_ns_max: u64,
-    /// Reads and writes move as much as there is, not a part of it.
+    /// Whether reads and writes move as much as there is, and not a part of it.
     pub whole: bool,
 }
 
 impl Conditions {
-    /// Ample pipes, some latency, in pieces.
+    /// Returns large pipes, some latency, and transfer in pieces.
     pub fn seeded(seed: u64) -> Self {
         Self { seed, pipe_bytes: 1 << 16, latency_ns_max: 200_000, whole: false }
     }
 }
 
-/// A network of these conditions, the same for all.
+/// A network with these properties, the same for all participants.
 #[derive(Debug)]
 pub struct Wires {
     conditions: Conditions,
@@ -32,22 +32,22 @@ pub struct Wires {
     moves: Vec<Move>,
 }
 
-/// Bytes have gone into a connection, or come out of it.
+/// A write or a read on a connection.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Move {
-    /// Who accepted the connection of this number has written this.
+    /// The accepting side of the connection with this number has written these bytes.
     Said(usize, Vec<u8>),
-    /// Who accepted the connection of this number has read something.
+    /// The accepting side of the connection with this number has read bytes.
     Heard(usize),
 }
 
 impl Wires {
-    /// A network of these conditions.
+    /// Returns a network with these properties.
     pub fn new(conditions: Conditions) -> Self {
         Self { conditions, random: Random::new(combine(conditions.seed, 1)), moves: Vec::new() }
     }
 
-    /// What those that accept connections have said and heard, in order.
+    /// Returns the writes and reads of the accepting sides, in order.
     pub fn moves(&self) -> &[Move] {
         &self.moves
     }

@@ -3,7 +3,7 @@
 
 use lf_wire::{DELAY_NONE, KIND_TRANSIENT, Message, NeighborStructure, RejectCode, Tag};
 
-/// The description that the recorder gave to such a message, in a run with this start time in nanoseconds.
+/// Returns the recorder's description of such a message, in a run with this start time in nanoseconds.
 pub(crate) fn describe(message: &Message<'_>, start: i64) -> String {
     let name = message.name();
     let tag = |tag: &Tag| describe_tag(*tag, start);

@@ -88,7 +88,7 @@ mod tests {
     use super::super::tree::File;
     use super::*;
 
-    /// A crate of two layers, with a table that lets the upper one use these.
+    /// Returns a crate of two layers, with a table that lets the upper one use these.
     fn found(allowed: &str) -> Vec<String> {
         let table = format!("| layer of `rust/one/src` | may use |\n|---|---|\n| `low` | |\n| `high` | {allowed} |\n");
         let files = [

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* What the devices of the test find: a temperature that a model of the fan makes, a voltage, an acceleration. */
+/* The values for the devices of the test: a temperature from a model of the fan, a voltage, an acceleration. */
 
 #include <lf/emulation.h>
 

@@ -40,7 +40,7 @@ static enum fault next_fault(void)
 
 #define MARK 0x6c66u
 
-/* What is not initialised outlives a reset. */
+/* Memory that is not initialised outlives a reset. */
 static __noinit uint32_t mark;
 static __noinit enum fault next;
 

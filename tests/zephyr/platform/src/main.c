@@ -3,7 +3,7 @@
 
 #include <zephyr/ztest.h>
 
-/* What Rust cannot call by itself, because Zephyr has it as macros and inline functions. */
+/* Functions for Rust, because Zephyr has them as macros and inline functions. */
 
 int64_t test_uptime_ticks(void)
 {

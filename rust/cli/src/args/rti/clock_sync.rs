@@ -1,16 +1,16 @@
 // SPDX-License-Identifier: Apache-2.0
-//! The words behind `-c`.
+//! The arguments of `-c`.
 
 use lf_linux::model::time::Interval;
 use lf_linux::rti::{CLOCK_SYNC_TRIALS, ClockSync};
 
 /// The period in nanoseconds, as the stock RTI's.
 const PERIOD_NS_DEFAULT: i64 = 10_000_000;
-/// A shorter period would be nothing but load, and with a longer one drift cannot be told from temperature.
+/// A shorter period would only add load, and with a longer one drift is indistinguishable from temperature.
 const PERIOD_NS_MIN: i64 = 1_000_000;
 const PERIOD_NS_MAX: i64 = 3_600_000_000_000;
 
-/// When clocks are compared.
+/// The mode of clock synchronization.
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum Mode {
     Off,
@@ -18,11 +18,11 @@ enum Mode {
     On,
 }
 
-/// Parses the words. Like the stock RTI, ours ignores an invalid number, or one that does not apply, with a warning: a
-/// launch script would start no federate without its RTI.
+/// Parses the arguments. Like the stock RTI, ours ignores an invalid number, or one that does not apply, with a
+/// warning: an error would leave a launch script without an RTI.
 ///
 /// # Errors
-/// An unknown word.
+/// Returns an unknown argument.
 pub(super) fn clock_sync(words: &[String], warnings: &mut Vec<String>) -> Result<ClockSync, String> {
     let mut warn = |text: String| warnings.push(format!("-c, --clock_sync: {text}"));
     let (mut mode, mut trials, mut period_ns) = (Mode::Init, CLOCK_SYNC_TRIALS, PERIOD_NS_DEFAULT);
@@ -50,7 +50,7 @@ pub(super) fn clock_sync(words: &[String], warnings: &mut Vec<String>) -> Result
     })
 }
 
-/// The period in nanoseconds; `otherwise` where there is none.
+/// Parses the period in nanoseconds; returns `otherwise` without one.
 fn period(word: Option<&str>, otherwise: i64, warn: &mut impl FnMut(String)) -> i64 {
     let asked = word.and_then(|word| word.parse().ok()).filter(|period_ns| *period_ns > 0);
     let period_ns = asked.unwrap_or(otherwise).clamp(PERIOD_NS_MIN, PERIOD_NS_MAX);
@@ -64,7 +64,7 @@ fn period(word: Option<&str>, otherwise: i64, warn: &mut impl FnMut(String)) -> 
 }
 
 /// Parses the number of exchanges before the start; returns `otherwise` if the word is not such a number. Federates
-/// count along, so that a number that they can have is never changed.
+/// count the exchanges too, so any number that they accept stays unchanged.
 fn exchanges(word: Option<&str>, otherwise: u32, warn: &mut impl FnMut(String)) -> u32 {
     let most = i32::MAX.unsigned_abs();
     let asked = word.and_then(|word| word.parse().ok()).filter(|trials| (1..=most).contains(trials));

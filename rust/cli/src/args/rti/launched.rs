@@ -94,7 +94,7 @@ exchanges-per-interval 10 \\ >& /dev/stdout &";
     assert_eq!(options(script).expect("it is understood").federates, 2);
 }
 
-/// From 0.13.0 on, the start time can be a multiple of a time; 0.14.0 tells the number of transient federates.
+/// From 0.13.0 on, the start time can be a multiple of a time; 0.14.0 passes the number of transient federates.
 #[test]
 fn scripts_with_a_start_time_and_transient_federates() {
     for (setting, multiple) in [("", None), ("-m 100 ms", Some(Interval::from_millis(100)))] {
@@ -141,7 +141,7 @@ exchanges-per-interval 10 \\ 2>&1 | tee -a /dev/null' &";
     assert_eq!(options.start_time_multiple, Some(Interval::from_secs(2)));
 }
 
-/// A missing feature is refused with advice.
+/// The RTI refuses a missing feature with advice.
 #[test]
 fn scripts_of_programs_with_secured_connections() {
     for (words, why) in [

@@ -20,16 +20,16 @@ use crate::trace::{Table, TableFormat};
 
 pub(super) use stock::{is_rti, readable};
 
-/// The stock RTI's federation id when none is given.
+/// The stock RTI's default federation id.
 const FEDERATION_ID_DEFAULT: &str = "Unidentified Federation";
 /// The stock RTI's port.
 pub const PORT_DEFAULT: u16 = 15045;
-/// The most federates of a federation: ids are 16 bits wide on the wire, and a mistyped number should not use up the
-/// memory of this computer.
+/// The maximum number of federates in a federation: ids are 16 bits wide on the wire, and a mistyped number should not
+/// exhaust the memory of this computer.
 const FEDERATES_MAX: u16 = 4096;
-/// Where LF's own tools look for the trace of an RTI.
+/// The file that LF's own tools read as the trace of an RTI.
 const TRACE_FILE: &str = "rti.lft";
-/// A warning where `-a` stands without `-i`.
+/// The warning about `-a` without `-i`.
 const PUBLIC_KEY: &str =
     "-a, --auth: the federation id is the key, and everybody knows the default one; choose another with -i";
 /// The answer to `-nt`, which launch scripts of lfc 0.14 and later have.
@@ -51,7 +51,7 @@ pub struct RtiArgs {
     #[arg(short = 'n', long = "number_of_federates", alias = "number-of-federates", value_name = "N")]
     #[arg(required_unless_present = "version", value_parser = federates())]
     federates: Option<u16>,
-    /// How many of them are transient.
+    /// The number of transient federates.
     #[arg(long = "number_of_transient_federates", hide = true, value_name = "N", default_value_t = 0)]
     transient_federates: u16,
     /// The id of the federation that this RTI coordinates; federates with another one are rejected.
@@ -70,20 +70,20 @@ pub struct RtiArgs {
     /// Accept only federates that prove with an HMAC that they know the federation id.
     #[arg(short = 'a', long = "auth")]
     auth: bool,
-    /// Record the messages in the file `rti.lft` of the working directory, which LF's own tools read.
+    /// Record the messages in the file `rti.lft` of the working directory, for LF's own tools.
     #[arg(short = 't', long = "tracing")]
     tracing: bool,
     /// Record all messages in this file, as text: comma-separated values.
     #[arg(long, value_name = "FILE")]
     trace_csv: Option<PathBuf>,
-    /// Record what happens in this file, which `lfz trace` reads beside those of the federates.
+    /// Record events in this file, which `lfz trace` reads beside those of the federates.
     #[arg(long, value_name = "FILE")]
     trace: Option<PathBuf>,
     /// Record the values of messages in the file of --trace, too.
     #[arg(long)]
     trace_values: bool,
-    /// How large the file of --trace may be, in MiB; when it is full, the oldest records are dropped. It is 256 unless
-    /// given, or as large as it has to be if --tracing or --trace-csv is given.
+    /// The size limit of the file of --trace, in MiB; a full file drops its oldest records. Default: 256, or no limit
+    /// if --tracing or --trace-csv is given.
     #[arg(long, value_name = "MIB", value_parser = clap::value_parser!(u32).range(1..))]
     trace_limit: Option<u32>,
     /// A certificate and its key.
@@ -96,37 +96,38 @@ pub struct RtiArgs {
     #[arg(short = 'm', long = "start-time-multiple", num_args = 2, value_names = ["VALUE", "UNIT"])]
     #[arg(allow_negative_numbers = true)]
     start_time_multiple: Vec<String>,
-    /// Do not tell federates which of their next event tags nobody waits for (DNET).
+    /// Do not send DNET, which tells federates that no other federate waits for some of their next event tags.
     #[arg(short = 'd', long = "dnet_disabled", alias = "disable_dnet", alias = "dnet-disabled")]
     dnet_disabled: bool,
     /// Print the version and exit.
     #[arg(short = 'v', long = "version")]
     pub version: bool,
-    /// The longest message payload that is forwarded; a federate that sends a longer one is lost. Unless given, an
-    /// eighth of this computer's memory, at most 4 GiB. A buffer is as long as what it has to hold, not as this.
+    /// The longest message payload that the RTI forwards; it drops a federate that sends a longer one. Default: an
+    /// eighth of this computer's memory, at most 4 GiB. Buffers grow with their contents, not with this limit.
     #[arg(long, value_name = "BYTES", value_parser = clap::value_parser!(u32).range(1..))]
     max_message: Option<u32>,
-    /// Let the others go on when a federate is lost, as the stock RTI does; otherwise the federation is stopped.
+    /// Let the others go on when a federate is lost, as the stock RTI does; by default the RTI stops the federation.
     #[arg(long)]
     go_on_after_loss: bool,
-    /// While the federation runs, log of each federate that waits for longer than this what it waits for: whose grant,
-    /// or room at whom.
+    /// While the federation runs, log the reason of each wait of a federate longer than this: a missing grant, or a
+    /// full queue.
     #[arg(long, value_name = "TIME", value_parser = log_waits)]
     log_waits: Option<Interval>,
-    /// How long the start waits for a federate that was there and has left; then the federation ends. `off`: for ever.
+    /// The time that the start waits for a federate that was there and has left; then the federation ends. `off`: no
+    /// limit.
     #[arg(long, value_name = "TIME", default_value = "60 s", value_parser = start_time_out)]
     start_time_out: TimeOut,
 }
 
-/// A time after which the RTI gives up; nothing if it does not.
+/// The time after which the RTI gives up, if it does.
 #[derive(Clone, Copy, Debug)]
 struct TimeOut(Option<Interval>);
 
 impl RtiArgs {
-    /// Checks what the command line's grammar cannot say, and adds warnings about what is left out of account.
+    /// Checks the rules that the grammar of the command line cannot express, and adds warnings about ignored options.
     ///
     /// # Errors
-    /// A sentence for the user, which names the option.
+    /// Returns a sentence for the user that names the option.
     pub fn options(&self, warnings: &mut Vec<String>) -> Result<Options, String> {
         self.refuse_what_is_missing()?;
         if self.auth && self.id == FEDERATION_ID_DEFAULT {
@@ -160,13 +161,13 @@ impl RtiArgs {
 }
 
 impl RtiArgs {
-    /// Refuses options that the stock RTI has and ours does not.
+    /// Refuses options of the stock RTI that ours does not support.
     fn refuse_what_is_missing(&self) -> Result<(), String> {
         let refused = [(self.transient_federates > 0, TRANSIENT), (self.tls.is_some(), TLS), (self.sst.is_some(), SST)];
         refused.iter().find(|(is_asked, _)| *is_asked).map_or(Ok(()), |(_, why)| Err((*why).to_owned()))
     }
 
-    /// The file in which the RTI records what happens; one for a while, if only tables are made of it.
+    /// Returns the RTI's recording: the user's file, or a temporary one that only tables are made of.
     fn trace(&self) -> Option<Trace> {
         let tables = self.tables();
         let of_table = || {
@@ -182,20 +183,20 @@ impl RtiArgs {
         })
     }
 
-    /// The files that are made of what the RTI has recorded when it has ended.
+    /// Returns the tables to make of the RTI's recording at its end.
     pub(crate) fn tables(&self) -> Vec<Table> {
         let lft = self.tracing.then(|| Table { file: PathBuf::from(TRACE_FILE), format: TableFormat::Lft });
         let csv = self.trace_csv.clone().map(|file| Table { file, format: TableFormat::Csv });
         lft.into_iter().chain(csv).collect()
     }
 
-    /// Whether what the RTI has recorded is kept.
+    /// Returns whether to keep the RTI's recording.
     pub(crate) fn keeps_trace(&self) -> bool {
         self.trace.is_some()
     }
 }
 
-/// A multiple of zero is any time, as in the stock RTI.
+/// Parses a multiple of time; zero is no restriction, as in the stock RTI.
 fn multiple(value: &str, unit: &str) -> Result<Option<Interval>, String> {
     let multiple = time::of_unit(value, unit)?;
     let nanoseconds = i64::try_from(multiple.as_nanos()).unwrap_or(i64::MAX);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Command lines as the launch scripts of `lfc` write them for the stock RTI, in words that clap can read.
+//! Command lines of `lfc`'s launch scripts for the stock RTI, converted to words that clap can parse.
 
 use std::ffi::{OsStr, OsString};
 use std::path::Path;
@@ -15,14 +15,14 @@ pub(in crate::args) fn is_rti(path: &OsStr) -> bool {
     Path::new(path).file_name().is_some_and(|name| name == NAME)
 }
 
-/// The same words for clap: without what only ends the scripts, and with options that clap knows.
+/// Returns the same words for clap: without those that only end the scripts, and with options that clap knows.
 pub(in crate::args) fn readable(words: impl IntoIterator<Item = OsString>) -> Vec<OsString> {
     let mut words = words.into_iter().peekable();
     let mut readable = Vec::new();
     while let Some(word) = words.next() {
         let long = LETTERS.iter().find(|(letters, _)| word == *letters).map(|(_, long)| OsString::from(long));
         let is_id = word == "-i" || word == "--id";
-        // An id may look like anything but the option that follows where it is missing.
+        // An id may look like anything but the option that follows a missing id.
         if is_id && let Some(id) = words.next_if(|id| !is_option(id)) {
             let mut joined = OsString::from("--id=");
             joined.push(id);
@@ -34,8 +34,8 @@ pub(in crate::args) fn readable(words: impl IntoIterator<Item = OsString>) -> Ve
     readable
 }
 
-/// Returns whether a word is there only because the scripts end with a backslash and a blank: behind it stands `&`, or,
-/// if the RTI is on another computer, `2>&1`, of which shells then take the 2 to the blank.
+/// Returns whether a word is only an artifact of the backslash and the blank at the end of the scripts: `&` follows or,
+/// if the RTI is on another computer, `2>&1`, from which shells join the 2 to the blank.
 fn is_end(word: &OsStr) -> bool {
     word == " " || word == " 2"
 }

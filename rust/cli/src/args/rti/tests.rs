@@ -87,7 +87,7 @@ fn authentication_with_the_id_that_everybody_knows_is_warned_of() {
     }
 }
 
-/// In all these cases the stock RTI is content, too.
+/// The stock RTI accepts all these cases, too.
 #[test]
 fn blanks_are_skipped_and_the_last_of_equal_options_counts() {
     let options = options(&[

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Where things lie, in trees of folders and symbolic links that are made for each test.
+//! The folders of builds, in trees of folders and symbolic links that are made for each test.
 
 use std::fs;
 use std::os::unix::fs::symlink;
@@ -37,7 +37,7 @@ fn a_folder_that_cargo_cannot_work_in_is_refused_with_the_option_that_names_anot
     }
 }
 
-/// A step from a folder to another, by the name of which a user can write it.
+/// A step from one folder to another, in the form of a path.
 #[derive(Clone, Debug)]
 enum Step {
     Into(usize),
@@ -66,7 +66,7 @@ fn steps_through(names: usize) -> impl Strategy<Value = Vec<Step>> {
     proptest::collection::vec(step, 0..8)
 }
 
-/// Writes a path that does these steps, in folders that are made for it; links lead to folders elsewhere in the tree.
+/// Writes a path with these steps, in folders that are made for it; links lead to folders elsewhere in the tree.
 fn written(root: &Path, steps: &[Step]) -> PathBuf {
     let real = |path: &Path| fs::canonicalize(path).expect("it is there");
     let mut path = root.join("begin");
@@ -75,7 +75,7 @@ fn written(root: &Path, steps: &[Step]) -> PathBuf {
         match step {
             Step::Into(name) => path.push(NAMES[*name]),
             Step::Stay => path.push("."),
-            // Not out of what the test has made.
+            // The path must not leave the tree of the test.
             Step::Out if real(&path) == real(root) => path.push("."),
             Step::Out => path.push(".."),
             Step::Link(name) => {
@@ -91,7 +91,7 @@ fn written(root: &Path, steps: &[Step]) -> PathBuf {
 }
 
 proptest! {
-    /// However a folder is named, what is made in it is where the system says, and one folder has one name.
+    /// However a user names a folder, files in it are where the system puts them, and one folder has one name.
     #[test]
     fn a_folder_has_one_name_whatever_the_user_calls_it(steps in steps(), rest in "[a-z]{1,3}(/[a-z]{1,3}){0,2}") {
         let folder = tempfile::tempdir().expect("a temporary folder");
@@ -99,7 +99,7 @@ proptest! {
         let path = written(&root, &steps);
         let real = fs::canonicalize(&path).expect("it is there");
         prop_assert_eq!(&resolved(&path).expect("it is there"), &real);
-        // The same before and after it is made, as the version of packages depends on it.
+        // The name is the same before and after the folder is made, because the version of packages depends on it.
         let (new, around) = (path.join(&rest), path.join("none/..").join(&rest));
         prop_assert_eq!(resolved(&around).expect("it can be made"), real.join(&rest));
         let before = resolved(&new).expect("it can be made");
@@ -108,7 +108,7 @@ proptest! {
         prop_assert_eq!(&before, &resolved(&new).expect("it is there"));
     }
 
-    /// The application is the folder around `src`, from wherever the file in it is named.
+    /// The application is the folder around `src`, however the file in it is named.
     #[test]
     fn the_application_is_found_from_every_folder(steps in steps(), below in 0_usize..3) {
         let folder = tempfile::tempdir().expect("a temporary folder");
@@ -123,7 +123,7 @@ proptest! {
     }
 }
 
-/// The files of a program by their names, as the compiler is told them, and what it says.
+/// Returns the names of a program's files, as the compiler sees them, and its messages.
 fn compiled(main: &Path) -> (Vec<String>, String) {
     let diagnostics = lf_compiler::compile(main.to_str().expect("it is a text"), &Files).diagnostics;
     let files = diagnostics.sources().iter().map(|(_, file)| file.path().to_owned()).collect();
@@ -131,8 +131,8 @@ fn compiled(main: &Path) -> (Vec<String>, String) {
 }
 
 proptest! {
-    /// An import opens what the system finds at its path, and a file is one file by all its names: a reactor that is
-    /// imported by two of them is no second one. The first of its names is shown.
+    /// An import opens the file that the system finds at its path, and a file is one file by all its names: a reactor
+    /// that is imported by two of them is no second one. Messages show the first of its names.
     #[test]
     fn imports_lead_where_the_system_says(
         steps in steps_through(NAMES_IN_TEXTS),
@@ -162,7 +162,7 @@ proptest! {
         prop_assert_eq!(&said, "");
         prop_assert_eq!(files.len(), 3);
         prop_assert_eq!(fs::canonicalize(&files[2]).expect("it is there"), real);
-        // The name has no other folders in it than the user's.
+        // The name contains only the user's folders.
         let shown = files[2].strip_prefix(root.to_str().expect("it is a text")).expect("it begins there");
         let written = format!("/{relative}/../{inside}");
         let mut parts = written.split('/').filter(|part| *part != ".");

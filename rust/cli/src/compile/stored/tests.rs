@@ -42,7 +42,7 @@ impl World {
         self.path("out/Wrong")
     }
 
-    /// Where the value in the body is in the crate.
+    /// Returns the place of the body's value in the crate.
     fn place(&self) -> (&'static str, usize, usize) {
         let file = "src/wrong/wrong.rs";
         let text = fs::read_to_string(self.crate_folder().join(file)).expect("it was generated");
@@ -52,7 +52,7 @@ impl World {
         (file, index + 1, column)
     }
 
-    /// A message about the value in the body, in the crate with this folder.
+    /// Returns a message about the value in the body, in the crate with this folder.
     fn message(&self, level: &str, folder: &Path) -> String {
         let (file, line, column) = self.place();
         let span = serde_json::json!({ "file_name": file, "line_start": line, "line_end": line,

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! A trace as comma-separated values: all messages, those too that LF's format has no number for.
+//! A trace as comma-separated values: all messages, including those without a number in LF's format.
 //!
 //! | column | content |
 //! |---|---|
@@ -21,7 +21,7 @@ use super::line::{Direction, Format, MessageLine};
 
 const COLUMNS: &str = "physical_ns,direction,federate,message,tag_ns,microstep,to,bytes";
 
-/// Comma-separated values.
+/// The format of comma-separated values.
 pub(super) struct Csv;
 
 impl Format for Csv {

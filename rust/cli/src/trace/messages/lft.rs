@@ -27,9 +27,9 @@ use super::line::{Direction, Format, MessageLine};
 /// LF's tools refuse longer blocks.
 const BLOCK_RECORDS: usize = 2048;
 const RECORD_BYTES: usize = 64;
-/// Who has no number: the RTI.
+/// The number of a participant without an id: the RTI.
 const RTI: i32 = -1;
-/// How far the number for receiving a message is behind that for sending it.
+/// The difference between the numbers for sending and for receiving a message.
 const RECEIVED: i32 = 23;
 
 /// LF's binary format.
@@ -78,7 +78,7 @@ impl Format for Lft {
     }
 }
 
-/// LF's number for a message; it has none for some of the handshake and of clock synchronization.
+/// Returns LF's number for a message; `None` for some of the handshake and of clock synchronization.
 fn event(direction: Direction, kind: MessageType) -> Option<i32> {
     let sent = match kind {
         MessageType::Ack => 11,
@@ -130,7 +130,7 @@ mod tests {
         file
     }
 
-    /// Reads what a C program would, at these offsets.
+    /// Reads an integer at this offset, as a C program would.
     fn int(bytes: &[u8], offset: usize) -> i32 {
         i32::from_le_bytes(bytes[offset..offset + 4].try_into().expect("they are 4"))
     }

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-//! One message of a table, and what a table looks like.
+//! One message of a table, and the formats of tables.
 
 use std::io::{self, Write};
 
 use lf_linux::model::time::{Instant, Tag};
 use lf_linux::runtime::trace::{Event, MessageType, RTI, Word};
 
-/// Which way a message goes.
+/// The direction of a message.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub(super) enum Direction {
     Received,
@@ -15,22 +15,22 @@ pub(super) enum Direction {
 
 /// One message.
 pub(super) struct MessageLine {
-    /// The RTI's clock.
+    /// The time of the RTI's clock.
     pub(super) now: Instant,
     pub(super) direction: Direction,
-    /// The federate at the other end, when it has said who it is.
+    /// The federate at the other end, if it has sent its id.
     pub(super) federate: Option<u16>,
     pub(super) kind: MessageType,
     /// The message's tag; for a TIMESTAMP, its time.
     pub(super) tag: Option<Tag>,
-    /// For whom it is.
+    /// The federate for which it is.
     pub(super) to: Option<u16>,
-    /// On the wire.
+    /// The length on the wire.
     pub(super) bytes: u32,
 }
 
 impl MessageLine {
-    /// Returns the line of a message; `None` for what is none.
+    /// Returns the line of a message; `None` for other events.
     pub(super) fn of(at: i64, event: Event) -> Option<Self> {
         let (direction, word) = match event {
             Event::Received(word) => (Direction::Received, word),
@@ -51,7 +51,7 @@ impl MessageLine {
     }
 }
 
-/// How messages are written down. Times in lines are absolute; `start` is that of the federation.
+/// A format of messages. Times in lines are absolute; `start` is that of the federation.
 pub(super) trait Format {
     fn begin(&mut self, file: &mut dyn Write, start: i64) -> io::Result<()>;
     fn line(&mut self, file: &mut dyn Write, line: &MessageLine, start: i64) -> io::Result<()>;

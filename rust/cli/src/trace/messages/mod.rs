@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! The messages that an RTI has recorded, one after another, in LF's own format or as text.
+//! Writes the messages that an RTI has recorded, in LF's own format or as text.
 
 mod csv;
 mod lft;
@@ -17,21 +17,21 @@ use csv::Csv;
 use lft::Lft;
 use line::{Direction, Format, MessageLine};
 
-/// A file that messages are written into.
+/// A file to write messages into.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) struct Table {
-    /// Where it is; a file that is there already is replaced.
+    /// The path; an existing file is replaced.
     pub(crate) file: PathBuf,
-    /// What it looks like.
+    /// The format.
     pub(crate) format: TableFormat,
 }
 
-/// What a file of messages looks like.
+/// The format of a file of messages.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum TableFormat {
-    /// The binary format that LF's own tools read; `lft.rs` says what is in it.
+    /// The binary format that LF's own tools read; `lft.rs` describes it.
     Lft,
-    /// Comma-separated values; `csv.rs` says which.
+    /// Comma-separated values; `csv.rs` describes them.
     Csv,
 }
 
@@ -61,12 +61,12 @@ impl Table {
     }
 }
 
-/// The lines of a file, which count from the start.
+/// The lines of a file, with times relative to the start.
 struct TableLines<'a> {
     file: &'a mut dyn Write,
     format: &'a mut dyn Format,
     start: Option<i64>,
-    /// What came before the start was known: the messages of the handshakes.
+    /// The messages before the start time is known: those of the handshakes.
     early: Vec<MessageLine>,
 }
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-//! How the host reaches bodies in C: by functions that take the number of a reaction, with cells of references to the
-//! values that C has.
+//! The host's access to bodies in C: functions that take the number of a reaction, and cells of references to the
+//! values in C.
 
 use proc_macro2::TokenStream;
 use quote::quote;
@@ -15,13 +15,13 @@ use crate::emit::{EmitError, File, Job};
 use crate::plan::{FileIndex, Location, Port, ReactionKind, Serializer, Type};
 use crate::tables::Cell;
 
-/// Signatures of the methods by which C reaches cells, what each matches on, and what it answers for others.
+/// Signatures of the methods by which C reaches cells, the value that each matches on, and its result for other values.
 const ACTION: [&str; 3] =
     ["action(&mut self, trigger: TriggerId) -> Option<&mut dyn Schedulable<Value = c::Token>>", "trigger", "None,"];
 const WATCHDOG: [&str; 3] = ["watchdog(&mut self, trigger: TriggerId) -> Option<&mut Watchdog>", "trigger", "None,"];
 const INBOX: [&str; 3] = ["inbox(trigger: TriggerId) -> Option<&'static dyn Inbox<c::Token>>", "trigger", "None,"];
 
-/// How many events an action holds at least in programs for this computer: C counts on queues that grow.
+/// The minimum capacity of an action's queue in programs for this computer: C relies on queues that grow.
 const ROOM: usize = 256;
 
 /// The bodies of a participant in C.
@@ -41,7 +41,8 @@ impl Bodies for CBodies<'_> {
         NativeParts::Bodies
     }
 
-    /// Has the C compiled, and its sizes measured. Zephyr's build compiles C itself, and asks for the sizes only.
+    /// Returns the build script that compiles the C code and measures its sizes. Zephyr's build compiles C itself, and
+    /// needs the sizes only.
     fn build_files(&self) -> Result<Vec<File>, EmitError> {
         let (job, mut files) = (self.job, Vec::new());
         let (mut all, folder) = (CompilerArguments::of_bodies(job), job.folder);
@@ -114,7 +115,7 @@ impl Bodies for CBodies<'_> {
         format!("c::{}", name.trim_end_matches("Queue"))
     }
 
-    // So that the program shows them to bodies.
+    // The program shows the triggers to bodies.
     fn cells_know_triggers(&self) -> bool {
         true
     }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! The file of a reactor class: its types, the storage of its instances, how they are made, and its bodies.
+//! The file of a reactor class: its types, the storage of its instances, their constructors, and its bodies.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -46,7 +46,7 @@ pub(super) fn emit(symbols: &Symbols<'_>, index: ClassIndex, folder: &str) -> Re
     Ok(file.text.file())
 }
 
-/// The line of a declaration, for people.
+/// Returns the line of a declaration, as a comment.
 fn place(text: &str, at: Location) -> String {
     format!("/* {text}, line {}. */", at.line)
 }
@@ -68,8 +68,8 @@ impl ClassFile<'_, '_> {
         }
     }
 
-    /// Has the compiler check that no header replaces what the program calls something in this file: macros differ
-    /// between systems and versions, so that no table has them.
+    /// Lets the compiler check that no header replaces the program's names in this file: macros differ between systems
+    /// and versions, so no table could list them.
     fn names(&mut self) {
         let class = self.class;
         let mut names: BTreeMap<&str, Location> = BTreeMap::new();
@@ -88,11 +88,11 @@ impl ClassFile<'_, '_> {
         self.text.continues();
     }
 
-    /// The struct of the state, and those of ports and actions.
+    /// Emits the struct of the state, and those of ports and actions.
     fn types(&mut self) {
         let (class, types) = (self.class, self.types);
         self.text
-            .line("\n/* What bodies call `self`. */")
+            .line("\n/* The type of `self` in bodies. */")
             .line(self_struct(class, &format!("{types}_self_t")))
             .line("");
         for port in &class.ports {
@@ -113,7 +113,7 @@ impl ClassFile<'_, '_> {
         }
     }
 
-    /// The function that gives an instance its parameters and its state.
+    /// Emits the function that initialises the parameters and the state of an instance.
     fn construct(&mut self) {
         let (class, name, types) = (self.class, self.name, self.types);
         self.text.line(format_args!("\n{}", place("A new instance: what is not given has its default", class.at)));
@@ -154,7 +154,7 @@ impl ClassFile<'_, '_> {
         self.text.line("}");
     }
 
-    /// A variable with the value of a parameter, where expressions name it.
+    /// Emits a variable with the value of a parameter, where expressions name it.
     fn local<'v>(&mut self, parameter: &Parameter, place: &str, values: impl IntoIterator<Item = &'v Value>) {
         let (name, array) = (&parameter.name, self.ty(&parameter.ty).is_array());
         if !values.into_iter().any(|value| self.symbols.view.mentions(value, name)) {
@@ -164,7 +164,7 @@ impl ClassFile<'_, '_> {
         self.text.line(format_args!("    {ty} {name} = {place};\n    (void){name};"));
     }
 
-    /// The parameters that values name, as variables.
+    /// Emits the parameters that values name, as variables.
     fn locals(&mut self, values: &[&Value]) {
         for parameter in &self.class.parameters {
             if !self.class.has_state(&parameter.name) {
@@ -182,14 +182,14 @@ impl ClassFile<'_, '_> {
         }
     }
 
-    /// Lines that give something a value.
+    /// Emits lines that assign a value.
     fn assign(&mut self, target: &str, ty: &CType, value: &Value) {
         self.variable("lf_value", ty, value);
         let value = address("lf_value", ty, value);
         self.text.line(format_args!("        LF_ASSIGN_({target}, {value});"));
     }
 
-    /// A variable with a value.
+    /// Emits a variable with a value.
     fn variable(&mut self, name: &str, ty: &CType, value: &Value) {
         let code = match value {
             Value::Time { ns } => {
@@ -214,7 +214,7 @@ impl ClassFile<'_, '_> {
         }
     }
 
-    /// The functions that make contained reactors.
+    /// Emits the functions that construct contained reactors.
     fn children(&mut self) -> Result<(), EmitError> {
         let class = self.class;
         for (index, child) in class.children.iter().enumerate() {
@@ -260,14 +260,14 @@ impl ClassFile<'_, '_> {
         Ok(())
     }
 
-    /// The function that resets the state in a mode, or what is in none.
+    /// Emits the function that resets the state in a mode, or the state outside of modes.
     fn reset(&mut self) {
         let (class, name, types) = (self.class, self.name, self.types);
         let modes: BTreeSet<Option<usize>> =
             class.state.iter().filter(|state| state.resets).map(|state| state.mode).collect();
         for mode in modes.into_iter().filter(|mode| class.has_resets(*mode)) {
             let function = reset_function(name, mode);
-            self.text.line(format_args!("\n{}", place("State that is reset", class.at)));
+            self.text.line(format_args!("\n{}", place("Resets the state", class.at)));
             let linkage = self.linkage();
             self.text.line(format_args!(
                 "{linkage}void {function}(void *lf_self) {{\n    {types}_self_t *self = ({types}_self_t *)lf_self;"
@@ -303,7 +303,7 @@ impl ClassFile<'_, '_> {
     }
 }
 
-/// The function that resets the state in a mode of a class, or what is in none.
+/// Returns the name of the function that resets the state in a mode of a class, or the state outside of modes.
 pub(super) fn reset_function(class: &str, mode: Option<usize>) -> String {
     mode.map_or_else(|| format!("{class}_reset"), |mode| format!("{class}_reset_in_{mode}"))
 }
@@ -312,13 +312,13 @@ fn is_list(value: &Value) -> bool {
     matches!(value, Value::Code(code) if code.text.trim_start().starts_with('{'))
 }
 
-/// Whether the value of an array is where an expression points to, and not in a variable of its own.
+/// Returns whether an expression points to the value of an array, which needs no variable of its own.
 fn is_elsewhere(ty: &CType, value: &Value) -> bool {
     let is_text = matches!(value, Value::Code(code) if code.text.trim_start().starts_with('"'));
     ty.is_array() && !is_list(value) && !is_text
 }
 
-/// The address of a value that a variable has, or points to.
+/// Returns the address of a value in a variable, or behind it.
 fn address(variable: &str, ty: &CType, value: &Value) -> String {
     if is_elsewhere(ty, value) { variable.to_owned() } else { format!("&{variable}") }
 }

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-//! `counterparts.c`, or `.cpp`: has the compiler check that types are what federates in other languages take them for.
+//! `counterparts.c`, or `.cpp`: lets the compiler check that types match the assumptions of federates in other
+//! languages.
 
 use super::cpp::extension;
 use super::symbols::preamble_headers;
@@ -9,7 +10,7 @@ use crate::emit::File;
 use crate::emit::view::View;
 use crate::plan::{Federate, Location, PortIndex, Shape, Type};
 
-/// The file, if the federate sends or receives something that only the compiler knows.
+/// Returns the file, if the federate sends or receives a type that only the compiler knows.
 pub(super) fn emit(view: &View<'_>, federate: &Federate, folder: &str) -> Option<File> {
     let outputs =
         federate.outputs.iter().map(|output| (Some(output.source), &output.ty, &output.counterpart, output.at));
@@ -18,8 +19,11 @@ pub(super) fn emit(view: &View<'_>, federate: &Federate, folder: &str) -> Option
         .chain(inputs)
         .filter_map(|(port, ty, shape, at)| Some((type_of(view, federate, port?, ty)?, shape.as_ref()?, at)));
     let mut done: Vec<(CType, &Shape)> = Vec::new();
-    let mut text =
-        Text::new(view, format!("{folder}/c/counterparts.{}", extension(view)), "What values are at the other ends.");
+    let mut text = Text::new(
+        view,
+        format!("{folder}/c/counterparts.{}", extension(view)),
+        "The layouts of values at the other ends of connections.",
+    );
     text.line("#include <stddef.h>\n#include <lf.h>");
     for header in preamble_headers(view.plan) {
         text.line(format_args!("#include \"{header}.h\""));
@@ -30,7 +34,7 @@ pub(super) fn emit(view: &View<'_>, federate: &Federate, folder: &str) -> Option
             continue;
         }
         let name = format!("lf_counterpart_{}", done.len());
-        // Of a list, it is the element that has a shape.
+        // The element of a list has a shape.
         let (declared, own) = match shape {
             Shape::List(element) => (format!("{} {name}", ty.element()), &**element),
             _ => (ty.declare(&name), shape),
@@ -47,7 +51,7 @@ fn type_of(view: &View<'_>, federate: &Federate, port: PortIndex, ty: &Type) -> 
     Some(CType::new(view.class(class), ty))
 }
 
-/// What is asked of the compiler: a value of the type at null is never read.
+/// The macros of the checks: a value of the type at null is never read.
 const MACROS: &str = "\
 #define LF_AT(type, field) (((type *)0)[0] field)
 #define LF_TYPE(type, field) __typeof__(LF_AT(type, field))
@@ -57,10 +61,10 @@ const MACROS: &str = "\
 #define LF_BOOL(type, field) ((LF_TYPE(type, field))0.5 == 1)
 #define LF_FLOAT(type, field) ((LF_TYPE(type, field))0.5 > 0 && (LF_TYPE(type, field))0.5 < 1)";
 
-/// A type that is checked.
+/// A type to check.
 struct Check<'t, 'p> {
     text: &'t mut Text<'p>,
-    /// What it is called here, and in the program.
+    /// Its name in this file, and in the program.
     name: &'t str,
     ty: &'t str,
     at: Location,
@@ -68,7 +72,7 @@ struct Check<'t, 'p> {
 }
 
 impl Check<'_, '_> {
-    /// Checks the type itself or a part of it, which is written behind a value, like `.a.b`, and begins at an offset.
+    /// Checks the type itself or a part of it, whose path follows a value, like `.a.b`, and which begins at an offset.
     fn value(&mut self, field: &str, shape: &Shape, offset: u64) {
         let name = self.name;
         let kind = match shape {

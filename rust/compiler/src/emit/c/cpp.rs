@@ -1,14 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
-//! What differs where bodies are compiled as C++: names of files, and values that are no bytes.
+//! The differences of bodies that are compiled as C++: names of files, and values that are no bytes.
 
 use crate::emit::view::View;
 
-/// What the names of files end with that have code of the program.
+/// Returns the extension of files with code of the program.
 pub(super) fn extension(view: &View<'_>) -> &'static str {
     if view.native.is_cpp { "cpp" } else { "c" }
 }
 
-/// A declaration that the compiler refuses unless values of a type can be copied as bytes.
+/// Returns a declaration that the compiler refuses unless values of a type can be copied as bytes.
 pub(super) fn as_bytes(ty: &str, what: &str) -> String {
     format!(
         "static_assert(__is_trivially_copyable({ty}), \"{what} are copied as bytes, which those of a class with a \

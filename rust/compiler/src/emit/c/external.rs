@@ -12,7 +12,7 @@ use crate::emit::EmitError;
 use crate::plan::{ChildPort, ClassIndex, Reaction, ReactorClass};
 
 impl<'p> ClassFile<'p, '_> {
-    /// The function by which such a reaction is called, which calls the one of its name with its ports.
+    /// Emits the function that calls the reaction's function with its ports.
     pub(super) fn external(&mut self, reaction: &'p Reaction) {
         let (view, class) = (self.symbols.view, self.class);
         let signature = reaction.signature.replace("*/", "* /");
@@ -53,7 +53,7 @@ impl<'p> ClassFile<'p, '_> {
     }
 }
 
-/// Two reactors cannot have one function: what it gets differs.
+/// Refuses a function of two reactors, because its arguments would differ.
 pub(super) fn check(symbols: &Symbols<'_>) -> Result<(), EmitError> {
     let mut functions: BTreeMap<&str, (ClassIndex, &ReactorClass)> = BTreeMap::new();
     for (index, _) in symbols.classes() {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! The headers by which a program's own files see reactors: for functions that are the bodies of reactions.
+//! The headers through which a program's own files see reactors: for functions that are the bodies of reactions.
 //!
 //! They are at `include/FILE/Reactor.h`, with the names of LF's C target: `reactor_self_t`, `reactor_port_t`.
 
@@ -12,34 +12,35 @@ use crate::emit::File;
 use crate::emit::view::View;
 use crate::plan::{ChildPort, ClassIndex, Reaction, ReactionParameter, ReactorClass, VariableKind};
 
-/// Whether there are headers: a function anywhere is the body of a reaction.
+/// Returns whether headers are necessary: some function is the body of a reaction.
 pub(super) fn are_needed(view: &View<'_>) -> bool {
     view.plan.classes.iter().flat_map(|class| &class.reactions).any(|reaction| reaction.external)
 }
 
-/// The headers of all reactors. A file of C is compiled for each federate, whatever reactors it has.
+/// Returns the headers of all reactors. A C file is compiled for each federate, whatever reactors that has.
 pub(super) fn emit(view: &View<'_>, folder: &str) -> Vec<File> {
     let count = if are_needed(view) { view.plan.classes.len() } else { 0 };
     let own = (0..count).map(ClassIndex).filter(|class| view.is_own(*class));
     own.map(|class| header(view, class, folder)).collect()
 }
 
-/// The folders of a crate from which its code includes headers: by `"../include/…"`, as from a folder beside that of
-/// the headers, which generated files lie in, by `"include/…"` and without either.
+/// The include folders of a crate: code includes headers by `"../include/…"`, as from the folder of generated files, by
+/// `"include/…"`, and without a folder.
 pub(super) const FOLDERS: [&str; 2] = ["include", "."];
 
-/// Where the header of a class is, in a crate.
+/// Returns the path of a class's header in a crate.
 pub(super) fn path(view: &View<'_>, class: &ReactorClass) -> String {
     let file = name_of(view.plan.path(class.at));
     format!("include/{}/{}{}.h", file.strip_suffix(".lf").unwrap_or(file), base_name(class), type_arguments(class))
 }
 
-/// The type of an instance.
+/// Returns the type of an instance.
 pub(super) fn self_type(class: &ReactorClass) -> String {
     format!("{}_self_t", own_prefix(class))
 }
 
-/// The type of a variable of a reaction that is a port, without the `*` of the places between it and the reaction.
+/// Returns the type of a reaction's variable that is a port, without the `*` for the indirections between it and the
+/// reaction.
 pub(super) fn port_type(
     view: &View<'_>,
     class: &ReactorClass,
@@ -63,12 +64,12 @@ pub(super) fn port_type(
     Some((name, stars))
 }
 
-/// The name in LF, without arguments of types.
+/// Returns the name in LF, without type arguments.
 fn base_name(class: &ReactorClass) -> &str {
     class.name.split('<').next().unwrap_or(&class.name).trim()
 }
 
-/// What types of a class begin with in its own header, and in that of a reactor that contains it.
+/// Returns the prefix of a class's types in its own header, and in that of a reactor that contains it.
 fn own_prefix(class: &ReactorClass) -> String {
     child_prefix(class).to_lowercase()
 }
@@ -77,8 +78,8 @@ fn child_prefix(class: &ReactorClass) -> String {
     base_name(class).to_lowercase() + &type_arguments(class)
 }
 
-/// What tells apart the types of reactors that differ in the arguments for their type parameters: letters and digits
-/// of these, and a number for all else in them.
+/// Returns a suffix for type arguments, which distinguishes reactors of one declaration: their letters and digits, and
+/// a number for all other characters.
 fn type_arguments(class: &ReactorClass) -> String {
     let (mut text, mut rest) = (String::new(), 0_i32);
     for (_, ty) in &class.types {
@@ -131,13 +132,13 @@ fn header(view: &View<'_>, index: ClassIndex, folder: &str) -> File {
     text.file()
 }
 
-/// A type that several headers have.
+/// Emits a type that occurs in several headers.
 fn once(text: &mut Text<'_>, class: ClassIndex, name: &str, declaration: &str) {
     let guard = format!("LF_{}_{name}_", class.0);
     text.line(format_args!("#ifndef {guard}\n#define {guard}\n{declaration}\n#endif"));
 }
 
-/// The function that is the body of a reaction.
+/// Returns the declaration of the function that is the body of a reaction.
 fn declaration(view: &View<'_>, class: &ReactorClass, reaction: &Reaction) -> String {
     let mut text = format!("void {}({} *self", reaction.name.as_deref().unwrap_or_default(), self_type(class));
     for parameter in &reaction.parameters {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Parameters of the main reactor that the command line of a program sets.
+//! Parameters of the main reactor that can be set on a program's command line.
 
 use proc_macro2::TokenStream;
 use quote::quote;
@@ -11,7 +11,7 @@ use crate::languages::LiteralKind;
 use crate::languages::c::{INTERVAL, literals};
 use crate::plan::{Fixed, Value};
 
-/// What a value is on a command line.
+/// The kind of a value on a command line.
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum ArgumentKind {
     Time,
@@ -19,7 +19,7 @@ enum ArgumentKind {
     Whole,
     Real,
     Text,
-    /// Something that no text on a command line is.
+    /// A type without a representation on a command line.
     Other,
 }
 
@@ -36,7 +36,7 @@ impl ArgumentKind {
     }
 }
 
-/// The parameters, as the program's `main` gets them; nothing if there are none.
+/// Returns the parameters for the program's `main`; `None` if there are none.
 pub(super) fn of_main(view: &View<'_>) -> Option<TokenStream> {
     let class = view.class(view.plan.main);
     let rows = class.parameters.iter().map(|parameter| {
@@ -67,8 +67,8 @@ pub(super) fn of_main(view: &View<'_>) -> Option<TokenStream> {
 }
 
 impl ClassFile<'_, '_> {
-    /// The function by which parameters of the main reactor get values of the command line. It says whether a value is
-    /// one of the parameter's type.
+    /// Emits the function that assigns values of the command line to parameters of the main reactor. It returns whether
+    /// a value belongs to the parameter's type.
     pub(super) fn give(&mut self) {
         let (class, linkage) = (self.class, self.linkage());
         self.text.line(format_args!(
@@ -84,7 +84,7 @@ impl ClassFile<'_, '_> {
             let lines = match ArgumentKind::of(&ty) {
                 ArgumentKind::Other => continue,
                 ArgumentKind::Time | ArgumentKind::Bool => format!("{variable} = lf_whole;"),
-                // What the type cannot have comes out as something else.
+                // The comparison detects values outside of the type's range, which change in the conversion.
                 ArgumentKind::Whole => format!(
                     "{variable} = ({})lf_whole;\n        if ((long long){variable} != lf_whole || ({variable} < 0) != \
                      (lf_whole < 0)) {{\n            return false;\n        }}",

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! `program.c`: where everything is, how it is made, and the functions that Rust calls.
+//! `program.c`: the addresses of everything, its initialisation, and the functions that Rust calls.
 
 use std::collections::BTreeSet;
 
@@ -15,11 +15,15 @@ use crate::plan::{Argument, PortIndex, Reaction, ReactionKind, ScheduledReaction
 
 /// Emits the file.
 pub(super) fn emit(symbols: &Symbols<'_>, folder: &str) -> File {
-    let text = Text::new(symbols.view, format!("{folder}/c/program.c"), "Where everything is, and what Rust calls.");
+    let text = Text::new(
+        symbols.view,
+        format!("{folder}/c/program.c"),
+        "The addresses of all variables, and the functions that Rust calls.",
+    );
     let mut program = ProgramFile { symbols, text };
     program
         .text
-        .line("#include <stddef.h>\n#include <lf.h>\n\n/* Only the files of the classes know what these are. */");
+        .line("#include <stddef.h>\n#include <lf.h>\n\n/* Only the files of the classes define these types. */");
     program.text.line("struct lf_storage;");
     program.declarations();
     program.tables();
@@ -37,7 +41,7 @@ struct ProgramFile<'p, 's> {
 }
 
 impl ProgramFile<'_, '_> {
-    /// The variables and functions of the classes' files.
+    /// Emits declarations of the variables and functions in the classes' files.
     fn declarations(&mut self) {
         let symbols = self.symbols;
         let (plan, federate) = (symbols.plan, symbols.federate);
@@ -80,13 +84,13 @@ impl ProgramFile<'_, '_> {
         }
     }
 
-    /// Whether the federated reactor is there only to say what parameters its federates have.
+    /// Returns whether the federated reactor exists only for the parameters of its federates.
     fn has_main(&self) -> bool {
         let (plan, federate) = (self.symbols.plan, self.symbols.federate);
         plan.is_federated() && federate.instances.iter().all(|instance| instance.path != plan.name)
     }
 
-    /// Whether values that are not pointers wait in a queue of a trigger.
+    /// Returns whether a trigger has a queue of values that are not pointers.
     fn queues(&self, trigger: usize) -> bool {
         let federate = self.symbols.federate;
         let trigger = &federate.triggers[trigger];
@@ -117,7 +121,7 @@ impl ProgramFile<'_, '_> {
     }
 
     fn table(&mut self, name: &str, mut rows: Vec<String>) {
-        // An array of no elements is none.
+        // C has no arrays of no elements.
         if rows.is_empty() {
             rows.push("NULL".to_owned());
         }
@@ -128,13 +132,13 @@ impl ProgramFile<'_, '_> {
         self.text.line("};");
     }
 
-    /// All instances get their parameters and their state, containers first.
+    /// Emits the initialisation of the parameters and the state of all instances, containers first.
     fn construct(&mut self) {
         let symbols = self.symbols;
         let (plan, federate) = (symbols.plan, symbols.federate);
         let (main, count) = (symbols.class(plan.main), symbols.view.class(plan.main).parameters.len());
         self.text.line(format_args!(
-            "\n/* Values of the main reactor's parameters that are not the defaults. */\n\
+            "\n/* Values of the main reactor's parameters that differ from the defaults. */\n\
              const void *lf_main_given[{count} + 1];\n\n\
              bool lf_give_parameter(uint16_t parameter, long long whole, double real, char *text) {{\n    \
              return {main}_give(parameter, whole, real, text);\n}}\n\nvoid lf_construct(void) {{"
@@ -208,13 +212,13 @@ impl ProgramFile<'_, '_> {
     }
 }
 
-/// The addresses of ports, as an array; one of no elements is none.
+/// Returns the addresses of ports, as an array; a null pointer for no ports.
 fn places(ports: &[PortIndex]) -> String {
     let places = ports.iter().map(|port| format!("&lf_port_{}, ", port.0)).collect::<Vec<_>>();
     format!("(void *[]){{ {}NULL }}", places.concat())
 }
 
-/// Whether bodies see a trigger.
+/// Returns whether bodies see a trigger.
 fn is_shown(kind: &TriggerKind) -> bool {
     matches!(kind, TriggerKind::Action { .. } | TriggerKind::Timer { .. } | TriggerKind::Watchdog { .. })
 }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! The functions of a reaction: one with the body as it is written, and one by which it is called.
+//! The functions of a reaction: one with the body as it is written, and one that calls it.
 
 use std::fmt::Write as _;
 
@@ -7,13 +7,13 @@ use super::class_file::ClassFile;
 use crate::emit::host::ReactionPart;
 use crate::plan::{ChildPort, ClassIndex, Reaction, ReactionParameter, SourceCode, VariableKind};
 
-/// The variable of a parameter in the function by which a reaction is called.
+/// Returns the name of a parameter's variable in the function that calls a reaction.
 pub(super) fn own_name(parameter: &ReactionParameter) -> String {
     parameter.name.replace('.', "__")
 }
 
-/// The variables of the function by which a reaction is called, one group per parameter. Of a bank's multiport, the
-/// width is how many members there are.
+/// Returns the variables of the function that calls a reaction, one group per parameter. For a bank's multiport, the
+/// width is the number of members.
 fn arguments(parameter: &ReactionParameter) -> String {
     let name = own_name(parameter);
     match (&parameter.kind, &parameter.child) {
@@ -26,13 +26,13 @@ fn arguments(parameter: &ReactionParameter) -> String {
     }
 }
 
-/// The variables for all parameters of a reaction, behind that of the reactor itself.
+/// Returns the variables for all parameters of a reaction, behind that of the reactor itself.
 pub(super) fn all_arguments(reaction: &Reaction) -> String {
     let all: Vec<String> = reaction.parameters.iter().map(|one| format!(", {}", arguments(one))).collect();
     all.concat()
 }
 
-/// A contained reactor, or a bank of them, with those of its ports that a reaction has.
+/// A contained reactor, or a bank of them, with the ports that a reaction uses.
 struct Contained<'p> {
     first: &'p ChildPort,
     class: ClassIndex,
@@ -96,7 +96,7 @@ impl<'p> ClassFile<'p, '_> {
         self.text.line(format_args!("    {function}_body(({types}_self_t *)self{given});\n}}"));
     }
 
-    /// The variable of a body.
+    /// Returns the declaration of a body's variable.
     fn own_variable(&self, parameter: &ReactionParameter) -> String {
         let (class, own) = (self.types, &parameter.name);
         match &parameter.kind {
@@ -110,7 +110,7 @@ impl<'p> ClassFile<'p, '_> {
         }
     }
 
-    /// What is given for it.
+    /// Returns the argument for it.
     pub(super) fn own_argument(&self, parameter: &ReactionParameter) -> String {
         let (class, own) = (self.types, &parameter.name);
         match (&parameter.kind, self.is_copied(parameter)) {
@@ -124,7 +124,7 @@ impl<'p> ClassFile<'p, '_> {
         }
     }
 
-    /// Lines that put the ports of a contained reactor, or of each member of a bank, into a struct.
+    /// Emits lines that put the ports of a contained reactor, or of each member of a bank, into a struct.
     fn contained(&mut self, function: &str, contained: &Contained<'_>) {
         let Contained { first: ChildPort { child, is_bank, .. }, class, ports } = contained;
         let prefix = self.symbols.types(*class);
@@ -142,7 +142,7 @@ impl<'p> ClassFile<'p, '_> {
             return;
         }
         let width = format!("{}_width", own_name(ports[0].0));
-        // An array of no elements is none.
+        // C has no arrays of no elements.
         self.text.line(format_args!("    {ty} lf_{child}[{width} + 1];"));
         for (parameter, ChildPort { port, is_wide, .. }) in ports {
             let own = own_name(parameter);
@@ -161,7 +161,7 @@ impl<'p> ClassFile<'p, '_> {
         }
     }
 
-    /// Whether a body has a copy of its own: of a `mutable` input.
+    /// Returns whether a body has a copy of its own: of a `mutable` input.
     pub(super) fn is_copied(&self, parameter: &ReactionParameter) -> bool {
         let declared = self.class.ports.iter().find(|port| port.name == parameter.name);
         declared.is_some_and(|port| port.mutable && parameter.child.is_none())

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! How long payloads are. The C compiler knows, so it is asked: an object has a variable as large as each type.
+//! The lengths of payloads. Only the C compiler knows them, so an object file has a variable as large as each type.
 
 use super::cpp::{as_bytes, extension};
 use super::symbols::preamble_headers;
@@ -10,11 +10,11 @@ use crate::emit::host::sent_ports;
 use crate::emit::view::View;
 use crate::plan::{Federate, Port, Serializer};
 
-/// The types of what a participant sends, receives or forwards, each once.
+/// The types that a participant sends, receives or forwards, each once.
 pub(super) struct Sizes<'p> {
     view: &'p View<'p>,
     rows: Vec<CType>,
-    /// By port of the federate: its type.
+    /// The types by port of the federate.
     ports: Vec<(String, CType)>,
 }
 
@@ -41,7 +41,7 @@ impl<'p> Sizes<'p> {
         CType::new(self.view.class(class), &port.ty)
     }
 
-    /// How many bytes a value of a port takes at most, as an expression of Rust.
+    /// Returns the maximum number of bytes of a port's value, as an expression of Rust.
     pub(super) fn max_len(&self, port: &Port, serializer: Option<&Serializer>) -> String {
         if let Some(length) = serializer.and_then(|serializer| serializer.max_length) {
             return length.to_string();
@@ -57,17 +57,17 @@ impl<'p> Sizes<'p> {
         }
     }
 
-    /// The lengths of all, as expressions of Rust, for an RTI that forwards them.
+    /// Returns all lengths, as expressions of Rust, for an RTI that forwards the values.
     pub(super) fn all(&self) -> Vec<String> {
         let sizes = (0..self.rows.len()).map(|row| format!("crate::sizes::LF_SIZE_{row}"));
         let unknown = self.ports.iter().any(|(_, ty)| ty.is_token() || ty.is_text());
         sizes.chain(unknown.then(|| "lf::c::PAYLOAD_BYTES".to_owned())).collect()
     }
 
-    /// The file by which the compiler is asked.
+    /// Returns the file that the compiler measures.
     pub(super) fn file(&self, folder: &str) -> File {
         let path = format!("{folder}/c/sizes.{}", extension(self.view));
-        let mut text = Text::new(self.view, path, "How large payloads are: nobody links this.");
+        let mut text = Text::new(self.view, path, "The sizes of payloads; this object is measured, and never linked.");
         text.line("#include <lf.h>");
         if !self.rows.is_empty() {
             for header in preamble_headers(self.view.plan) {

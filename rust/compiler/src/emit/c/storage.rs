@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! The variables of a reactor's instances: their state, ports, what bodies see of triggers, and where values wait.
+//! The variables of a reactor's instances: state, ports, triggers as bodies see them, and stores of queued values.
 
 use super::class_file::ClassFile;
 use super::cpp::as_bytes;
@@ -8,7 +8,7 @@ use super::types::CType;
 use crate::plan::TriggerKind;
 
 impl ClassFile<'_, '_> {
-    /// The variables of all instances.
+    /// Emits the variables of all instances.
     pub(super) fn storage(&mut self) {
         let (symbols, types) = (self.symbols, self.types);
         let (plan, federate) = (symbols.plan, symbols.federate);
@@ -71,12 +71,12 @@ impl ClassFile<'_, '_> {
         }
     }
 
-    /// Where values wait that are not pointers; how large they are, the compiler knows.
+    /// Emits the store of queued values that are not pointers; the compiler knows their size.
     fn pool(&mut self, trigger: usize, ty: &CType, capacity: usize, path: &str) -> Option<usize> {
         let by_value = !ty.is_nothing() && !ty.is_token() && !ty.is_text();
         if by_value {
             let declared = ty.declare(&format!("lf_value_{trigger}"));
-            // Beside those that wait there is the one that happens, and one that is about to wait.
+            // Beside the queued values there are the present one and one that is about to be queued.
             self.text.line(format_args!(
                 "typedef {declared};\nLF_POOL({}, sizeof(lf_value_{trigger}), {});",
                 pool_name(trigger),
@@ -87,7 +87,7 @@ impl ClassFile<'_, '_> {
         by_value.then_some(trigger)
     }
 
-    /// Says that values are copied as bytes, which not all of C++ can be.
+    /// Asserts that values can be copied as bytes, which is not true for all of C++.
     fn as_bytes(&mut self, ty: &CType, variable: &str, path: &str) {
         if self.symbols.view.native.is_cpp && !ty.is_nothing() {
             let name = format!("lf_bytes_of_{variable}");
@@ -105,7 +105,7 @@ impl ClassFile<'_, '_> {
     }
 }
 
-/// The name of the store for the values of a trigger.
+/// Returns the name of the store for the values of a trigger.
 pub(super) fn pool_name(trigger: usize) -> String {
     format!("lf_pool_{trigger}")
 }
@@ -121,8 +121,8 @@ struct ValueCell<'a> {
 }
 
 impl ValueCell<'_> {
-    /// Its variable, which begins with what kind of values it has, and where they are. Members come in the order in
-    /// which they are declared, as C++ has it.
+    /// Returns its variable, whose first members are the kind and the addresses of its values. C++ demands members in
+    /// the order of their declarations.
     fn declare(&self, variable: &str) -> String {
         let Self { ty, name, id, readers, pool } = self;
         let (mut of_cell, mut of_type) = (format!(".id = {id}"), String::new());

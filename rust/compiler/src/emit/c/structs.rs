@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! The structs of a reactor, and what has to be known before them.
+//! The structs of a reactor, and the types that they depend on.
 
 use std::collections::BTreeSet;
 
@@ -7,13 +7,13 @@ use super::types::CType;
 use crate::emit::view::View;
 use crate::plan::{BANK_INDEX, FileIndex, Plan, PortDeclaration, ReactorClass};
 
-/// Whether a reactor has something of its own that bodies call `self->bank_index`.
+/// Returns whether a reactor declares a name that bodies use as `self->bank_index`.
 pub(super) fn declares_bank_index(class: &ReactorClass) -> bool {
     let is_parameter = class.parameters.iter().any(|parameter| parameter.name == BANK_INDEX);
     is_parameter || class.has_state(BANK_INDEX)
 }
 
-/// The struct of the state and the parameters of an instance.
+/// Returns the struct of the state and the parameters of an instance.
 pub(super) fn self_struct(class: &ReactorClass, name: &str) -> String {
     let mut fields = vec!["lf_self_base_t base".to_owned()];
     if !declares_bank_index(class) {
@@ -27,17 +27,17 @@ pub(super) fn self_struct(class: &ReactorClass, name: &str) -> String {
     format!("typedef struct {{\n    {};\n}} {name};", fields.join(";\n    "))
 }
 
-/// The struct of a port.
+/// Returns the struct of a port.
 pub(super) fn port_struct(class: &ReactorClass, port: &PortDeclaration, name: &str) -> String {
     format!("typedef struct {{ LF_PORT_BASE;{} }} {name};", field(&CType::new(class, &port.ty)))
 }
 
-/// The field for the value, if there is one.
+/// Returns the field for the value, if there is one.
 pub(super) fn field(ty: &CType) -> String {
     if ty.is_nothing() { String::new() } else { format!(" {};", ty.declare("value")) }
 }
 
-/// The files whose preambles a class knows: what a file has imported before the file itself.
+/// Returns the files whose preambles a class sees: the imports of a file before the file itself.
 pub(super) fn files(view: &View<'_>, class: &ReactorClass) -> Vec<FileIndex> {
     fn add(plan: &Plan, file: FileIndex, seen: &mut BTreeSet<FileIndex>, files: &mut Vec<FileIndex>) {
         if seen.insert(file) {
@@ -45,7 +45,7 @@ pub(super) fn files(view: &View<'_>, class: &ReactorClass) -> Vec<FileIndex> {
             files.push(file);
         }
     }
-    // What contained reactors declare types with is known, too: their ports have them.
+    // A class also sees the declarations behind the ports of contained reactors.
     let contained = class.children.iter().map(|child| view.class(child.class)).chain([class]);
     let (mut seen, mut files) = (BTreeSet::new(), Vec::new());
     for class in contained {

@@ -7,19 +7,19 @@ use crate::emit::names::{Names, plain};
 use crate::emit::view::View;
 use crate::plan::{ClassIndex, Federate, FileIndex, Plan, ReactionKind};
 
-/// What a participant has of the program, and how it is called.
+/// The parts of the program in a participant, with their names.
 pub(super) struct Symbols<'p> {
     pub(super) view: &'p View<'p>,
     pub(super) plan: &'p Plan,
     pub(super) federate: &'p Federate,
-    /// What names of functions and of types begin with.
+    /// The prefixes of functions and of types.
     names: BTreeMap<ClassIndex, [String; 2]>,
     files: Vec<String>,
-    /// By port: how many reactions, connections and inputs of others see its values.
+    /// By port: the number of reactions, connections and inputs of others that read its values.
     readers: Vec<usize>,
-    /// Which children of which classes this federate has.
+    /// The children of each class of which this federate has instances.
     children: BTreeSet<(ClassIndex, usize)>,
-    /// Which reactions of which classes it has.
+    /// The reactions of each class that it has.
     reactions: BTreeSet<(ClassIndex, usize)>,
 }
 
@@ -32,7 +32,7 @@ impl<'p> Symbols<'p> {
         for class in used {
             names.entry(class).or_insert_with(|| {
                 let name = plain(&view.class(class).name);
-                // LF's own names of types, which macros of some programs have.
+                // LF's own names of types, which macros of some programs use.
                 [class_names.give(&name), format!("_{}", type_names.give(&name.to_lowercase()))]
             });
         }
@@ -48,32 +48,32 @@ impl<'p> Symbols<'p> {
         }
     }
 
-    /// The classes, each with the name that begins all names of its file.
+    /// Returns the classes, each with the name that begins all names of its file.
     pub(super) fn classes(&self) -> impl Iterator<Item = (ClassIndex, &str)> {
         self.names.iter().map(|(class, [name, _])| (*class, name.as_str()))
     }
 
-    /// The name of a class.
+    /// Returns the name of a class.
     pub(super) fn class(&self, class: ClassIndex) -> &str {
         self.names.get(&class).map_or("", |[name, _]| name)
     }
 
-    /// What the names of a class's types begin with.
+    /// Returns the prefix of the names of a class's types.
     pub(super) fn types(&self, class: ClassIndex) -> &str {
         self.names.get(&class).map_or("", |[_, types]| types)
     }
 
-    /// The header with the preambles of an LF file, without its extension.
+    /// Returns the header with the preambles of an LF file, without its extension.
     pub(super) fn file(&self, file: FileIndex) -> &str {
         &self.files[file.0]
     }
 
-    /// How many see the values of a port.
+    /// Returns the number of readers of a port's values.
     pub(super) fn readers(&self, port: usize) -> usize {
         self.readers[port]
     }
 
-    /// Whether the runtime copies values to a port, or from it.
+    /// Returns whether the runtime copies values to a port, or from it.
     pub(super) fn is_copied(&self, port: usize) -> bool {
         self.federate.reactions.iter().any(|reaction| match &reaction.kind {
             ReactionKind::Copy { from, to } => from.0 == port || to.0 == port,
@@ -81,23 +81,23 @@ impl<'p> Symbols<'p> {
         })
     }
 
-    /// Whether this federate has an instance of this child of a class.
+    /// Returns whether this federate has an instance of this child of a class.
     pub(super) fn makes(&self, class: ClassIndex, child: usize) -> bool {
         self.children.contains(&(class, child))
     }
 
-    /// Whether this federate has a reaction of a class, by its number.
+    /// Returns whether this federate has a reaction of a class, by its number.
     pub(super) fn reacts(&self, class: ClassIndex, reaction: usize) -> bool {
         self.reactions.contains(&(class, reaction))
     }
 
-    /// The variable with the state of the federated reactor, or of an instance.
+    /// Returns the variable with the state of the federated reactor, or of an instance.
     pub(super) fn instance(instance: Option<usize>) -> String {
         instance.map_or_else(|| "lf_self_main".to_owned(), |index| format!("lf_self_{index}"))
     }
 }
 
-/// By LF file: the header with its preambles, without the extension.
+/// Returns the header with the preambles of each LF file, without the extension.
 pub(super) fn preamble_headers(plan: &Plan) -> Vec<String> {
     let mut names = Names::default();
     let header = |file: &crate::plan::SourceFile| {

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Types of C as declarations, and what kind of values they are.
+//! Types of C as declarations, and the kinds of their values.
 
 use crate::plan::{ReactorClass, Type};
 
-/// The type of what has no value.
+/// The type without values.
 const NOTHING: &str = "void";
 
-/// A type in a class: with what stands for its type parameters.
+/// A type in a class: with the arguments for its type parameters.
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub(super) struct CType(String);
 
@@ -24,37 +24,37 @@ impl CType {
         Self(text)
     }
 
-    /// The type as bodies spell it.
+    /// Returns the type as bodies spell it.
     pub(super) fn text(&self) -> &str {
         &self.0
     }
 
-    /// Whether there are no values.
+    /// Returns whether there are no values.
     pub(super) fn is_nothing(&self) -> bool {
         self.0 == NOTHING
     }
 
-    /// Whether values are pointers to what tokens hold.
+    /// Returns whether values are pointers to the contents of tokens.
     pub(super) fn is_token(&self) -> bool {
         self.0.ends_with('*') || self.0.ends_with("[]")
     }
 
-    /// Whether values are texts, which end with a zero.
+    /// Returns whether values are texts, which end with a zero.
     pub(super) fn is_text(&self) -> bool {
         self.0 == "string"
     }
 
-    /// Whether it is an array with a length.
+    /// Returns whether it is an array with a length.
     pub(super) fn is_array(&self) -> bool {
         self.0.ends_with(']') && !self.is_token()
     }
 
-    /// What a pointer points to: the elements of a token.
+    /// Returns the type behind a pointer: the elements of a token.
     pub(super) fn element(&self) -> &str {
         self.0.strip_suffix("[]").or_else(|| self.0.strip_suffix('*')).unwrap_or(&self.0).trim_end()
     }
 
-    /// A declaration of something of this type, without a semicolon.
+    /// Returns a declaration of this type, without a semicolon.
     pub(super) fn declare(&self, name: &str) -> String {
         if let Some(element) = self.0.strip_suffix("[]") {
             return format!("{} *{name}", element.trim_end());

@@ -7,12 +7,12 @@ use super::compilation::{CompilerArguments, concerns};
 use crate::emit::{EmitError, File, Job};
 use crate::plan::Location;
 
-/// The C that a participant has beside its bodies.
+/// The C code that a participant has beside its bodies.
 pub(in crate::emit) struct Beside<'p>(CompilerArguments<'p>);
 
 impl<'p> Beside<'p> {
-    /// What is said in the files that the crate has: of the others it would not see the types. An RTI alone, which runs
-    /// nothing, has the headers only.
+    /// Returns the C code named in those files that are in the crate: it would not see the types of the others. An RTI
+    /// alone, which runs no reactions, has the headers only.
     pub(in crate::emit) fn new(job: &Job<'p>, has_file: impl Fn(Location) -> bool) -> Self {
         let (native, mut all) = (&job.view.native, CompilerArguments::default());
         let runs = |at: Location| job.federate.is_some() && concerns(job, at);
@@ -26,7 +26,7 @@ impl<'p> Beside<'p> {
             let mut seen = BTreeSet::new();
             list.retain(|path| seen.insert(path.clone()));
         }
-        // As C names files: from the folder of the LF file, or by their own names where a header is.
+        // C names files from the folder of the LF file, or by their own names if a header is there.
         let named = native.sources.iter().chain(&native.headers).chain(&native.folders);
         for file in named.filter(|file| has_file(file.at)) {
             all.add_folder_around(job, job.plan().path(file.at));
@@ -42,21 +42,21 @@ impl<'p> Beside<'p> {
         Self(all)
     }
 
-    /// Whether there is any.
+    /// Returns whether there is any.
     pub(in crate::emit) fn is_any(&self) -> bool {
         self.has_headers() || !self.0.sources.is_empty() || !self.0.cmake.is_empty()
     }
 
-    /// Whether the crate has the module `c`.
+    /// Returns whether the crate has the module `c`.
     pub(in crate::emit) fn has_headers(&self) -> bool {
         !self.0.headers.is_empty()
     }
 
-    /// Returns the files that tell how it is compiled: for this computer the build script, which also binds headers;
+    /// Returns the files that configure its compilation: for this computer the build script, which also binds headers;
     /// for an image `c.cmake` beside it.
     ///
     /// # Errors
-    /// Where a file for CMake says what only CMake understands, and the program is for this computer.
+    /// When a file for CMake contains commands that only CMake understands, and the program is for this computer.
     pub(in crate::emit) fn files(&self, job: &Job<'_>) -> Result<Vec<File>, EmitError> {
         let (folder, binds, mut files) = (job.folder, self.has_headers(), Vec::new());
         if !self.is_any() {
@@ -67,7 +67,7 @@ impl<'p> Beside<'p> {
             let bindings = if binds { "set(bindings TRUE)\n" } else { "" };
             let text = all.cmake(job, std::iter::empty()) + bindings;
             files.push(File { path: format!("{folder}/c.cmake"), text });
-            // Folders CMake tells by another way, with what files for it add.
+            // CMake gets include folders in another way, with those that files for CMake add.
             let CompilerArguments { flags, headers, place, .. } = all;
             all = CompilerArguments { flags, headers, place, ..CompilerArguments::default() };
         } else {

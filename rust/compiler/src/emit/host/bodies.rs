@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-//! What the host asks of the bodies of a participant.
+//! The interface between the host and the bodies of a participant.
 //!
-//! The host writes the crate: tables, queues, `Program`, RTI, entry point and manifest. In which language the bodies
-//! are it does not know; an implementation per language tells it how they are reached. Implementations may use what
-//! the host offers, and not each other.
+//! The host writes the crate: tables, queues, `Program`, RTI, entry point and manifest. It does not know the language
+//! of the bodies; an implementation per language provides the access to them. Implementations may use the host's
+//! functions, and not each other's.
 
 use proc_macro2::{Ident, TokenStream};
 use quote::quote;
@@ -13,48 +13,48 @@ use super::symbols::Owner;
 use crate::emit::{EmitError, File, FileMap};
 use crate::plan::{Location, Port, Serializer};
 
-/// The bodies of a participant, and all else that is in their language.
+/// The bodies of a participant, and all other code in their language.
 pub(in crate::emit) trait Bodies {
-    /// Returns what of the crate compilers of C have to do with.
+    /// Returns the parts of the crate that C compilers process.
     fn native_parts(&self) -> NativeParts;
 
-    /// Returns the files that say how the bodies are compiled, and what is compiled beside them.
+    /// Returns the files that configure the compilation of the bodies and of code beside them.
     ///
     /// # Errors
-    /// The first thing that cannot be compiled for the participant.
+    /// The first element that cannot be compiled for the participant.
     fn build_files(&self) -> Result<Vec<File>, EmitError>;
 
     /// Adds the files with the bodies.
     ///
     /// # Errors
-    /// The first thing of which no code can be made.
+    /// The first element that cannot be emitted.
     fn emit(&self, output: &mut Output) -> Result<(), EmitError>;
 
     /// Returns the modules at the root of the crate that [`Bodies::emit`] adds.
     fn modules(&self) -> Vec<&str>;
 
-    /// Whether the bodies use devices of this computer by the crate `lf`.
+    /// Returns whether the bodies use devices of this computer by the crate `lf`.
     fn uses_devices(&self) -> bool;
 
     /// Returns the parameters of the main reactor that a command line can set.
     fn parameters(&self) -> Option<TokenStream>;
 
-    /// Returns how long the values are that an RTI in this crate passes on, as expressions.
+    /// Returns the lengths of the values that an RTI in this crate forwards, as expressions.
     ///
     /// # Errors
     /// A type that the language does not have.
     fn payload_lengths(&self) -> Result<Vec<String>, EmitError>;
 
-    /// Returns how many bytes a value of a port takes at most, as an expression; `ty` is its [`Bodies::value_type`].
+    /// Returns the maximum number of bytes of a port's value, as an expression; `ty` is its [`Bodies::value_type`].
     fn max_len(&self, port: &Port, ty: &str, serializer: Option<&Serializer>) -> String;
 
-    /// Returns how many events an action holds that needs a capacity.
+    /// Returns the number of events that an action with this required capacity holds.
     fn room(&self, capacity: usize) -> usize;
 
     /// Returns the path of a type of cells: ports, timers, actions and their queues.
     fn cell(&self, name: &str) -> String;
 
-    /// Whether each cell has to know its trigger.
+    /// Returns whether each cell has to know its trigger.
     fn cells_know_triggers(&self) -> bool;
 
     /// Returns the type of the values of a port or an action, as it can be named in the federate's module. It is empty
@@ -67,7 +67,7 @@ pub(in crate::emit) trait Bodies {
     /// Adds the instances to the struct that owns everything.
     ///
     /// # Errors
-    /// An instance that cannot be made.
+    /// An instance that cannot be constructed.
     fn instances(&self, owner: &Owner<'_>, members: &mut Members, splices: &mut Splices<'_>) -> Result<(), EmitError>;
 
     /// Returns the arms that run a part of each reaction, by reaction.
@@ -79,23 +79,23 @@ pub(in crate::emit) trait Bodies {
     /// Returns the arms that reset state, by mode.
     fn resets(&self, owner: &Owner<'_>) -> Vec<String>;
 
-    /// Returns what else the struct that owns everything, which has this name, implements.
+    /// Returns further implementations for the struct that owns everything, which has this name.
     fn implementations(&self, owner: &Owner<'_>, name: &str) -> String;
 
-    /// Returns the imports of the federate's module that the above has asked for.
+    /// Returns the imports of the federate's module that the other methods need.
     fn imports(&self) -> String;
 }
 
-/// What of a crate compilers of C have to do with.
+/// The parts of a crate that C compilers process.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(in crate::emit) enum NativeParts {
-    /// Nothing, as far as its build script is concerned.
+    /// No parts that its build script compiles.
     None,
     /// Its bodies.
     Bodies,
     /// Files beside bodies in another language.
     Sources,
-    /// The same with headers that are bound, or these alone.
+    /// Such files with headers that are bound, or headers alone.
     Headers,
 }
 
@@ -108,7 +108,7 @@ pub(in crate::emit) enum ReactionPart {
 }
 
 impl ReactionPart {
-    /// The method of `Program` that runs it.
+    /// Returns the method of `Program` that runs it.
     pub(in crate::emit) fn method(self) -> &'static str {
         match self {
             Self::Body => "react",
@@ -121,13 +121,13 @@ impl ReactionPart {
 /// Files with bodies.
 #[derive(Default)]
 pub(in crate::emit) struct Output {
-    /// Files whose own compiler is told where their lines are in the program.
+    /// Files in which the compiler itself is given the places in the program.
     pub(in crate::emit) files: Vec<File>,
     /// Files with a map to the program.
     pub(in crate::emit) mapped: Vec<(File, FileMap)>,
 }
 
-/// Fields of the struct that owns everything, and what its constructor says.
+/// Fields of the struct that owns everything, and the parts of its constructor.
 #[derive(Default)]
 pub(in crate::emit) struct Members {
     pub(in crate::emit) fields: TokenStream,
@@ -150,7 +150,7 @@ impl Members {
     }
 }
 
-/// Returns as tokens what has been put together from names that are Rust.
+/// Returns the tokens of a text that consists of Rust names.
 pub(in crate::emit) fn tokens(text: &str) -> TokenStream {
     text.parse().unwrap_or_default()
 }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! What is decided about a class in the same way whatever the language of its bodies is.
+//! Properties of a class that do not depend on the language of its bodies.
 
 use super::bodies::ReactionPart;
 use crate::emit::EmitError;
@@ -9,19 +9,19 @@ use crate::plan::{
     Value,
 };
 
-/// What a contained reactor gets for one of its parameters.
+/// The value of a contained reactor's parameter.
 #[derive(Clone, Copy)]
 pub(in crate::emit) enum GivenValue<'v> {
-    /// A value that the container works out.
+    /// A value that the container computes.
     Value(&'v Value),
-    /// The number of the member of a bank.
+    /// The index of the member of a bank.
     Member,
-    /// Nothing, so that the parameter has its default.
+    /// The parameter's default.
     Default,
 }
 
 impl View<'_> {
-    /// Returns what a contained reactor gets for each of its parameters.
+    /// Returns the value of each parameter of a contained reactor.
     ///
     /// # Errors
     /// A parameter that has no value.
@@ -45,14 +45,15 @@ impl View<'_> {
         parameters.iter().zip(&child.arguments).map(given).collect()
     }
 
-    /// Whether a value names a variable.
+    /// Returns whether a value names a variable.
     pub(in crate::emit) fn mentions(&self, value: &Value, name: &str) -> bool {
         let Value::Code(code) = value else { return false };
         let name = name.strip_prefix("r#").unwrap_or(name);
         self.language.words(&code.text).any(|word| word == name)
     }
 
-    /// Whether what a class gives to the members of a bank names the number of the member, and no parameter of its own.
+    /// Returns whether the arguments of a bank's members name the index of the member, and the class has no parameter
+    /// of this name.
     pub(in crate::emit) fn counts_members(&self, class: &ReactorClass, child: &Child) -> bool {
         child.is_bank
             && child.arguments.iter().flatten().any(|value| self.mentions(value, BANK_INDEX))
@@ -81,14 +82,15 @@ impl ReactorClass {
         codes.map(|code| code.text.as_str()).chain(types.map(|ty| ty.text.as_str()))
     }
 
-    /// Whether the class has a state variable of this name, which hides the parameter that has it, too, from bodies.
+    /// Returns whether the class has a state variable of this name, which hides the parameter of the same name from
+    /// bodies.
     pub(in crate::emit) fn has_state(&self, name: &str) -> bool {
         self.state.iter().any(|state| state.name == name)
     }
 }
 
 impl Plan {
-    /// Returns by mode of a federate what is reset when it is entered: instances, with the mode of the instance's own
+    /// Returns, by mode of a federate, the instances to reset when it is entered, with the mode of the instance's own
     /// whose state is meant, or none.
     pub(in crate::emit) fn resets(&self, federate: &Federate) -> Vec<Vec<(InstanceIndex, Option<usize>)>> {
         let resets = |(id, mode): (usize, &crate::plan::Mode)| {
@@ -119,14 +121,15 @@ impl ReactionPart {
         }
     }
 
-    /// Returns the part that runs in place of this one: for `tardy` without code the body, which knows what to do.
+    /// Returns the part that runs instead of this one: for `tardy` without code the body, which handles tardy inputs
+    /// itself.
     pub(in crate::emit) fn run(self, reaction: &Reaction) -> Option<Self> {
         let is_body = self == Self::Tardy && matches!(reaction.tardy, Some(Tardy::Body));
         let part = if is_body { Self::Body } else { self };
         part.code(reaction).map(|_| part)
     }
 
-    /// Returns what the names of the functions for this part end with.
+    /// Returns the suffix of the names of the functions for this part.
     pub(in crate::emit) fn suffix(self) -> &'static str {
         match self {
             Self::Body => "",

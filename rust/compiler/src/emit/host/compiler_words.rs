@@ -1,29 +1,29 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Which words for the compiler of C are about compiling, and which about linking: the compiler takes both, and here
-//! each is needed by itself.
+//! Separates words for the C compiler into those for compiling and those for linking: the compiler accepts both, and
+//! the host needs each by itself.
 
 use super::compilation::CompilerArguments;
 use crate::emit::Job;
 
-/// Options whose value may be the next word. All of them take it behind themselves as well.
+/// Options whose value may be the next word. All of them also accept it as a suffix.
 const WITH_VALUE: [&str; 12] =
     ["-I", "-D", "-U", "-L", "-l", "-T", "-u", "-z", "-isystem", "-iquote", "-idirafter", "-include"];
 
 /// Options whose value is a path.
 const PATHS: [&str; 8] = ["-isystem", "-iquote", "-idirafter", "-I", "-L", "-T", "-Wl,-L", "-Wl,-rpath,"];
 
-/// Options that are about linking alone.
+/// Options for linking only.
 const LINKED: [&str; 7] = ["-l", "-L", "-T", "-u", "-z", "-Wl,", "-rdynamic"];
 
 /// Options that make code call a library, and its name.
 const LIBRARIES: [(&str, &str); 4] =
     [("-fopenmp", "gomp"), ("--coverage", "gcov"), ("-fprofile-arcs", "gcov"), ("-fprofile-generate", "gcov")];
 
-/// Libraries of sanitizers, which take the place of functions of others.
+/// Libraries of sanitizers, which replace functions of others.
 const SANITIZERS: [(&str, &str); 4] =
     [("address", "asan"), ("undefined", "ubsan"), ("thread", "tsan"), ("leak", "lsan")];
 
-/// Whether a word is about linking alone.
+/// Returns whether a word is for linking only.
 fn is_linked(word: &str) -> bool {
     word == "-Xlinker" || word != "-undef" && LINKED.iter().any(|option| word.starts_with(option))
 }
@@ -32,7 +32,7 @@ impl CompilerArguments<'_> {
     /// Adds words for the compiler; paths in them are relative to the folder of the file at this path.
     pub(super) fn add_words<'w>(&mut self, job: &Job<'_>, words: impl IntoIterator<Item = &'w str>, file: &str) {
         for word in words {
-            // A value that stands by itself belongs to the option before it.
+            // A separate value belongs to the option before it.
             let begun = [&mut self.flags, &mut self.linked]
                 .into_iter()
                 .find_map(|list| list.pop_if(|last| WITH_VALUE.contains(&last.as_str()) || last == "-Xlinker"));
@@ -62,7 +62,7 @@ impl CompilerArguments<'_> {
         }
         let libraries = LIBRARIES.iter().filter(|(option, _)| word.starts_with(option));
         self.libraries.extend(libraries.map(|(_, library)| (*library).to_owned()));
-        // What is no option is a file, such as an archive.
+        // A word that is no option is a file, such as an archive.
         if !word.starts_with('-') || is_linked(&word) {
             self.linked.push(word);
             return;
@@ -73,7 +73,7 @@ impl CompilerArguments<'_> {
         self.flags.push(word);
     }
 
-    /// The first word that needs a library which images do not have.
+    /// Returns the first word that needs a library which images do not have.
     pub(in crate::emit) fn needs_library(&self) -> Option<&str> {
         let mut words = self.flags.iter().map(String::as_str);
         words.find(|word| {

@@ -12,10 +12,10 @@ use super::{federate, rti};
 use crate::emit::{EmitError, File, FileMap, Job, Lines, Piece, SourceMap};
 use crate::plan::{Federate, Plan};
 
-/// Adds the files of a participant's crate, and what they stem from.
+/// Adds the files of a participant's crate, and their source map.
 ///
 /// # Errors
-/// The first thing of which no crate can be made.
+/// The first element that cannot be emitted.
 pub(in crate::emit) fn emit(
     job: &Job<'_>,
     bodies: &dyn Bodies,
@@ -47,8 +47,8 @@ pub(in crate::emit) fn emit(
     Ok(())
 }
 
-/// Emits `lib.rs`: attributes and modules, perhaps one with what headers of C declare or one with the sizes of what is
-/// C's.
+/// Emits `lib.rs`: attributes and modules, perhaps one with the declarations of C headers or one with the sizes of C
+/// types.
 fn root(job: &Job<'_>, bodies: &dyn Bodies) -> Result<(File, FileMap), EmitError> {
     let (native, modules) = (bodies.native_parts(), bodies.modules());
     let about = format!(" `{}` of the Lingua Franca program {}.", job.name, job.plan().name);
@@ -62,7 +62,7 @@ fn root(job: &Job<'_>, bodies: &dyn Bodies) -> Result<(File, FileMap), EmitError
     });
     let bindings = (native == NativeParts::Headers).then(|| {
         quote!(
-            #[doc = " What the program's headers of C declare."]
+            #[doc = " The declarations in the program's C headers."]
             #[allow(warnings, reason = "bindgen writes it")]
             pub mod c {
                 include!(concat!(env!("OUT_DIR"), "/c.rs"));
@@ -73,7 +73,7 @@ fn root(job: &Job<'_>, bodies: &dyn Bodies) -> Result<(File, FileMap), EmitError
         let module = ident(module);
         quote!(pub mod #module;)
     });
-    // They stay where they are, so that whatever is said about them names the user's own files.
+    // They stay where they are, so that all messages about them name the user's own files.
     let included = job.view.cargo.modules.iter().map(|included| {
         let (path, module) = (job.settings.absolute(&included.path), ident(&included.name));
         quote!(#[path = #path] pub mod #module;)
@@ -108,8 +108,8 @@ fn root(job: &Job<'_>, bodies: &dyn Bodies) -> Result<(File, FileMap), EmitError
     Splices::new(job.plan()).finish(format!("{}/src/lib.rs", job.folder), tokens)
 }
 
-/// Emits `main.rs` of a program for this computer, which knows where in the LF program its lines stand, and perhaps
-/// which parameters a command line can set.
+/// Emits `main.rs` of a program for this computer, with the places of its lines in the LF program, and perhaps with the
+/// parameters that a command line can set.
 fn main(
     job: &Job<'_>,
     federate: &Federate,
@@ -122,7 +122,10 @@ fn main(
     let rows = generated.iter().flat_map(|(file, map)| map.lines().into_iter().map(|lines| (&file.path, lines)));
     let rows: String = rows.filter_map(|(path, lines)| lines_row(job.plan(), path, &lines)).collect();
     let mut splices = Splices::new(job.plan());
-    let lines = splices.text(format!("/// Where panics are in the program.\nconst LINES: &[Lines] = &[\n{rows}];\n"));
+    let lines = splices.text(format!(
+        "/// The map from lines of generated code to places in the program, for panics.\n\
+         const LINES: &[Lines] = &[\n{rows}];\n"
+    ));
     let call = if let Some(parameters) = parameters {
         quote!(lf::main_with(#parameters, &DESCRIPTION, #owner::new, Storage::new))
     } else {
@@ -150,7 +153,7 @@ fn lines_row(plan: &Plan, path: &str, lines: &Lines) -> Option<String> {
     ))
 }
 
-/// What a Zephyr image calls.
+/// Emits the functions that a Zephyr image calls.
 fn zephyr_entry(job: &Job<'_>) -> TokenStream {
     let program = job.federate.map(|federate| {
         let owner = federate::type_name(job.plan(), federate);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! What the event loop is told of a federate.
+//! The description of a federate for the event loop.
 
 use lf_model::time::Interval;
 
@@ -8,7 +8,7 @@ use super::print::{Fields, grouped, interval, optional_ns};
 use crate::plan::{ClockSync, Coordination, Logging, Rti, Trigger, TriggerKind};
 
 impl FederateModule<'_> {
-    /// The description, and what it uses of the runtime.
+    /// Returns the description, and the names of the runtime that it uses.
     pub(super) fn description(&self) -> (String, Vec<&'static str>) {
         let target = &self.owner.plan.target;
         let mut uses = vec!["Description"];
@@ -16,9 +16,9 @@ impl FederateModule<'_> {
         description.set("program", format_args!("{:?}", self.owner.plan.name));
         description.set("name", format_args!("{:?}", self.owner.federate.name));
         description.set_if(target.timeout_ns.is_some(), "timeout", optional_ns(target.timeout_ns));
-        // Where bodies have links for what schedules from outside, and other federates are known, a program for which
-        // nothing can make an event has nothing to stay for: lfc's Rust target ends it, too. Where any thread may
-        // schedule, physical actions are there to be scheduled.
+        // If bodies have links to schedule from outside, and other federates are known, a program without any source of
+        // events ends: lfc's Rust target does the same. If any thread may schedule, the program stays for its physical
+        // actions.
         let unknown_threads = self.owner.job.view.language.facts().unknown_threads;
         let physical = |trigger: &Trigger| matches!(trigger.kind, TriggerKind::Action { physical: true, .. });
         let may_end = self.rti.is_none() && self.owner.job.view.native.keepalive == Some(false);
@@ -33,7 +33,7 @@ impl FederateModule<'_> {
             text =
                 format!("/// Its part in the federation.\nconst FEDERATION: Federation = {};\n\n", federation.block());
         }
-        text += "/// What the event loop knows of this program.\n";
+        text += "/// The description of this program for the event loop.\n";
         text = text + "pub static DESCRIPTION: Description = " + &description.block() + ";\n";
         uses.sort_unstable();
         (text, uses)
@@ -83,7 +83,7 @@ impl FederateModule<'_> {
             fields.set_if(!ids.is_empty(), name, format_args!("&{ids:?}"));
         }
         fields.set_if(!awaited.is_empty(), "awaited", format_args!("&[{}]", awaited.join(", ")));
-        // Who has inputs from a cycle without delay waits there for word from others.
+        // A federate with inputs from a cycle without delay waits there for messages or absences of the others.
         let cycles = self.owner.plan.federates.iter().flat_map(|federate| &federate.inputs).any(|input| input.awaited);
         fields.set_if(cycles && !decentralized, "cycles", true);
         self.options(&mut fields, uses);
@@ -103,7 +103,7 @@ impl FederateModule<'_> {
         }
         fields.set_if(!clock_sync.is_empty(), "clock_sync", clock_sync);
         fields.set_if(target.clock_sync_local || self.rti_is_image, "local_clock_sync", true);
-        // As in LF, each federate's clock is wrong by another time.
+        // As in LF, each federate's clock has a different error.
         let times = i64::from(federate.id) + 1;
         let test_offset = Interval::from_nanos(target.clock_sync_test_offset_ns.saturating_mul(times));
         fields.set_if(test_offset != Interval::ZERO, "test_offset", interval(test_offset));
@@ -112,12 +112,12 @@ impl FederateModule<'_> {
         let advance_interval = interval(Interval::from_nanos(target.advance_interval_ns));
         fields.set_if(depends_on_physical, "advance_interval", advance_interval);
         fields.set_if(target.log_waits_ns.is_some(), "log_waits", optional_ns(target.log_waits_ns));
-        // `with_buffers` fills in the rest.
+        // `with_buffers` adds the rest.
         fields.set_if(false, "input_bytes", 0);
     }
 }
 
-/// The log level, as the `log` crate calls it.
+/// Returns the log level, as the `log` crate calls it.
 pub(super) fn log_level(logging: Logging) -> &'static str {
     match logging {
         Logging::Error => "lf::log::LevelFilter::Error",

@@ -53,13 +53,13 @@ pub(super) fn emit(
     splices.finish(path, tokens)
 }
 
-/// The name of the struct that owns everything.
+/// Returns the name of the struct that owns everything.
 pub(super) fn type_name(plan: &Plan, federate: &Federate) -> Ident {
     let kind = if plan.is_federated() { "Federate" } else { "Main" };
     format_ident!("{}{kind}", pascal_case(&federate.name))
 }
 
-/// Returns the imports: the model whole, of the runtime what is used, and what the bodies need.
+/// Returns the imports: the whole model, the used names of the runtime, and those that the bodies need.
 fn imports(module: &FederateModule<'_>, uses: &[&str]) -> String {
     let runtime = match uses {
         [name] => (*name).to_owned(),

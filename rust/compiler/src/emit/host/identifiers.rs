@@ -13,14 +13,14 @@ pub(in crate::emit) fn ident(name: &str) -> Ident {
     if is_plain(name) {
         return Ident::new(name, Span::call_site());
     }
-    // These are the keywords that Rust does not take as raw identifiers.
+    // Rust does not accept these keywords as raw identifiers.
     if NEVER.contains(&name) {
         return Ident::new(&format!("{name}_"), Span::call_site());
     }
     syn::parse_str::<Ident>(&format!("r#{name}")).unwrap_or_else(|_| Ident::new(&plain(name), Span::call_site()))
 }
 
-/// `unit_a` becomes `UnitA`: the name of a type.
+/// Converts a name to that of a type: `unit_a` becomes `UnitA`.
 pub(in crate::emit) fn pascal_case(name: &str) -> String {
     let words = plain(name);
     let mut pascal: String = words
@@ -36,7 +36,7 @@ pub(in crate::emit) fn pascal_case(name: &str) -> String {
     pascal
 }
 
-/// Returns an identifier that is given once.
+/// Returns a unique identifier.
 pub(super) fn give(names: &mut Names, wanted: &Ident) -> Ident {
     ident(&names.give(&wanted.unraw().to_string()))
 }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! What cargo is told: the manifests of a crate and of the workspace of all that are programs for this computer.
+//! The manifests for cargo: those of a crate and of the workspace of all programs for this computer.
 
 use core::fmt::Write as _;
 
@@ -8,7 +8,7 @@ use super::sending;
 use crate::emit::{File, Job};
 use crate::plan::{BuildType, Cargo, Dependency, Federate, Plan};
 
-/// The edition of a program that names none.
+/// The edition of a program that sets none.
 const EDITION_DEFAULT: &str = "2024";
 
 /// Returns the manifest of a participant's crate.
@@ -50,8 +50,8 @@ pub(super) fn of_crate(job: &Job<'_>, bodies: &dyn Bodies) -> String {
     text
 }
 
-/// The version of a package. Crates of images have one name and share cargo's folder, where cargo would take the build
-/// script of one for that of another; so those whose scripts differ have versions of their own.
+/// Returns the version of a package. Crates of images have one name and share cargo's folder, where cargo would mistake
+/// the build script of one for that of another; so those with different scripts have versions of their own.
 fn version(job: &Job<'_>, c: NativeParts) -> String {
     let version = job.settings.version;
     if !job.is_image || c != NativeParts::Headers {
@@ -61,12 +61,12 @@ fn version(job: &Job<'_>, c: NativeParts) -> String {
     format!("{version}{separator}{}", job.folder.replace(|one: char| !one.is_ascii_alphanumeric(), "-"))
 }
 
-/// The feature of the runtime for bodies in C.
+/// Returns the feature of the runtime for bodies in C.
 fn of_c(c: NativeParts) -> Option<&'static str> {
     (c == NativeParts::Bodies).then_some("c")
 }
 
-/// What the build script needs that compiles C and binds headers.
+/// Returns the dependencies of the build script that compiles C and binds headers.
 fn build_dependencies(c: NativeParts, lf_c_build: &str) -> String {
     let features = match c {
         NativeParts::None => return String::new(),
@@ -77,7 +77,7 @@ fn build_dependencies(c: NativeParts, lf_c_build: &str) -> String {
     format!("\n[build-dependencies]\nlf-c-build = {{ path = {path}{features} }}\n")
 }
 
-/// The program's own dependencies, and the features that it asks for.
+/// Returns the program's own dependencies, with the features that it selects.
 fn dependencies(job: &Job<'_>, cargo: &Cargo) -> String {
     let mut text: String = cargo.dependencies.iter().map(|one| dependency(job, one)).collect();
     if !cargo.features.is_empty() {
@@ -109,13 +109,13 @@ fn dependency(job: &Job<'_>, dependency: &Dependency) -> String {
     format!("{} = {{ {} }}\n", toml_text(name), fields.join(", "))
 }
 
-/// Features of a dependency, as they stand in its braces.
+/// Returns features of a dependency, as they stand in its braces.
 fn features<'f>(names: impl Iterator<Item = &'f str>) -> String {
     let names: Vec<String> = names.map(|name| format!("\"{name}\"")).collect();
     if names.is_empty() { String::new() } else { format!(", features = [{}]", names.join(", ")) }
 }
 
-/// Whether its federate has connections with others, past the RTI.
+/// Returns whether its federate has connections with others, without the RTI.
 fn has_peers(job: &Job<'_>) -> bool {
     let is_direct = |federate: &Federate| !federate.peers_in().is_empty() || !federate.peers_out().is_empty();
     job.federate.is_some_and(|federate| job.plan().is_decentralized() || is_direct(federate))
@@ -147,7 +147,7 @@ fn list(texts: &[String]) -> String {
     texts.iter().map(|text| toml_text(text)).collect::<Vec<_>>().join(", ")
 }
 
-/// A TOML string; the literal form where it can be, so that Windows paths stay readable.
+/// Returns a TOML string; in the literal form if possible, so that Windows paths stay readable.
 fn toml_text(text: &str) -> String {
     if !text.contains(|c: char| c == '\'' || c.is_control()) && text.contains('\\') {
         return format!("'{text}'");

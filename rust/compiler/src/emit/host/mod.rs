@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //! The crate of a participant without its bodies: tables, queues, `Program`, RTI, entry point and manifest.
 //!
-//! Nothing here knows a language; [`Bodies`] tells what differs between languages.
+//! No code in this module depends on a language; [`Bodies`] provides the parts that differ between languages.
 
 mod beside;
 mod bodies;

@@ -12,7 +12,7 @@ use crate::plan::{TriggerKind, Type};
 use crate::tables::{Cell, TriggerRow};
 
 impl FederateModule<'_> {
-    /// Statics through which other threads reach the physical actions.
+    /// Emits statics through which other threads reach the physical actions.
     pub(super) fn inboxes(&self, splices: &mut Splices<'_>) -> Result<TokenStream, EmitError> {
         let mut statics = TokenStream::new();
         for (index, trigger) in self.owner.federate.triggers.iter().enumerate() {
@@ -30,7 +30,7 @@ impl FederateModule<'_> {
         Ok(statics)
     }
 
-    /// The struct and its constructor.
+    /// Emits the struct and its constructor.
     pub(super) fn owner_struct(&self, name: &Ident, splices: &mut Splices<'_>) -> Result<TokenStream, EmitError> {
         let doc = splices.doc("All state, ports and queues", self.owner.federate.at);
         let mut members = Members::default();
@@ -67,7 +67,7 @@ impl FederateModule<'_> {
             #doc
             pub struct #name { #fields }
             impl #name {
-                /// Everything as it is before the start.
+                /// Returns the state before the start.
                 pub fn new() -> Self {
                     #locals
                     Self { #values }
@@ -76,7 +76,7 @@ impl FederateModule<'_> {
         })
     }
 
-    /// The type and the first value of a trigger's field; startup and shutdown have none.
+    /// Returns the type and the first value of a trigger's field; startup and shutdown have none.
     fn cell(
         &self,
         index: usize,

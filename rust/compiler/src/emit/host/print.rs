@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Constant expressions as text: structs without what is as in their defaults, times, numbers.
+//! Prints constant expressions: structs without default fields, times, numbers.
 
 use core::fmt::Display;
 
@@ -8,7 +8,7 @@ use lf_model::time::Interval;
 /// An expression for a struct: the fields that differ from its default, on one line.
 pub(super) struct Fields {
     ty: &'static str,
-    /// What the struct's default is called.
+    /// The name of the struct's default.
     default: &'static str,
     written: Vec<String>,
     omits: bool,
@@ -19,18 +19,18 @@ impl Fields {
         Self::with_default(ty, "DEFAULT")
     }
 
-    /// One whose default has another name.
+    /// Returns an expression whose default has another name.
     pub(super) fn with_default(ty: &'static str, default: &'static str) -> Self {
         Self { ty, default, written: Vec::new(), omits: false }
     }
 
-    /// A field that is always written.
+    /// Adds a field.
     pub(super) fn set(&mut self, name: &str, value: impl Display) -> &mut Self {
         self.written.push(format!("{name}: {value}"));
         self
     }
 
-    /// One that is left out where it is as in the default.
+    /// Adds a field that differs from the default.
     pub(super) fn set_if(&mut self, wanted: bool, name: &str, value: impl Display) -> &mut Self {
         if wanted {
             return self.set(name, value);
@@ -39,13 +39,13 @@ impl Fields {
         self
     }
 
-    /// On one line.
+    /// Returns the expression on one line.
     pub(super) fn row(&self) -> String {
         let rest = if self.omits { format!(", ..{}::{}", self.ty, self.default) } else { String::new() };
         format!("{} {{ {}{rest} }}", self.ty, self.written.join(", "))
     }
 
-    /// A field per line.
+    /// Returns the expression with a field per line.
     pub(super) fn block(&self) -> String {
         let mut text = format!("{} {{\n", self.ty);
         for field in &self.written {
@@ -58,7 +58,7 @@ impl Fields {
     }
 }
 
-/// An interval as a constant expression, in the largest unit that divides it.
+/// Returns an interval as a constant expression, in the largest unit that divides it.
 pub(in crate::emit) fn interval(interval: Interval) -> String {
     const UNITS: [(i64, &str); 3] = [(1_000_000_000, "secs"), (1_000_000, "millis"), (1_000, "micros")];
     match interval.as_nanos() {
@@ -71,7 +71,7 @@ pub(in crate::emit) fn interval(interval: Interval) -> String {
     }
 }
 
-/// An integer with its digits in groups of three, where there are more than four.
+/// Returns an integer with its digits in groups of three, if there are more than four.
 pub(super) fn grouped(number: i64) -> String {
     let digits = number.unsigned_abs().to_string();
     let mut text = String::from(if number < 0 { "-" } else { "" });
@@ -84,12 +84,12 @@ pub(super) fn grouped(number: i64) -> String {
     text
 }
 
-/// The same for one that may be missing.
+/// Returns an interval that may be missing, as an expression.
 pub(super) fn optional(value: Option<Interval>) -> String {
     value.map_or_else(|| "None".to_owned(), |value| format!("Some({})", interval(value)))
 }
 
-/// Nanoseconds that may be missing, as an expression.
+/// Returns nanoseconds that may be missing, as an expression.
 pub(super) fn optional_ns(ns: Option<i64>) -> String {
     optional(ns.map(Interval::from_nanos))
 }

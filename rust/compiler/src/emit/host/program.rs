@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-//! The implementation of `Program`: from numbers to fields and methods. What a program does not have, the trait's own
-//! methods say.
+//! The implementation of `Program`: maps numbers to fields and methods. The trait's own methods remain for all parts
+//! that a program does not have.
 
 use super::bodies::ReactionPart;
 use super::module::FederateModule;
 use crate::tables::{Cell, TriggerRow};
 
-/// Signatures of the methods, what each matches on, and what it answers for others.
+/// Signatures of the methods, the value that each matches on, and its result for other values.
 const REACT: [&str; 3] = ["react(&mut self, reaction: ReactionId, ctx: &mut ReactionContext<'_>)", "reaction", "{}"];
 const MISS: [&str; 3] =
     ["miss_deadline(&mut self, reaction: ReactionId, ctx: &mut ReactionContext<'_>)", "reaction", "{}"];
@@ -37,7 +37,7 @@ const DELIVER_TARDY: [&str; 3] = [
 ];
 
 impl FederateModule<'_> {
-    /// `impl Program for …`.
+    /// Returns `impl Program for …`.
     pub(super) fn program(&self, owner: &str) -> String {
         let tables = &self.owner.tables;
         let trigger = |index: usize| &self.owner.symbols.triggers[index];

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-//! The module of an image's RTI: what it knows of the federation.
+//! The module of an image's RTI: its description of the federation.
 //!
-//! All that are numbers is in the Kconfig fragment, where it can be raised. But how long a message can be is known to
-//! the types of the program alone, some of which preambles declare.
+//! All numbers are in the Kconfig fragment, where users can raise them. But only the program's types know the length of
+//! messages, and preambles declare some of these types.
 
 use lf_model::time::Interval;
 use quote::quote;
@@ -13,7 +13,7 @@ use super::splice::Splices;
 use crate::emit::{EmitError, File, FileMap, Job};
 use crate::plan::{ClockSync, Rti};
 
-/// Emits the module of an RTI that passes on payloads of these lengths, which are expressions.
+/// Emits the module of an RTI that forwards payloads of these lengths, which are expressions.
 pub(super) fn emit(
     job: &Job<'_>,
     mut lengths: Vec<String>,
@@ -42,7 +42,7 @@ pub(super) fn emit(
     let mut splices = Splices::new(plan);
     let text = splices.text(format!(
         "use lf::model::*;\nuse lf::rti::{{ClockSync, Description}};\n\n\
-         /// What the RTI knows of the federation; CONFIG_LF_RTI_… has the sizes.\n\
+         /// The RTI's description of the federation; CONFIG_LF_RTI_… has the sizes.\n\
          pub static RTI: Description = {};\n",
         rti.block()
     ));

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-//! How values go to other federates: which ports send and receive, the serializers of `@serializer` and `@max_length`,
-//! and what crates need for them.
+//! The transfer of values to other federates: the ports that send and receive, the serializers of `@serializer` and
+//! `@max_length`, and the dependencies of crates on them.
 
 use crate::emit::Job;
 use crate::emit::view::View;
 use crate::plan::{ClassIndex, Federate, NetworkInput, PortIndex, ReactionKind, Serializer, TriggerKind, Type};
 
-/// The type of a serializer for values of a type, which is spelled as where it is used.
+/// Returns the type of a serializer for values of a type, which is spelled as at the place of use.
 pub(in crate::emit) fn serializer_type(serializer: &Serializer, ty: &str) -> String {
     match (&serializer.name, serializer.max_length) {
         (None, length) => format!("::lf::MaxLength<{}>", length.unwrap_or_default()),
@@ -25,7 +25,7 @@ pub(in crate::emit) struct SentPort<'p> {
     pub(in crate::emit) serializer: Option<&'p Serializer>,
 }
 
-/// The ports of a federate whose values come from others or go to them, with their storage.
+/// Returns the ports of a federate that send to other federates or receive from them, with their storage.
 pub(in crate::emit) fn sent_ports(federate: &Federate) -> impl Iterator<Item = (PortIndex, SentPort<'_>)> {
     let outputs = federate.outputs.iter().map(|output| (output.source, &output.ty, output.serializer.as_ref()));
     let inputs = federate
@@ -39,7 +39,7 @@ pub(in crate::emit) fn sent_ports(federate: &Federate) -> impl Iterator<Item = (
 }
 
 impl Federate {
-    /// Returns the class and the name in it of what has this path.
+    /// Returns the class and the name in it of the element with this path.
     pub(in crate::emit) fn declared<'a>(&self, path: &'a str) -> Option<(ClassIndex, &'a str)> {
         let (owner, name) = path.rsplit_once('.')?;
         // A channel is declared with its multiport.
@@ -62,7 +62,7 @@ impl Federate {
     }
 }
 
-/// The ports of a federate whose values connections copy, by class and name.
+/// Returns the ports of a federate whose values connections copy, by class and name.
 pub(in crate::emit) fn copied_ports(federate: &Federate) -> impl Iterator<Item = (ClassIndex, &str)> {
     let delayed = federate.triggers.iter().filter_map(|trigger| match trigger.kind {
         TriggerKind::Delay { source, .. } => Some(source),
@@ -75,20 +75,20 @@ pub(in crate::emit) fn copied_ports(federate: &Federate) -> impl Iterator<Item =
     delayed.chain(copied).filter_map(|port| federate.declared_port(port))
 }
 
-/// Whether some values are sent as postcard writes them. Preambles are shared by all crates of a program, so all of
-/// them need its crates then.
+/// Returns whether some values are serialized by postcard. All crates of a program share the preambles, so all of them
+/// then need its crates.
 fn uses_postcard(view: &View<'_>) -> bool {
     let is_named = |input: &NetworkInput| input.serializer.as_ref().is_some_and(|serializer| serializer.name.is_some());
     let mut own = view.plan.federates.iter().filter(|federate| view.is_own(federate.instances[0].class));
     own.any(|federate| federate.inputs.iter().any(is_named))
 }
 
-/// The features of the crate `lf` that sending needs.
+/// Returns the features of the crate `lf` that sending needs.
 pub(super) fn features(view: &View<'_>) -> Option<&'static str> {
     uses_postcard(view).then_some("postcard")
 }
 
-/// The lines of the manifest for the crates that sending needs and that the program does not ask for itself.
+/// Returns the lines of the manifest for the crates that sending needs and that the program does not depend on itself.
 pub(super) fn dependencies(job: &Job<'_>) -> String {
     if !uses_postcard(job.view) {
         return String::new();

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Formatted scaffolding with verbatim pieces of the program in it.
 //!
-//! The scaffolding is made with `quote` and formatted by `prettyplease`, which would reformat what users wrote. So
-//! their code is represented by placeholders, which are replaced after formatting, line by line, while the source map
-//! is written down. Two kinds of doc comments name a place of the program in the same way.
+//! The scaffolding is made with `quote` and formatted by `prettyplease`, which would reformat the users' code. So
+//! placeholders stand for this code; after formatting they are replaced, line by line, while the source map is
+//! recorded. Two kinds of doc comments name a place of the program in the same way.
 
 use std::borrow::Cow;
 
@@ -19,17 +19,17 @@ const LINES: &str = "lfz_lines!(";
 const INLINE: &str = "lfz_inline!(";
 const ANCHOR: &str = "lfz-anchor-";
 
-/// What the items of a preamble get, so that the module of the federate can name them.
+/// The visibility that the items of a preamble get, so that the module of the federate can name them.
 const VISIBILITY: &str = "pub(crate) ";
 
-/// Where [`VISIBILITY`] goes: lines of a piece of code, from 0, and columns in characters, from 0; in order.
+/// The positions of [`VISIBILITY`]: lines of a piece of code, from 0, and columns in characters, from 0; in order.
 type Insertions = Vec<(usize, usize)>;
 
 /// A verbatim piece.
 struct Spliced<'p> {
     code: Cow<'p, SourceCode>,
     insertions: Insertions,
-    /// How many blanks its lines begin with, behind the first one, that are left out.
+    /// The number of leading blanks to remove from its lines, except for the first one.
     dedent: usize,
 }
 
@@ -46,8 +46,8 @@ impl<'p> Splices<'p> {
         Self { plan, codes: Vec::new(), texts: Vec::new(), anchors: Vec::new() }
     }
 
-    /// The items of a preamble, on lines of their own. Those that are private become visible in the whole crate,
-    /// because the federate's module has to name the types of ports and actions.
+    /// Adds the items of a preamble, on lines of their own. Private ones become visible in the whole crate, because the
+    /// federate's module has to name the types of ports and actions.
     ///
     /// # Errors
     /// As for [`Splices::lines`].
@@ -56,16 +56,16 @@ impl<'p> Splices<'p> {
         Ok(quote! { lfz_lines!(#number); })
     }
 
-    /// Code that stands on lines of its own: statements of a body.
+    /// Adds code that stands on lines of its own: statements of a body.
     ///
     /// # Errors
-    /// If its brackets are not balanced or it has an unterminated literal, so that it would swallow what follows.
+    /// If its brackets are not balanced or it has an unterminated literal, so that it would swallow the following code.
     pub(in crate::emit) fn lines(&mut self, code: &'p SourceCode) -> Result<TokenStream, EmitError> {
         let number = self.add(code, Insertions::new(), 0)?;
         Ok(quote! { lfz_lines!(#number); })
     }
 
-    /// Code within a line: an expression.
+    /// Adds code within a line: an expression.
     ///
     /// # Errors
     /// As for [`Splices::lines`].
@@ -74,7 +74,7 @@ impl<'p> Splices<'p> {
         Ok(quote! { lfz_inline!(#number) })
     }
 
-    /// A type within a line, at the place where the program has it. It has been parsed.
+    /// Adds a type within a line, at its place in the program. It has been parsed.
     pub(in crate::emit) fn ty(&mut self, ty: &Type) -> TokenStream {
         let code = Cow::Owned(SourceCode { text: ty.text.clone(), at: ty.at });
         self.codes.push(Spliced { code, insertions: Insertions::new(), dedent: 0 });
@@ -91,24 +91,24 @@ impl<'p> Splices<'p> {
         Ok(Literal::usize_unsuffixed(self.codes.len() - 1))
     }
 
-    /// Items that are formatted already.
+    /// Adds items that are formatted already.
     pub(in crate::emit) fn text(&mut self, text: String) -> TokenStream {
         self.texts.push(text);
         let number = Literal::usize_unsuffixed(self.texts.len() - 1);
         quote! { lfz_text!(#number); }
     }
 
-    /// A doc comment that ends with the place of a declaration, to which everything after it is mapped.
+    /// Adds a doc comment that ends with the place of a declaration, to which all following lines are mapped.
     pub(in crate::emit) fn doc(&mut self, text: &str, at: Location) -> TokenStream {
         self.anchors.push(at);
         let text = format!(" {text}, {ANCHOR}{}.", self.anchors.len() - 1);
         quote! { #[doc = #text] }
     }
 
-    /// Formats the scaffolding and puts the pieces in.
+    /// Formats the scaffolding and inserts the pieces.
     ///
     /// # Errors
-    /// If the scaffolding is not Rust, which would be a mistake of this module's callers.
+    /// If the scaffolding is not Rust, which would be a defect of this module's callers.
     pub(in crate::emit) fn finish(self, path: String, tokens: TokenStream) -> Result<(File, FileMap), EmitError> {
         let syntax = syn::parse2(tokens).map_err(|error| {
             let message = format!("this is a mistake of the compiler: what it generated is not Rust: {error}");
@@ -136,11 +136,11 @@ fn file_name(plan: &Plan, file: usize) -> &str {
     path.rsplit(['/', '\\']).next().unwrap_or(path)
 }
 
-/// Writes lines and keeps count of them.
+/// Writes lines and counts them.
 struct Writer<'a, 'p> {
     splices: &'a Splices<'p>,
     text: String,
-    /// The number of the line that is written next.
+    /// The number of the next line.
     line: usize,
     map: FileMap,
 }
@@ -165,7 +165,7 @@ impl Writer<'_, '_> {
         }
     }
 
-    /// Replaces a placeholder that stands alone by all lines of its code.
+    /// Replaces a placeholder on a line of its own by all lines of its code.
     fn verbatim_lines(&mut self, indent: &str, number: usize) {
         let Some(Spliced { code, insertions, dedent }) = self.splices.codes.get(number) else { return };
         for (index, line) in code.text.trim_end().split('\n').enumerate() {
@@ -185,7 +185,7 @@ impl Writer<'_, '_> {
         }
     }
 
-    /// A line of code with [`VISIBILITY`] at the cuts, and a piece of the map for what is between them.
+    /// Writes a line of code with [`VISIBILITY`] at the cuts, and a piece of the map for each part between them.
     fn cut_line(&mut self, indent: &str, shown: &str, cuts: impl Iterator<Item = usize>, to: Origin) -> String {
         let characters: Vec<char> = shown.chars().collect();
         let mut text = indent.to_owned();
@@ -195,7 +195,7 @@ impl Writer<'_, '_> {
             let piece: String = characters[from.min(end)..end].iter().collect();
             let column = text.chars().count() + 1;
             let to = Origin { column: to.column + from, ..to };
-            // Nothing stands before a cut at the beginning, so nothing maps there.
+            // No code stands before a cut at the beginning, so nothing maps there.
             if !piece.is_empty() || until.is_none() {
                 self.map.pieces.push(Piece { line: self.line, column, len: end - from.min(end), to });
             }
@@ -232,7 +232,7 @@ impl Writer<'_, '_> {
         self.push(&shown);
     }
 
-    /// Appends code to the line that has been begun; returns what its last line begins with.
+    /// Appends code to the unfinished line; returns the beginning of its last line.
     fn verbatim_inline(&mut self, mut begun: String, number: usize) -> String {
         let Some(Spliced { code, .. }) = self.splices.codes.get(number) else { return begun };
         let text = code.text.trim();
@@ -253,7 +253,7 @@ impl Writer<'_, '_> {
             self.map.pieces.push(Piece { line, column: begun.chars().count() + 1, len, to });
             begun.push_str(part);
         }
-        // A comment at the end must not swallow what follows.
+        // A comment at the end must not swallow the following code.
         if format!("({text})").parse::<TokenStream>().is_err() {
             self.push(&begun);
             begun = String::new();
@@ -262,7 +262,8 @@ impl Writer<'_, '_> {
     }
 }
 
-/// How many blanks all lines behind the first begin with. None where a literal spans lines, as it would change.
+/// Returns the number of blanks with which all lines but the first begin; zero if a literal spans lines, because its
+/// value would change.
 fn indentation(text: &str) -> usize {
     fn spans_lines(tokens: TokenStream) -> bool {
         tokens.into_iter().any(|token| match token {
@@ -278,7 +279,8 @@ fn indentation(text: &str) -> usize {
     lines.map(|line| line.len() - line.trim_start_matches(' ').len()).min().unwrap_or(0)
 }
 
-/// Where the private items of a preamble begin, behind their attributes. None in code that is not Rust: rustc says why.
+/// Returns the beginnings of a preamble's private items, behind their attributes. Returns none for code that is not
+/// Rust: rustc reports the reason.
 fn private_items(text: &str) -> Insertions {
     let Ok(file) = syn::parse_str::<syn::File>(text) else { return Insertions::new() };
     let starts = file.items.iter().filter_map(|item| match item {
@@ -296,12 +298,12 @@ fn private_items(text: &str) -> Insertions {
     starts.map(|start| (start.line - 1, start.column)).collect()
 }
 
-/// The start of what follows an item's visibility, if it has none.
+/// Returns the position behind the visibility of an item, if it has none.
 fn private(visibility: &Visibility, keyword: Span) -> Option<LineColumn> {
     matches!(visibility, Visibility::Inherited).then(|| keyword.start())
 }
 
-/// A trait begins with `unsafe`, `auto` or `trait`.
+/// Returns the beginning of a trait: `unsafe`, `auto` or `trait`.
 fn trait_start(item: &syn::ItemTrait) -> Span {
     let auto = item.auto_token.map_or(item.trait_token.span, |word| word.span);
     item.unsafety.map_or(auto, |word| word.span)
@@ -311,14 +313,14 @@ fn first_span(tokens: &impl ToTokens) -> Span {
     tokens.to_token_stream().into_iter().next().map_or_else(Span::call_site, |token| token.span())
 }
 
-/// Splits at the first placeholder of a kind: what is before it, its number, what is behind it.
+/// Splits at the first placeholder of a kind: the text before it, its number, the text behind it.
 fn placeholder<'l>(line: &'l str, open: &str, close: &str) -> Option<(&'l str, usize, &'l str)> {
     let (before, rest) = line.split_once(open)?;
     let (number, after) = rest.split_once(close)?;
     Some((before, number.trim().parse().ok()?, after))
 }
 
-/// `prettyplease` puts no blank lines between items; people expect them.
+/// Adds blank lines between items, which `prettyplease` does not.
 #[derive(Default)]
 struct Spacing {
     previous: String,
@@ -326,7 +328,7 @@ struct Spacing {
 }
 
 impl Spacing {
-    /// Whether a blank line belongs before this one.
+    /// Returns whether a blank line belongs before this one.
     fn blank_before(&mut self, line: &str) -> bool {
         let previous = core::mem::replace(&mut self.previous, line.to_owned());
         if line.starts_with("impl ") {

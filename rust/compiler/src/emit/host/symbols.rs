@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-//! The struct that owns all of a federate: what its fields are for, and their names and those of the inboxes of
-//! physical actions.
+//! The struct that owns all parts of a federate: the purposes of its fields, and their names and those of the inboxes
+//! of physical actions.
 
 use proc_macro2::Ident;
 
@@ -33,15 +33,15 @@ impl<'p> Owner<'p> {
     }
 }
 
-/// All names, each given once.
+/// All names, each unique.
 pub(in crate::emit) struct Identifiers {
-    /// The variable that holds the federated reactor while the instances are made.
+    /// The variable that holds the federated reactor during the construction of the instances.
     pub(in crate::emit) main: Ident,
     pub(in crate::emit) instances: Vec<Ident>,
     /// A port that a trigger fills lies in the trigger's field, so the two share their name.
     pub(in crate::emit) ports: Vec<Ident>,
     pub(in crate::emit) triggers: Vec<Ident>,
-    /// By trigger; of those that are no physical actions nobody asks.
+    /// The names by trigger; unused for those that are no physical actions.
     pub(in crate::emit) inboxes: Vec<Ident>,
 }
 

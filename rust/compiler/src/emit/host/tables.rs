@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! The tables of a federate as Rust: a row per line, without what is as in `DEFAULT`.
+//! The tables of a federate as Rust: a row per line, without the fields that equal `DEFAULT`.
 
 use lf_model::time::Interval;
 use lf_model::{ActionTiming, ModeId, ModeTrigger, Policy, ReactionKind, TriggerKind};
@@ -10,10 +10,10 @@ use crate::emit::EmitError;
 use crate::tables::ModeEvents;
 
 impl FederateModule<'_> {
-    /// The tables, checked when they are compiled.
+    /// Returns the tables, which are checked at compile time.
     pub(super) fn tables_text(&self) -> Result<String, EmitError> {
         let mut text = self.modes_text();
-        text.push_str("/// What the engine knows of this program.\npub const TABLES: Tables = Tables {\n");
+        text.push_str("/// The tables of this program for the engine.\npub const TABLES: Tables = Tables {\n");
         let tables = [
             ("reactions", self.reaction_rows()),
             ("triggers", self.trigger_rows()),
@@ -49,18 +49,17 @@ impl FederateModule<'_> {
             text = text + "    workers: " + &workers.to_string() + ",\n";
         }
         text.push_str(if omits { "    ..Tables::DEFAULT\n};\n" } else { "};\n" });
-        text.push_str("const _: () = TABLES.check();\n\n/// The memory that the engine needs for it.\n");
+        text.push_str("const _: () = TABLES.check();\n\n/// The memory that the engine needs for this program.\n");
         text.push_str("pub type Storage = lf::model::storage_for!(TABLES);\n");
         Ok(text)
     }
 
-    /// The modes and what is in them, where there are any.
+    /// Returns the modes and their contents, if there are any.
     fn modes_text(&self) -> String {
         if self.owner.tables.modes.is_empty() {
             return String::new();
         }
-        let mut text =
-            String::from("/// The modes, by reaction the one that it is in, and the triggers that are in one.\n");
+        let mut text = String::from("/// The modes, the mode of each reaction, and the triggers in modes.\n");
         text.push_str("const MODES: Modes = Modes::new(\n    &[\n");
         for mode in &self.owner.tables.modes {
             let mut row = Fields::of("ModeInfo");
@@ -173,7 +172,7 @@ fn trigger_kind(kind: &TriggerKind) -> String {
     }
 }
 
-/// `&[ReactionId(0), ReactionId(3)]`
+/// Returns a list of ids: `&[ReactionId(0), ReactionId(3)]`.
 pub(in crate::emit) fn ids(ids: &[impl core::fmt::Debug]) -> String {
     format!("&{ids:?}")
 }

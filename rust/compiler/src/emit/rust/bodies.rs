@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! How the host reaches bodies in Rust.
+//! The host's access to bodies in Rust.
 
 use core::cell::RefCell;
 use std::collections::BTreeSet;
@@ -15,17 +15,17 @@ use crate::emit::{EmitError, File, Job};
 use crate::languages::rust::is_copy;
 use crate::plan::{ClassIndex, Port, Serializer, SourceCode, Type};
 
-/// The words by which bodies reach devices: a macro and a module.
+/// The words by which bodies access devices: a macro and a module.
 const DEVICES: [&str; 2] = ["device", "devices"];
 
 /// The bodies of a participant in Rust.
 pub(in crate::emit) struct RustBodies<'p> {
     pub(super) job: &'p Job<'p>,
     pub(super) layout: Layout<'p>,
-    /// What an RTI in the crate passes on.
+    /// The payloads that an RTI in the crate forwards.
     payloads: Payloads<'p>,
     beside: Beside<'p>,
-    /// The classes that have been named, whose modules are imported.
+    /// The classes that are named, whose modules are imported.
     named: RefCell<BTreeSet<ClassIndex>>,
 }
 
@@ -48,7 +48,7 @@ impl<'p> RustBodies<'p> {
         format!("{}::{}", self.module(class), self.layout.name(class))
     }
 
-    /// All code that the crate has.
+    /// Returns all code of the crate.
     fn codes(&self) -> impl Iterator<Item = &str> {
         let view = self.job.view;
         let text = |code: &'p SourceCode| code.text.as_str();
@@ -88,7 +88,7 @@ impl Bodies for RustBodies<'_> {
         self.layout.files().map(|(_, module)| module).collect()
     }
 
-    // What is in modules of the user's own, nothing has read.
+    // The compiler has not read the user's own modules.
     fn uses_devices(&self) -> bool {
         let language = self.job.view.language;
         !self.job.view.cargo.modules.is_empty()
@@ -119,7 +119,7 @@ impl Bodies for RustBodies<'_> {
         false
     }
 
-    // What a preamble declares is known only to the module of the reactor, which has a name for the type.
+    // A preamble's declarations are known only to the module of the reactor, which has a name for the type.
     fn value_type(&self, path: &str, ty: &Type) -> Result<String, EmitError> {
         let declared = self.job.federate.and_then(|federate| federate.declared(path));
         match declared {

@@ -64,8 +64,8 @@ fn call(owner: &Owner<'_>, reaction: &ScheduledReaction, part: ReactionPart) -> 
     Some(format!("self.{field}.{method}(ctx{})", arguments.collect::<String>()))
 }
 
-/// Returns one arm per level at which several instances have reactions, where there are threads for them. Copies
-/// are left to the engine: two of different modes have one port to set.
+/// Returns one arm per level at which several instances have reactions, if there are threads for them. The engine runs
+/// copies itself: two of different modes set one port.
 pub(super) fn levels(owner: &Owner<'_>) -> Vec<String> {
     if owner.job.workers() < 2 {
         return Vec::new();
@@ -77,7 +77,8 @@ pub(super) fn levels(owner: &Owner<'_>) -> Vec<String> {
         }
     }
     let arm = |(level, instances): (u16, BTreeMap<usize, Vec<ReactionId>>)| {
-        // The reactions of one instance are in different modes. They share what they change, so they are one job.
+        // The reactions of one instance are in different modes. They share the state that they change, so they are one
+        // job.
         let mut groups: Vec<_> = instances.into_values().collect();
         groups.sort_by_key(|reactions| reactions[0].0);
         let jobs: Vec<String> = groups.iter().map(|reactions| lent(owner, reactions)).collect();

@@ -10,7 +10,7 @@ use crate::emit::EmitError;
 use crate::emit::host::{Members, Owner, Splices, tokens};
 
 impl RustBodies<'_> {
-    /// Makes the instances, containers first, and keeps those that have reactions.
+    /// Adds the construction of the instances, containers first, and fields for those with reactions.
     pub(super) fn add_instances(
         &self,
         owner: &Owner<'_>,
@@ -39,7 +39,7 @@ impl RustBodies<'_> {
             members.locals.extend(if is_kept || is_container {
                 quote! { let #field = #value; }
             } else {
-                // Its initial values are still worked out; a variable would be one that nothing uses.
+                // The initial values are still evaluated; a variable would be unused.
                 quote! { let _ = #value; }
             });
             if is_kept {
@@ -52,7 +52,7 @@ impl RustBodies<'_> {
         Ok(())
     }
 
-    /// The main reactor, all of whose parameters have their defaults.
+    /// Returns the construction of the main reactor, all of whose parameters have their defaults.
     fn new_main(&self) -> Result<TokenStream, EmitError> {
         let (view, plan) = (self.job.view, self.job.plan());
         let class = view.class(plan.main);

@@ -7,17 +7,17 @@ use syn::{File, Item, UseTree};
 
 use crate::plan::SourceCode;
 
-/// What preambles declare.
+/// The names that preambles declare.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Items {
-    /// What they declare themselves; what macros that look like items have in them included.
+    /// The names of items, and of the items in macros that look like items.
     pub(super) declared: BTreeSet<String>,
-    /// What they name by `use`.
+    /// The names in `use`.
     pub(super) imported: BTreeSet<String>,
 }
 
 impl Items {
-    /// Those of some preambles. Nothing is known of code that is not Rust: rustc says why.
+    /// Returns the names of some preambles. Code that is not Rust has none: rustc reports the reason.
     pub(super) fn of<'c>(preambles: impl IntoIterator<Item = &'c SourceCode>) -> Self {
         let mut items = Self::default();
         for file in preambles.into_iter().filter_map(|code| syn::parse_str::<File>(&code.text).ok()) {
@@ -26,7 +26,7 @@ impl Items {
         items
     }
 
-    /// Whether a name means something of these.
+    /// Returns whether a name is one of these.
     pub(super) fn has(&self, name: &str) -> bool {
         self.declared.contains(name) || self.imported.contains(name)
     }

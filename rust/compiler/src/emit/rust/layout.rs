@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Which modules a crate has: one per LF file, and in it one per reactor class that the federate needs, or whose types
-//! the RTI needs.
+//! The modules of a crate: one per LF file, and in it one per reactor class that the federate needs, or whose types the
+//! RTI needs.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -15,26 +15,26 @@ use crate::emit::view::View;
 use crate::lexical::is_plain;
 use crate::plan::{ClassIndex, Federate, FileIndex, ReactorClass};
 
-/// Root modules that a file's module must not hide: those of the crate itself, and crates that paths begin with.
+/// Root modules that a file's module must not hide: those of the crate itself, and crates at the beginning of paths.
 const RESERVED: [&str; 12] =
     ["alloc", "core", "federate", "lf", "lib", "log", "main", "mod", "postcard", "rti", "serde", "std"];
 
-/// The module of what headers of C declare.
+/// The module with the declarations of C headers.
 const BINDINGS: &str = "c";
 
 /// The modules of one crate.
 pub(super) struct Layout<'p> {
     files: BTreeMap<FileIndex, String>,
     classes: BTreeMap<ClassIndex, ClassModule>,
-    /// Which children of which classes this federate has.
+    /// The children of each class of which this federate has instances.
     children: BTreeSet<(ClassIndex, usize)>,
-    /// Which reactions of which classes it has: all, but for those of the federated reactor.
+    /// The reactions of each class that it has: all, except for those of the federated reactor.
     reactions: BTreeSet<(ClassIndex, usize)>,
-    /// Ports whose values come from other federates or go to them, by class and name.
+    /// Ports that receive values from other federates or send to them, by class and name.
     sent: BTreeMap<(ClassIndex, &'p str), SentPort<'p>>,
     /// Ports whose values connections copy, by class and name.
     copied: BTreeSet<(ClassIndex, &'p str)>,
-    /// How many threads run its reactions.
+    /// The number of threads that run its reactions.
     workers: u16,
 }
 
@@ -47,8 +47,8 @@ struct ClassModule {
 }
 
 impl<'p> Layout<'p> {
-    /// The modules that a federate needs: the classes of its instances, and the main one, which makes the first; and
-    /// those of classes of which only the types are needed.
+    /// Returns the modules that a federate needs: the classes of its instances, and the main one, which constructs the
+    /// first; and those of classes of which only the types are needed.
     pub(super) fn new(job: &'p Job<'p>, types: &BTreeSet<ClassIndex>) -> Self {
         let (view, plan, federate) = (job.view, job.plan(), job.federate);
         let instances = || federate.iter().flat_map(|federate| &federate.instances);
@@ -59,7 +59,7 @@ impl<'p> Layout<'p> {
         used.extend(federate.map(|_| (plan.main, true)));
         let included = view.cargo.modules.iter().map(|module| module.name.as_str());
         let headers = (!view.native.headers.is_empty()).then_some(BINDINGS);
-        // A module hides the crate, the type and the item that have its name.
+        // A module hides the crate, the type and the item of the same name.
         let crates = view.cargo.dependencies.iter().map(|one| one.name.replace('-', "_"));
         let crates: Vec<String> = crates.collect();
         let known = RESERVED.into_iter().chain(PRIMITIVES).chain(headers).chain(crates.iter().map(String::as_str));
@@ -94,45 +94,44 @@ impl<'p> Layout<'p> {
         Self { files, classes, children, reactions, sent: sent.collect(), copied, workers: job.workers() }
     }
 
-    /// How many threads run its reactions. With more than one, state and values have to be such that another thread can
-    /// have them.
+    /// Returns the number of threads that run its reactions. With more than one, state and values have to be `Send`.
     pub(super) fn workers(&self) -> u16 {
         self.workers
     }
 
-    /// A port of a class, if its values come from other federates or go to them.
+    /// Returns a port of a class, if it receives values from other federates or sends to them.
     pub(super) fn sent_of(&self, class: ClassIndex, port: &str) -> Option<SentPort<'p>> {
         self.sent.get(&(class, port)).cloned()
     }
 
-    /// Whether connections copy the values of a port of a class.
+    /// Returns whether connections copy the values of a port of a class.
     pub(super) fn is_copied(&self, class: ClassIndex, port: &str) -> bool {
         self.copied.contains(&(class, port))
     }
 
-    /// The files with their modules.
+    /// Returns the files with their modules.
     pub(super) fn files(&self) -> impl Iterator<Item = (FileIndex, &str)> {
         self.files.iter().map(|(file, module)| (*file, module.as_str()))
     }
 
-    /// Whether the crate has a module of this file.
+    /// Returns whether the crate has a module of this file.
     pub(super) fn has_file(&self, file: FileIndex) -> bool {
         self.files.contains_key(&file)
     }
 
-    /// The path of a file's module from anywhere in the crate.
+    /// Returns the path of a file's module from anywhere in the crate.
     pub(super) fn file_path(&self, file: FileIndex) -> Option<String> {
         self.files.get(&file).map(|module| format!("crate::{module}"))
     }
 
-    /// The classes of a file with their modules.
+    /// Returns the classes of a file with their modules.
     pub(super) fn classes_of(&self, file: FileIndex) -> impl Iterator<Item = (ClassIndex, &str)> {
         let of_file = self.classes.iter().filter(move |(_, place)| place.file == file);
         of_file.map(|(class, place)| (*class, place.module.as_str()))
     }
 
-    /// The modules of the classes of other files, with their files' modules: in LF's Rust target all reactors are
-    /// siblings, so a body may say `super::other_reactor::item`. Where names clash, the file's own module wins.
+    /// Returns the modules of the classes of other files, with their files' modules: in LF's Rust target all reactors
+    /// are siblings, so a body may use `super::other_reactor::item`. If names clash, the file's own module wins.
     pub(super) fn siblings_of(&self, view: &View<'_>, file: FileIndex) -> Vec<(&str, &str)> {
         let own = Items::of(view.preambles(file));
         let mut taken: BTreeSet<&str> = self.classes_of(file).map(|(_, module)| module).collect();
@@ -141,32 +140,32 @@ impl<'p> Layout<'p> {
         named.filter(|(_, module)| !own.has(module) && taken.insert(module)).collect()
     }
 
-    /// Whether the crate has this class with its reactions and its state.
+    /// Returns whether the crate has this class with its reactions and its state.
     pub(super) fn has(&self, class: ClassIndex) -> bool {
         self.classes.get(&class).is_some_and(|place| place.whole)
     }
 
-    /// Whether this federate has an instance of this child of a class.
+    /// Returns whether this federate has an instance of this child of a class.
     pub(super) fn makes(&self, class: ClassIndex, child: usize) -> bool {
         self.children.contains(&(class, child))
     }
 
-    /// Whether this federate has a reaction of a class, by its number.
+    /// Returns whether this federate has a reaction of a class, by its number.
     pub(super) fn reacts(&self, class: ClassIndex, reaction: usize) -> bool {
         self.reactions.contains(&(class, reaction))
     }
 
-    /// The name of a class's struct; empty for a class that the crate does not have.
+    /// Returns the name of a class's struct; empty for a class that the crate does not have.
     pub(super) fn name(&self, class: ClassIndex) -> String {
         self.classes.get(&class).map_or_else(String::new, |place| place.name.to_string())
     }
 
-    /// The path of a class's module from anywhere in the crate.
+    /// Returns the path of a class's module from anywhere in the crate.
     pub(super) fn module_path(&self, class: ClassIndex) -> String {
         self.place(class).map_or_else(String::new, |(file, module)| format!("crate::{file}::{module}"))
     }
 
-    /// The path of a class's struct from the module of another class.
+    /// Returns the path of a class's struct from the module of another class.
     pub(super) fn class_path(&self, from: ClassIndex, class: ClassIndex) -> String {
         let same_file = |(one, other): (&ClassModule, &ClassModule)| one.file == other.file;
         let module = match self.classes.get(&from).zip(self.classes.get(&class)) {
@@ -176,7 +175,7 @@ impl<'p> Layout<'p> {
         format!("{module}::{}", self.name(class))
     }
 
-    /// The path of a class's module where it is imported: its name, if no other file has such a module.
+    /// Returns the path of a class's module where it is imported: its name, if no other file has such a module.
     pub(super) fn imported(&self, class: ClassIndex) -> String {
         match self.place(class) {
             Some((_, module)) if self.is_unique(module) => module.to_owned(),
@@ -184,7 +183,7 @@ impl<'p> Layout<'p> {
         }
     }
 
-    /// What is imported so that these classes can be named: modules by files.
+    /// Returns the imports by which these classes can be named: modules by files.
     pub(super) fn imports(&self, classes: &BTreeSet<ClassIndex>) -> BTreeMap<&str, Vec<&str>> {
         let mut imports: BTreeMap<&str, Vec<&str>> = BTreeMap::new();
         for (file, module) in classes.iter().filter_map(|class| self.place(*class)) {
@@ -202,21 +201,21 @@ impl<'p> Layout<'p> {
         self.classes.values().filter(|place| place.module == module).count() == 1
     }
 
-    /// The modules of a class's file and of the class.
+    /// Returns the modules of a class's file and of the class.
     fn place(&self, class: ClassIndex) -> Option<(&str, &str)> {
         let place = self.classes.get(&class)?;
         Some((self.files.get(&place.file)?.as_str(), place.module.as_str()))
     }
 }
 
-/// The name of a file without folders and extension.
+/// Returns the name of a file without folders and extension.
 pub(super) fn stem(path: &str) -> &str {
     let name = path.rsplit(['/', '\\']).next().unwrap_or(path);
     name.rsplit_once('.').map_or(name, |(stem, _)| stem)
 }
 
-/// The name of a class's struct: that of the class, unless bodies would see it in place of something else that has the
-/// name. No body needs it, since all have `Self`.
+/// Returns the name of a class's struct: that of the class, unless it would hide another name that bodies use. No body
+/// needs it, since all have `Self`.
 fn struct_name(class: &ReactorClass, of_file: &Items) -> Ident {
     let own = Items::of(&class.preambles);
     let is_type = |name: &str| class.types.iter().any(|(parameter, _)| parameter == name);
@@ -231,7 +230,7 @@ fn struct_name(class: &ReactorClass, of_file: &Items) -> Ident {
     ident(&name)
 }
 
-/// A module's name, which is also a file's name, and so must not need to be raw.
+/// Returns a module's name, which is also a file's name, and so must not need to be raw.
 fn module_name(name: &str) -> String {
     let snake = shortened(&snake_case(name), '_');
     if is_plain(&snake) { snake } else { format!("{snake}_") }

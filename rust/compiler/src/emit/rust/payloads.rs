@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! The types of what an RTI in an image passes on.
+//! The types of the values that an RTI in an image forwards.
 
 use std::collections::BTreeSet;
 
@@ -12,7 +12,7 @@ use crate::emit::{EmitError, Job};
 use crate::languages::rust::is_copy;
 use crate::plan::{ClassIndex, Federate, InputIndex, Plan, Serializer, Type};
 
-/// The types of all that the RTI passes on, each once.
+/// The types of all values that the RTI forwards, each once.
 #[derive(Default)]
 pub(super) struct Payloads<'p>(Vec<Payload<'p>>);
 
@@ -20,12 +20,13 @@ pub(super) struct Payloads<'p>(Vec<Payload<'p>>);
 struct Payload<'p> {
     ty: &'p Type,
     serializer: Option<&'p Serializer>,
-    /// The class of the port at one end, and the port's name, where the type can be spelled.
+    /// The class of the port at one end, and the port's name, if the type can be spelled.
     declared: Option<(ClassIndex, &'p str)>,
 }
 
 impl<'p> Payloads<'p> {
-    /// The types of the connections between federates, physical ones and all of decentralized coordination left out.
+    /// Returns the types of the connections between federates, except for physical ones and those of decentralized
+    /// coordination.
     pub(super) fn new(job: &'p Job<'p>) -> Self {
         let mut payloads: Vec<Payload<'p>> = Vec::new();
         for federate in &job.plan().federates {
@@ -41,7 +42,7 @@ impl<'p> Payloads<'p> {
         Self(payloads)
     }
 
-    /// The classes whose types are needed.
+    /// Returns the classes whose types are needed.
     pub(super) fn classes(&self) -> BTreeSet<ClassIndex> {
         self.0
             .iter()
@@ -50,7 +51,7 @@ impl<'p> Payloads<'p> {
             .collect()
     }
 
-    /// Returns how long their values are at most, as expressions.
+    /// Returns the maximum lengths of their values, as expressions.
     pub(super) fn lengths(&self, plan: &Plan, layout: &Layout<'_>) -> Result<Vec<String>, EmitError> {
         let length = |payload: &Payload<'p>| {
             let ty = match payload.declared {
@@ -67,15 +68,15 @@ impl<'p> Payloads<'p> {
 }
 
 impl Payload<'_> {
-    /// Whether it is as long as another one for certain.
+    /// Returns whether it certainly has the same length as another one.
     fn is_same(&self, other: &Self) -> bool {
         let copied = is_copy(&self.ty.text) || self.declared == other.declared;
         copied && self.ty.text == other.ty.text && self.serializer == other.serializer
     }
 }
 
-/// The type of an input from another federate, if it is one of this language. What a preamble declares may ask for a
-/// system that Zephyr is not, so the end of the connection that is an image is asked, and the receiver where both are.
+/// Returns the type of an input from another federate, if it is one of this language. A preamble's declarations may
+/// need a system other than Zephyr, so the type is that of the end in an image, and of the receiver if both are.
 fn payload<'p>(
     view: &'p View<'p>,
     deployment: &Deployment,
@@ -99,7 +100,7 @@ fn payload<'p>(
     let ty = if is_known(receiver) { &input.ty } else { &at_sender?.1.ty };
     let at_sender = at_sender.and_then(|(sender, output)| sender.declared_port(output.source));
     let serializer = input.serializer.as_ref();
-    // The length of a serialized value that has a bound of its own says nothing of the type.
+    // The length of a serialized value with a bound of its own does not depend on the type.
     let is_number = serializer.is_some_and(|by| by.name.is_some() && by.max_length.is_some());
     let declared = at_sender.or(at_receiver).filter(|_| !is_number);
     Some(Payload { ty, serializer, declared })

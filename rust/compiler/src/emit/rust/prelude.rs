@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! What bodies in Rust see without asking for it.
+//! The names that bodies in Rust see without an import.
 
 /// Rust's types that have no path.
 pub(super) const PRIMITIVES: [&str; 17] = [
@@ -7,7 +7,7 @@ pub(super) const PRIMITIVES: [&str; 17] = [
     "usize",
 ];
 
-/// What Rust code sees of its standard library without asking for it.
+/// The names of the standard library that Rust code sees without an import.
 pub(super) const KNOWN_TYPES: [&str; 38] = [
     "AsMut",
     "AsRef",
@@ -49,7 +49,7 @@ pub(super) const KNOWN_TYPES: [&str; 38] = [
     "Vec",
 ];
 
-/// What bodies see of this project without asking for it, on any platform.
+/// The names of this project that bodies see without an import, on any platform.
 pub(super) const PRELUDE: [&str; 33] = [
     "After",
     "Asap",

@@ -38,7 +38,7 @@ pub(super) fn reaction_method(reaction: usize, part: ReactionPart) -> Ident {
     format_ident!("reaction_{reaction}{}", part.suffix())
 }
 
-/// The method that resets the state in a mode, or what is in none.
+/// Returns the name of the method that resets the state in a mode, or the state outside of modes.
 pub(super) fn reset_method(mode: Option<usize>) -> Ident {
     match mode {
         Some(mode) => format_ident!("reset_state_of_mode_{mode}"),
@@ -46,17 +46,17 @@ pub(super) fn reset_method(mode: Option<usize>) -> Ident {
     }
 }
 
-/// The method that makes a contained instance.
+/// Returns the name of the method that constructs a contained instance.
 pub(super) fn child_method(child: &Child) -> Ident {
     format_ident!("new_{}", ident(&child.name))
 }
 
-/// The name of the type of a port or an action, where the type needs the scope of its reactor.
+/// Returns the name of the type of a port or an action, if the type needs the scope of its reactor.
 pub(super) fn type_alias(name: &str) -> Ident {
     format_ident!("TypeOf_{}", ident(name))
 }
 
-/// The type of a port or an action, from anywhere in the crate.
+/// Returns the type of a port or an action, from anywhere in the crate.
 pub(super) fn type_path(
     plan: &Plan,
     layout: &Layout<'_>,
@@ -70,15 +70,15 @@ pub(super) fn type_path(
     Ok(format!("{}::{}", layout.module_path(class), type_alias(name)))
 }
 
-/// A type, if it is Rust.
+/// Returns a type, if it is Rust.
 pub(super) fn parsed_type(plan: &Plan, ty: &Type) -> Result<syn::Type, EmitError> {
     syn::parse_str(&ty.text)
         .map_err(|error| EmitError::new(plan, ty.at, format!("`{}` is not a Rust type: {error}", ty.text)))
 }
 
-/// A duration as an expression.
+/// Returns a duration as an expression.
 fn duration(ns: i64) -> TokenStream {
-    // LF's times are not negative; the front end has said so where they were.
+    // LF's times are not negative; the front end has reported others.
     let text = interval(Interval::from_nanos(ns.max(0)));
     let text = match text.strip_prefix("Interval::") {
         Some("FOREVER") => format!("{DURATION}::from_nanos({})", i64::MAX),
@@ -161,7 +161,7 @@ impl<'p> ReactorModule<'p> {
         })
     }
 
-    /// The types that stand for type parameters, and what their names and those of inherited code may be declared in.
+    /// Emits the types that stand for type parameters, and the imports for their names and those of inherited code.
     fn scope(&mut self) -> Result<TokenStream, EmitError> {
         let mut scope = self.scope.imports().clone();
         for (name, ty) in &self.class.types {
@@ -172,12 +172,12 @@ impl<'p> ReactorModule<'p> {
         Ok(scope)
     }
 
-    /// A type as tokens.
+    /// Returns a type as tokens.
     fn type_tokens(&self, ty: &Type) -> Result<TokenStream, EmitError> {
         parsed_type(self.plan, ty).map(|parsed| self.scope.qualified(ty, &parsed))
     }
 
-    /// Names for the types of ports and actions that only this module can spell.
+    /// Emits names for the types of ports and actions that only this module can spell.
     fn types(&mut self) -> Result<TokenStream, EmitError> {
         let ports = self.class.ports.iter().map(|port| (&port.name, &port.ty, port.at));
         let actions = self.class.actions.iter().map(|action| (&action.name, &action.ty, action.at));
@@ -192,8 +192,8 @@ impl<'p> ReactorModule<'p> {
                 types.extend(self.asserted(&quote!(seen_by_threads), &port.ty, None));
             }
             if let Some(SentPort { ty: source, serializer, .. }) = self.layout.sent_of(self.index, &port.name) {
-                // rustc says here that it cannot be sent: at the source of the connection, so that both ends say the
-                // same.
+                // rustc reports a type that cannot be sent at this place: at the source of the connection, so that both
+                // ends report the same.
                 let at = if port.ty.text == source.text { source.at } else { port.ty.at };
                 let sent = Type { at, ..port.ty.clone() };
                 let by = serializer.map(|by| serializer_type(by, &type_alias(&port.name).to_string()));
@@ -208,7 +208,7 @@ impl<'p> ReactorModule<'p> {
         Ok(types)
     }
 
-    /// A constant by which rustc looks at a type, at the place where the program has it.
+    /// Emits a constant that lets rustc check a type, at its place in the program.
     fn asserted(&mut self, check: &TokenStream, ty: &Type, more: Option<&TokenStream>) -> TokenStream {
         let (uses, more) = (self.scope.uses(ty.at, &[]), more.into_iter());
         let ty = self.splices.ty(ty);
@@ -232,7 +232,8 @@ impl<'p> ReactorModule<'p> {
         Ok(fields)
     }
 
-    /// Where several threads run reactions, rustc says here which part of the state only one can have.
+    /// Emits a check for programs in which several threads run reactions: rustc reports the part of the state that is
+    /// not `Send`.
     fn movable(&mut self) -> TokenStream {
         let class = self.class;
         let types = class.state.iter().map(|state| &state.ty).chain(class.parameters.iter().map(|given| &given.ty));
@@ -240,7 +241,7 @@ impl<'p> ReactorModule<'p> {
         types.into_iter().map(|ty| self.asserted(&quote!(moves_between_threads), ty, None)).collect()
     }
 
-    /// The field that keeps a parameter. State of the same name hides it from bodies, as in LF's Rust target.
+    /// Returns the field of a parameter. State of the same name hides it from bodies, as in LF's Rust target.
     fn parameter_field(&self, name: &str) -> Ident {
         if self.class.has_state(name) { format_ident!("parameter_{}", ident(name)) } else { ident(name) }
     }
@@ -269,7 +270,7 @@ impl<'p> ReactorModule<'p> {
             let (name, ty) = (ident(&state.name), self.type_tokens(&state.ty)?);
             let init = state.init.as_ref().map(|init| self.initial_value(init)).transpose()?;
             let value = init.unwrap_or_else(|| quote!(::core::default::Default::default()));
-            // Initial values name parameters, so a variable of its own keeps the one with the same name in sight.
+            // Initial values name parameters, so a separate variable keeps the parameter of the same name visible.
             let hides = class.parameters.iter().any(|parameter| parameter.name == state.name);
             let variable = if hides { format_ident!("state_{}", name) } else { name.clone() };
             steps.extend(quote! { let #variable: #ty = #value; });
@@ -288,7 +289,7 @@ impl<'p> ReactorModule<'p> {
         })
     }
 
-    /// An initial value; it works on copies of the parameters that it names, because they remain fields.
+    /// Returns an initial value; it uses copies of the parameters that it names, because they remain fields.
     fn initial_value(&mut self, init: &'p Value) -> Result<TokenStream, EmitError> {
         let value = self.value(init)?;
         let named: Vec<Ident> = self
@@ -304,10 +305,10 @@ impl<'p> ReactorModule<'p> {
         Ok(quote! {{ #(let #named = #named.clone();)* #value }})
     }
 
-    /// The method that resets the state in a mode, or what is in none.
+    /// Emits the method that resets the state in a mode, or the state outside of modes.
     fn reset(&mut self, mode: Option<usize>) -> Result<TokenStream, EmitError> {
         let class = self.class;
-        let (name, doc) = (reset_method(mode), self.splices.doc("State that is reset", class.at));
+        let (name, doc) = (reset_method(mode), self.splices.doc("Resets the state", class.at));
         let states: Vec<_> = class.state.iter().filter(|state| state.resets && state.mode == mode).collect();
         let inits = || states.iter().filter_map(|state| state.init.as_ref());
         let named =
@@ -328,7 +329,7 @@ impl<'p> ReactorModule<'p> {
         })
     }
 
-    /// A variable with the value of a parameter.
+    /// Returns a variable with the value of a parameter.
     fn parameter_copy(&self, name: &str, ty: &Type) -> TokenStream {
         let (name, field) = (ident(name), self.parameter_field(name));
         if is_copy(&ty.text) { quote!(let #name = self.#field;) } else { quote!(let #name = self.#field.clone();) }
@@ -358,7 +359,7 @@ impl<'p> ReactorModule<'p> {
             child.arguments.iter().flatten().any(|argument| view.mentions(argument, &parameter.name))
         });
         let copies = in_scope.map(|parameter| self.parameter_copy(&parameter.name, &parameter.ty));
-        // In what is given to a member, `bank_index` is its number, unless the container has such a parameter.
+        // In the arguments of a member, `bank_index` is its number, unless the container has such a parameter.
         let member = child.is_bank.then(|| quote!(member: usize));
         let bank_index = view.counts_members(class, child).then(|| quote!(let bank_index = member;));
         Ok(quote! {
@@ -435,7 +436,7 @@ impl<'p> ReactorModule<'p> {
         }
         let uses = self.scope.uses(body.at, &variables);
         let body = self.splices.lines(body)?;
-        // Not every body uses all that it is given; what a body itself declares in vain is still warned of.
+        // Not every body uses all its arguments; rustc still warns of unused declarations of the body itself.
         Ok(quote! {
             #doc
             pub fn #name(&mut self, ctx: &mut ::lf::model::ReactionContext<'_>, #(#variables: #types),*) {

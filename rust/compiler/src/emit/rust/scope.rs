@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-//! What names mean in the module of a reactor: first what the reactor declares, then what its file does, then what
-//! bodies see without asking for it. Code that comes from another file, because it is inherited, or a type because it
-//! is given, means what that file declares.
+//! The meanings of names in the module of a reactor: first the declarations of the reactor, then those of its file,
+//! then the names that bodies see without an import. Names in code from another file, which is inherited, or in a type
+//! argument mean the declarations of that file.
 
 use std::collections::BTreeSet;
 
@@ -16,12 +16,12 @@ use crate::emit::view::View;
 use crate::languages::rust::DURATION;
 use crate::plan::{ClassIndex, Location, Type};
 
-/// A module whose names code may mean.
+/// A module whose names code may use.
 struct Other {
     path: TokenStream,
-    /// The file that it is of.
+    /// Its file.
     file: usize,
-    /// What it declares that means something else in the reactor's module, or nothing certain.
+    /// Its declarations that mean something else in the reactor's module, or are ambiguous there.
     hidden: BTreeSet<String>,
 }
 
@@ -59,7 +59,7 @@ impl ModuleNames {
             let hidden: BTreeSet<String> =
                 names().filter(|name| own_file.has(name) || elsewhere(name)).cloned().collect();
             from_file.extend(names().filter(|name| own_file.has(name)).cloned());
-            // What is named takes precedence over what bodies see without asking for it.
+            // Declared names take precedence over those that bodies see without an import.
             let preferred = names().filter(|name| !hidden.contains(*name) && PRELUDE.contains(&name.as_str()));
             let preferred: Vec<Ident> = preferred.map(|name| ident(name)).collect();
             let import = (!preferred.is_empty()).then(|| quote!(use #path::{#(#preferred),*};));
@@ -77,14 +77,14 @@ impl ModuleNames {
         Self { file: class.at.file.0, imports, others }
     }
 
-    /// Declarations by which the module's own code sees what it means.
+    /// Returns declarations for the names in the module's own code.
     pub(super) fn imports(&self) -> &TokenStream {
         &self.imports
     }
 
-    /// Declarations by which code from a place means what the file of that place declares, where the module's names
-    /// mean something else; `variables` are those that it has in sight. Which names it has does not count, because
-    /// strings of macros can have some, too.
+    /// Returns declarations by which code from a place refers to the declarations of that file, if the module's names
+    /// mean something else; `variables` are those that it sees. The names in the code do not matter, because strings of
+    /// macros can contain some, too.
     pub(super) fn uses(&self, at: Location, variables: &[Ident]) -> Option<TokenStream> {
         if at.file.0 == self.file || self.others.iter().all(|other| other.hidden.is_empty()) {
             return None;
@@ -102,7 +102,7 @@ impl ModuleNames {
         (!uses.is_empty()).then_some(uses)
     }
 
-    /// A type of the program with the paths of names that mean something else in the module.
+    /// Returns a type of the program with the paths of names that mean something else in the module.
     pub(super) fn qualified(&self, ty: &Type, parsed: &syn::Type) -> TokenStream {
         if ty.text == DURATION {
             return quote!(::#parsed);

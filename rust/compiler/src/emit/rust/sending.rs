@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-//! How long the values are that go to other federates, and what cannot go from or to a board.
+//! The lengths of values for other federates, and types that cannot be sent from or to a board.
 
 use crate::emit::host::{sent_ports, serializer_type};
 use crate::emit::{EmitError, Job};
 use crate::languages::rust::{Growing, growing, is_copy};
 use crate::plan::Serializer;
 
-/// How many bytes a value of a type takes at most, as an expression.
+/// Returns the maximum number of bytes of a value of a type, as an expression.
 pub(super) fn max_len(serializer: Option<&Serializer>, ty: &str) -> String {
     match serializer {
         Some(Serializer { name: Some(_), max_length: Some(length) }) => length.to_string(),
@@ -17,7 +17,7 @@ pub(super) fn max_len(serializer: Option<&Serializer>, ty: &str) -> String {
     }
 }
 
-/// Refuses what needs a heap, where an image sends or receives it, or forwards it.
+/// Refuses types that need a heap, if an image sends, receives or forwards them.
 pub(super) fn check_heap(job: &Job<'_>) -> Result<(), EmitError> {
     if !job.is_image {
         return Ok(());

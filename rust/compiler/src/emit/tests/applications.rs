@@ -33,7 +33,7 @@ fn check(name: &str, path: &str) {
     insta::assert_snapshot!(format!("{name}_plan"), plan);
     let emitted = emit_on(&plan, &Deployment::default());
     insta::assert_snapshot!(format!("{name}_host"), listing(&emitted));
-    // The reactors are the same for an image; what differs is shown.
+    // The reactors are the same for an image; the listing shows the differences.
     let mut image = emit_on(&plan, &all_on(&plan, "native_sim/native/64"));
     let host = emitted.files;
     image.files.retain(|file| !host.contains(file));
@@ -76,8 +76,7 @@ fn smart_grid() {
     check("smart_grid", "applications/smart_grid/src/SmartGrid.lf");
 }
 
-/// Inputs whose messages can come too late have other queues, and reactions that know what to do with them another
-/// method.
+/// Inputs whose messages can be tardy have other queues, and reactions that handle them another method.
 #[test]
 fn a_decentralized_federate() {
     let plan = plan("rust/compiler/tests/plans/decentralized.lf");

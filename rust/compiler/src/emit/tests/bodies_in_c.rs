@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! What is emitted of a program whose bodies are C.
+//! The emitted files of a program whose bodies are C.
 
 use std::collections::BTreeMap;
 
@@ -85,7 +85,7 @@ fn one_function_is_not_the_body_of_reactions_of_two_reactors() {
     assert_eq!(errors.iter().map(ToString::to_string).collect::<Vec<_>>(), [told]);
 }
 
-/// The lines of generated files that have one of these words.
+/// Returns the lines of generated files that have one of these words.
 fn lines_with(emitted: &Emitted, words: &[&str]) -> Vec<String> {
     let lines = emitted.files.iter().flat_map(|file| file.text.lines());
     lines.filter(|line| words.iter().any(|word| line.contains(word))).map(|line| line.trim().to_owned()).collect()
@@ -157,7 +157,7 @@ fn headers_for_bodies_that_are_functions() {
     insta::assert_snapshot!(files.collect::<Vec<_>>().join("======== "));
 }
 
-/// What the name of a file in a listing ends with.
+/// Returns the extension of a file in a listing.
 fn extension(file: &str) -> &str {
     file.lines().next().and_then(|name| name.rsplit_once('.')).map_or("", |(_, extension)| extension)
 }

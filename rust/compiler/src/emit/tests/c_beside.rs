@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! C beside bodies in Rust: who gets which files, and how they are told to cargo and to Zephyr's build.
+//! C beside bodies in Rust: the files of each participant, and their configuration for cargo and for Zephyr's build.
 
 use std::collections::BTreeMap;
 
@@ -68,7 +68,7 @@ fn only_federates_whose_file_asks_for_c_get_it() {
     insta::assert_snapshot!(text);
 }
 
-/// It runs nothing of the program, but it has the preambles that declare payloads.
+/// The RTI runs no reactions of the program, but it has the preambles that declare payloads.
 #[test]
 fn an_rti_alone_has_headers_and_no_sources() {
     let program = "target Rust { c-sources: \"a.c\", c-headers: \"a.h\", cmake-include: \"a.cmake\" }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! What cargo is told about programs with crates and modules of their own.
+//! The manifests of programs with crates and modules of their own.
 
 use std::collections::BTreeMap;
 
@@ -41,7 +41,7 @@ fn crates_and_modules_are_told_to_cargo() {
     insta::assert_snapshot!(text);
 }
 
-/// Cargo takes no crate twice.
+/// Cargo accepts no crate twice.
 #[test]
 fn a_program_may_ask_for_the_crates_of_serde_itself() {
     let program = r#"
@@ -59,7 +59,7 @@ federated reactor { a = new A()  b = new B()  a.y -> b.x }
     assert!(manifest.text.contains("1.0.200"), "{}", manifest.text);
 }
 
-/// What devices need is compiled for programs that speak of some, and in images it is there anyway.
+/// The code for devices is compiled for programs that mention some; images always have it.
 #[test]
 fn devices_are_a_feature_of_programs_that_speak_of_them() {
     let manifest = |body: &str, deployment: &dyn Fn(&Plan) -> Deployment| {

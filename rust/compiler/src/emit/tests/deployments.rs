@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Deployment files: what is read from them, and what is refused with its place.
+//! Deployment files: their contents, and errors with their places.
 
 use super::fixture;
 use crate::deployment::{Deployment, Mac, Platform, RtiHome, RtiPlace};
@@ -56,7 +56,7 @@ fn home_of(properties: &str, text: &str) -> Result<RtiPlace, Vec<crate::FileErro
 const FIRST: &str = "unit: { platform: qemu_cortex_m3, ip: 10.0.0.2";
 const SECOND: &str = "other: { platform: qemu_cortex_m3, ip: 10.0.0.3";
 
-/// An image with the RTI in it is where its address is, whoever has asked for it.
+/// An image that contains the RTI determines the RTI's address, whether the file or the program demands it.
 #[test]
 fn the_rti_is_where_its_image_is() {
     let joint = |name: &str| RtiHome::Joint(name.to_owned());
@@ -108,7 +108,7 @@ fn a_simulated_board_with_an_address_is_not_offloaded() {
 
 const BOARD: &str = "platform: qemu_cortex_m3, ip: 10.0.0.2";
 
-/// Each wrong file with all that is said about it.
+/// Each wrong file has all its errors reported.
 #[test]
 fn wrong_files() {
     let rti = "rti: { ip: 10.0.0.1 }\n";
@@ -170,7 +170,7 @@ fn wrong_files() {
     insta::assert_snapshot!("wrong_deployments", errors_of(&files));
 }
 
-/// The same for addresses of IPv6.
+/// Wrong addresses of IPv6 are reported.
 #[test]
 fn wrong_addresses_of_ipv6() {
     let rti = "rti: { ip: 10.0.0.1 }\n";
@@ -207,7 +207,7 @@ fn wrong_addresses_of_ipv6() {
     insta::assert_snapshot!("wrong_addresses_of_ipv6", errors_of(&files));
 }
 
-/// The same for where the RTI is.
+/// Wrong places of the RTI are reported.
 #[test]
 fn wrong_places_of_the_rti() {
     let rti = "rti: { ip: 10.0.0.1 }\n";

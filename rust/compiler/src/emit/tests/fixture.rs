@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! The plan of a program that has a bit of everything.
+//! The plan of a program that uses every feature.
 
 use std::collections::BTreeMap;
 
@@ -12,7 +12,7 @@ pub(super) const TEXT: &str = include_str!("everything.lf");
 /// Its path.
 pub(super) const PATH: &str = "src/Everything.lf";
 
-/// Its plan.
+/// Returns its plan.
 pub(super) fn plan() -> Plan {
     let sources = BTreeMap::from([(PATH.to_owned(), TEXT.to_owned())]);
     let compilation = compile(PATH, &sources);
@@ -20,7 +20,7 @@ pub(super) fn plan() -> Plan {
     compilation.plan.unwrap_or_else(|| panic!("it has a plan:\n{said}"))
 }
 
-/// The line and column of the first occurrence of a text in the program.
+/// Returns the line and column of the first occurrence of a text in the program.
 pub(super) fn place_of(text: &str) -> (usize, usize) {
     let start = TEXT.find(text).unwrap_or_else(|| panic!("{text:?} is not in the program"));
     let line = TEXT[..start].matches('\n').count() + 1;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! What is emitted, file by file, and how it maps back to the program.
+//! The emitted files, and their map to the program.
 
 mod applications;
 mod bodies_in_c;
@@ -29,7 +29,7 @@ fn settings(deployment: &Deployment) -> Settings<'_> {
     }
 }
 
-/// All federates on boards of this name.
+/// Returns a deployment of all federates on boards of this name.
 fn all_on(plan: &Plan, board: &str) -> Deployment {
     let place = || Place { platform: Platform::Zephyr(board.to_owned()), ..Place::default() };
     let federates = plan.federates.iter().map(|federate| (federate.name.clone(), place())).collect();
@@ -48,7 +48,7 @@ fn class<'p>(plan: &'p mut Plan, name: &str) -> &'p mut ReactorClass {
     plan.classes.iter_mut().find(|class| class.name == name).expect("the fixture has it")
 }
 
-/// All files as one text.
+/// Returns all files as one text.
 fn listing(emitted: &Emitted) -> String {
     let mut text = String::new();
     for file in &emitted.files {
@@ -61,7 +61,7 @@ fn rust_files(emitted: &Emitted) -> impl Iterator<Item = &File> {
     emitted.files.iter().filter(|file| Path::new(&file.path).extension().is_some_and(|extension| extension == "rs"))
 }
 
-/// A deployment of the fixture with one board.
+/// Returns a deployment of the fixture with one board.
 fn mixed(plan: &Plan) -> Deployment {
     let text = "rti: { ip: 10.0.0.1, port: 15099 }\n\
                 federates:\n  unit: { platform: qemu_cortex_m3, ip: 10.0.0.2, gateway: 10.0.0.1, \
@@ -118,7 +118,7 @@ fn a_board_and_a_host_federate() {
     insta::assert_debug_snapshot!("board_participants", emitted.participants);
 }
 
-/// IPv6 costs flash and memory, so an image has it only where an address is of IPv6.
+/// IPv6 costs flash and memory, so an image has it only if it has an address of IPv6.
 #[test]
 fn images_have_ipv6_only_where_an_address_is() {
     let plan = fixture::plan();
@@ -147,7 +147,7 @@ fn images_have_ipv6_only_where_an_address_is() {
     insta::assert_snapshot!("ipv6", text);
 }
 
-/// The RTI with the federate that shares its image, and by itself: what it needs, and the types that it passes on.
+/// The RTI shares an image with a federate, or has its own: its requirements, and the types that it forwards.
 #[test]
 fn an_rti_in_an_image() {
     let plan = fixture::plan();
@@ -199,7 +199,7 @@ fn what_is_emitted_is_rust() {
     }
 }
 
-/// Every character of every body, preamble and value is found at its place in the program.
+/// Every character of every body, preamble and value has its place in the program.
 #[test]
 fn verbatim_pieces_map_to_the_same_characters() {
     let lines: Vec<Vec<char>> = fixture::TEXT.lines().map(|line| line.chars().collect()).collect();
@@ -214,7 +214,7 @@ fn verbatim_pieces_map_to_the_same_characters() {
                 let place = emitted.source_map.to_lf(&file.path, line + 1, column + 1);
                 let (path, lf_line, lf_column) = place.expect("what is verbatim has a place");
                 assert_eq!(path, fixture::PATH);
-                // The place behind the last character belongs to the piece, for errors about what is missing there.
+                // The position behind the last character belongs to the piece, for errors about missing code there.
                 let Some(original) = lines[lf_line - 1].get(lf_column - 1) else { continue };
                 let next = text.chars().nth(column.wrapping_sub(1));
                 assert!(
@@ -245,15 +245,15 @@ fn errors_in_bodies_and_in_scaffolding_are_found_in_the_program() {
     assert_eq!(find(unit, "let wrong"), Some((fixture::PATH, line, column)));
     let (line, column) = fixture::place_of("limit / HALF");
     assert_eq!(find(unit, "limit / HALF"), Some((fixture::PATH, line, column)));
-    // A field's type is the declaration's.
+    // A field's type is that of the declaration.
     let (line, _) = fixture::place_of("state wait");
     assert_eq!(find(unit, "wait: ::core").map(|(_, line, _)| line), Some(line));
-    // Nothing of the program stands behind the rest.
+    // The rest has no origin in the program.
     assert_eq!(find(unit, "use super"), None);
     assert_eq!(emitted.source_map.to_lf("unit/src/nothing.rs", 1, 1), None);
 }
 
-/// A crate that somebody else compiles has its own part of the map beside it.
+/// A crate that another tool compiles has its own part of the map beside it.
 #[test]
 fn the_map_of_one_crate_survives_json() {
     let map = emit_on(&fixture::plan(), &Deployment::default()).source_map;
@@ -319,7 +319,7 @@ fn names_that_clash_are_told_apart() {
     }
 }
 
-/// What nothing uses would be warned of in code that the user has not written.
+/// Unused code would cause warnings in code that the user has not written.
 #[test]
 fn an_instance_without_reactions_gets_no_variable() {
     let text = "target Rust\nreactor Silent {\n}\nreactor Around {\n  silent = new Silent()\n}\n\
@@ -336,7 +336,7 @@ fn an_instance_without_reactions_gets_no_variable() {
     );
 }
 
-/// A board has random numbers only if it is told to.
+/// A board has random numbers only if its configuration demands them.
 #[test]
 fn authentication_asks_zephyr_for_random_numbers() {
     for (properties, expected) in [("", false), (" { auth: true }", true)] {

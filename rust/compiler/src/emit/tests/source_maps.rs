@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Where each line of emitted code is in the program, column by column.
+//! The places of each line of emitted code in the program, column by column.
 
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -50,7 +50,7 @@ main reactor {
 }
 "#;
 
-/// The same of C, with functions and loops that span lines.
+/// The same for C, with functions and loops that span lines.
 const C: &str = r"target C
 preamble {=
     #include <math.h>
@@ -89,7 +89,7 @@ fn emitted(text: &str) -> Emitted {
     emit_on(&compilation.plan.unwrap_or_else(|| panic!("{said}")), &Deployment::default())
 }
 
-/// The pieces of a line of Rust that are the program's, and what the rest stems from.
+/// Returns the pieces of a line of Rust that belong to the program, and the origin of the rest.
 fn pieces(emitted: &Emitted, file: &File, line: usize, text: &str) -> String {
     let (map, path, count) = (&emitted.source_map, &file.path, text.chars().count());
     let place = |column: usize| map.to_lf(path, line, column).map(|(_, line, column)| (line, column));
@@ -113,7 +113,7 @@ fn pieces(emitted: &Emitted, file: &File, line: usize, text: &str) -> String {
     scaffolding.map_or(shown.clone(), |(line, column)| format!("{shown} from {line}:{column}"))
 }
 
-/// All lines of Rust that stem from the program.
+/// Returns all lines of Rust that have an origin in the program.
 fn of_rust(emitted: &Emitted) -> String {
     let mut text = String::new();
     for file in rust_files(emitted) {
@@ -127,7 +127,7 @@ fn of_rust(emitted: &Emitted) -> String {
     text
 }
 
-/// All lines of C that the compiler takes for the program's, and where they begin there.
+/// Returns all lines of C that `#line` maps to the program, with the places where they begin there.
 fn of_c(emitted: &Emitted) -> String {
     let is_c =
         |file: &&File| Path::new(&file.path).extension().is_some_and(|it| ["c", "h", "cpp"].iter().any(|c| it == *c));

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! What lends the reactions of a level to several threads.
+//! The code that lends the reactions of a level to several threads.
 
 use std::collections::BTreeMap;
 
@@ -28,7 +28,7 @@ main reactor {
 }
 ";
 
-/// Tables, the levels that are shared, and what types have to be able to; and none of that in an image.
+/// The output has tables, the shared levels, and the bounds of types; an image has none of that.
 #[test]
 fn the_reactions_of_a_level_are_lent_with_what_they_use() {
     let files: BTreeMap<String, String> = [("P.lf".to_owned(), PROGRAM.to_owned())].into();

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Integers that can be worked out when the program is compiled.
+//! Integers that are known at compile time.
 
 use crate::languages::integer::operation;
 use crate::lexical::Language;
 
-/// The value of an expression of integers and parameters, which can be written as members of `self`; nothing for any
-/// other one.
+/// Returns the value of an expression of integers and parameters, which can be written as members of `self`; `None` for
+/// any other one.
 pub(super) fn value(code: &str, parameter: &dyn Fn(&str) -> Option<i64>) -> Option<i64> {
     let mut reader = IntegerParser { words: words(code), parameter };
     reader.words.reverse();
@@ -13,26 +13,26 @@ pub(super) fn value(code: &str, parameter: &dyn Fn(&str) -> Option<i64>) -> Opti
     reader.words.is_empty().then_some(value)
 }
 
-/// Names, numbers and marks.
+/// Splits code into names, numbers and marks.
 fn words(code: &str) -> Vec<&str> {
     let is_comment = |piece: &str| piece.starts_with("//") || piece.starts_with("/*");
     Language::C.pieces(code).filter(|piece| !is_comment(piece) && !piece.trim().is_empty()).collect()
 }
 
 struct IntegerParser<'a> {
-    /// The next one comes last.
+    /// The remaining words in reverse order.
     words: Vec<&'a str>,
     parameter: &'a dyn Fn(&str) -> Option<i64>,
 }
 
-/// The operators of two values, those that bind least first.
+/// The binary operators, those of the lowest precedence first.
 const OPERATORS: [&[&str]; 3] = [&["<<", ">>"], &["+", "-"], &["*", "/", "%"]];
 
-/// The most operators and brackets that can be within each other.
+/// The maximum nesting of operators and brackets.
 const DEPTH_MAX: usize = 64;
 
 impl IntegerParser<'_> {
-    /// What is between brackets, or everything.
+    /// Evaluates the words between brackets, or all.
     fn sum(&mut self, depth: usize) -> Option<i64> {
         if depth > DEPTH_MAX { None } else { self.operands(0, depth) }
     }
@@ -52,7 +52,7 @@ impl IntegerParser<'_> {
         match next {
             "-" if depth < DEPTH_MAX => self.operand(depth + 1)?.checked_neg(),
             "(" if super::types::literals(self.words.last()?).is_some() => {
-                // The number is converted, as far as it fits.
+                // A conversion does not change a number that fits.
                 while self.words.pop()? != ")" {}
                 if depth < DEPTH_MAX { self.operand(depth + 1) } else { None }
             }
@@ -78,7 +78,7 @@ impl IntegerParser<'_> {
     }
 }
 
-/// A number with or without suffix, decimal, octal, binary or hexadecimal.
+/// Returns a number with or without suffix, decimal, octal, binary or hexadecimal.
 fn number(text: &str) -> Option<i64> {
     let plain = text.replace('\'', "").to_ascii_lowercase();
     let (digits, radix) = match plain.as_bytes() {

@@ -37,6 +37,6 @@ pub(super) const FACTS: Facts = Facts {
     integer: integer::value,
     unsendable: |ty, _, _| types::unsendable(ty).into_iter().collect(),
     shape: |ty, _| shape::shape(ty).map_err(|why| vec![why]),
-    // Values are copied as they lie, and those behind pointers are counted.
+    // Values are copied as bytes, and values behind pointers are counted.
     uncopyable: |_, _| None,
 };

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! What C's types are in messages, as far as that can be told without a compiler.
+//! The layouts of C's types in messages, as far as they are known without a compiler.
 
 use super::types::{INTERVAL, VOID, spelled};
 use crate::languages::facts::Unsendable;
@@ -42,7 +42,7 @@ const KNOWN: [(&str, Shape); 33] = [
     ("string", Shape::Text),
 ];
 
-/// Those whose sizes are not, and what to write in their place.
+/// Types whose sizes vary, and their replacements.
 const VARYING: [(&str, &str); 12] = [
     ("long", "int64_t"),
     ("long int", "int64_t"),
@@ -58,7 +58,7 @@ const VARYING: [(&str, &str); 12] = [
     ("long double", "double"),
 ];
 
-/// What values of a type are in messages.
+/// Returns the layout of a type's values in messages.
 pub(super) fn shape(ty: &str) -> Result<Shape, Unsendable> {
     let ty = spelled(ty.trim().trim_start_matches("const ").trim());
     let ty = ty.as_str();

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Types as C spells them, and what is known of them without asking a compiler.
+//! Types in C's spelling, and their properties that are known without a compiler.
 
 use crate::diagnostics::{Code, Diagnostic};
 use crate::languages::facts::{LiteralKind, Unsendable};
@@ -8,10 +8,10 @@ use crate::syntax::ast::{Literal, TypeKind, TypeSyntax};
 /// C's type for LF's `time`.
 pub(crate) const INTERVAL: &str = "interval_t";
 
-/// The type of what has no value.
+/// The type without values.
 pub(super) const VOID: &str = "void";
 
-/// A type as bodies spell it; `*` and `[]` come without spaces.
+/// Returns a type as bodies spell it; `*` and `[]` come without spaces.
 pub(super) fn text(ty: &TypeSyntax) -> String {
     match &ty.kind {
         TypeKind::Time => INTERVAL.to_owned(),
@@ -27,7 +27,7 @@ pub(super) fn text(ty: &TypeSyntax) -> String {
     }
 }
 
-/// Arrays of which there is none in C.
+/// Returns the problem of an array that C does not have.
 pub(super) fn problem(ty: &TypeSyntax) -> Option<Diagnostic> {
     let TypeKind::Path { segments, c_suffix: Some(suffix), .. } = &ty.kind else { return None };
     let length = suffix.text.split_once('[').map(|(_, rest)| rest.trim_end_matches(']'));
@@ -43,7 +43,7 @@ pub(super) fn problem(ty: &TypeSyntax) -> Option<Diagnostic> {
     Some(Diagnostic::new(Code::BadType, ty.span, message).hint(hint))
 }
 
-/// The type of a literal that is written without one.
+/// Returns the type of a literal without a declared type.
 pub(super) fn of_literal(literal: &Literal) -> &'static str {
     match literal {
         Literal::Bool(_) => "bool",
@@ -82,19 +82,19 @@ const NUMBERS: [&str; 24] = [
     "uintmax_t",
 ];
 
-/// The literals that a simple type takes.
+/// Returns the kind of literals that a simple type accepts.
 pub(crate) fn literals(ty: &str) -> Option<LiteralKind> {
     ty.split(' ').all(|word| NUMBERS.contains(&word)).then_some(LiteralKind::Number)
 }
 
-/// A type without the spaces that make no difference.
+/// Returns a type without insignificant spaces.
 pub(super) fn spelled(ty: &str) -> String {
     ["*", "[", "]", "<", ">", ","]
         .into_iter()
         .fold(ty.to_owned(), |text, mark| text.split(mark).map(str::trim).collect::<Vec<_>>().join(mark))
 }
 
-/// Pointers of which only the receiver's own memory would know what they point to.
+/// Returns the reason why a pointer cannot be sent: it refers to the sender's memory.
 pub(super) fn unsendable(ty: &str) -> Option<Unsendable> {
     let ty = spelled(ty);
     let element =

@@ -4,7 +4,7 @@
 use crate::syntax::ast::{Expression, ExpressionKind, Literal, TimeValue};
 use crate::syntax::nanoseconds;
 
-/// A value as an initialiser of C for a place of type `ty`: an expression, or a list in braces.
+/// Returns a value as an initialiser of C for a place of type `ty`: an expression, or a list in braces.
 pub(super) fn text(value: &Expression, ty: &str) -> String {
     let text = of_one(value);
     // The older form of a list with one item looks like that of a value.
@@ -41,7 +41,7 @@ fn of_one(value: &Expression) -> String {
     }
 }
 
-/// A text with anything in it as a literal.
+/// Returns any text as a literal.
 fn quoted(text: &str) -> String {
     let mut quoted = String::from("\"");
     for character in text.chars() {

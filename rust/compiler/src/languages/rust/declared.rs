@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! What preambles declare of types: their fields, and what is implemented for them.
+//! The declarations of types in preambles: their fields, and their implementations.
 
 use proc_macro2::{TokenStream, TokenTree};
 use syn::{Attribute, Field, Fields, File, Item, Type};
@@ -8,8 +8,8 @@ use crate::languages::facts::Preambles;
 
 /// The preambles of a program, parsed.
 pub(super) struct Declarations {
-    /// Those whose declarations a type can name without a path; none if one of them cannot be parsed, as it may declare
-    /// anything.
+    /// Those whose declarations a type can name without a path; none if one of them cannot be parsed, because it may
+    /// declare any names.
     visible: Vec<File>,
     /// All that can be parsed.
     all: Vec<File>,
@@ -29,7 +29,7 @@ impl Declarations {
         Self { visible, all: preambles.all.iter().filter_map(parse).collect() }
     }
 
-    /// The declaration of a name; of several, the last one.
+    /// Returns the declaration of a name; of several, the last one.
     pub(super) fn find(&self, name: &str) -> Option<TypeDeclaration<'_>> {
         let items = self
             .visible
@@ -45,7 +45,7 @@ impl Declarations {
         items.rev().find(declares)
     }
 
-    /// Whether a preamble implements one of these traits for a type, or may do it by a macro.
+    /// Returns whether a preamble implements one of these traits for a type, or may do so by a macro.
     pub(super) fn implements(&self, name: &str, traits: &[&str]) -> bool {
         let in_item = |item: &Item| match item {
             Item::Impl(item) => {
@@ -64,7 +64,7 @@ impl Declarations {
     }
 }
 
-/// All fields of a struct, and of the variants of an enum, with what people call them.
+/// Returns all fields of a struct, and of the variants of an enum, with names for messages.
 pub(super) fn fields(item: &Item) -> Vec<(String, &Field)> {
     let named = |fields: &'_ Fields| -> Vec<String> {
         let names = fields.members().map(|member| match member {
@@ -88,7 +88,7 @@ pub(super) fn fields(item: &Item) -> Vec<(String, &Field)> {
     }
 }
 
-/// The last names in `#[derive(…)]`; nothing where an attribute may add some.
+/// Returns the last names in `#[derive(…)]`; `None` if an attribute may add some.
 pub(super) fn derives(attributes: &[Attribute]) -> Option<Vec<String>> {
     let mut names = Vec::new();
     for attribute in attributes {

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Integers that can be worked out when the program is compiled.
+//! Integers that are known at compile time.
 
 use quote::ToTokens;
 use syn::{Expr, Lit, UnOp};
 
 use crate::languages::integer::operation;
 
-/// The value of an expression of integers and parameters; nothing for any other one.
+/// Returns the value of an expression of integers and parameters; `None` for any other one.
 pub(super) fn value(code: &str, parameter: &dyn Fn(&str) -> Option<i64>) -> Option<i64> {
     evaluate(&syn::parse_str(code).ok()?, parameter)
 }

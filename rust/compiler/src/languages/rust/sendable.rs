@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Types that cannot go to another federate, as far as their text and the preambles tell. What is not known here is
-//! left to rustc, so nothing that can be sent is refused.
+//! Types that cannot go to another federate, as far as their text and the preambles show. rustc decides all other
+//! cases, so this module refuses no type that can be sent.
 
 use syn::spanned::Spanned as _;
 use syn::{GenericArgument, Generics, Item, PathArguments, Type, TypePath};
@@ -12,10 +12,10 @@ use crate::plan::Serializer;
 
 const NO_BOUND: &str = "has no bound, by which buffers could be sized";
 
-/// What is written in place of a type with a bound that is not known, where it is a port's own type.
+/// The replacement for a port's own type without a known bound.
 const BOUND: &str = "write `@max_length(1000)` before the port, or ";
 
-/// Why values of a type cannot be sent, as far as that is known: all reasons.
+/// Returns all known reasons why values of a type cannot be sent.
 pub(super) fn unsendable(ty: &str, serializer: Option<&Serializer>, preambles: Preambles<'_>) -> Vec<Unsendable> {
     let Ok(parsed) = syn::parse_str::<Type>(ty) else { return Vec::new() };
     let max_length = serializer.and_then(|serializer| serializer.max_length);
@@ -60,7 +60,8 @@ pub(super) fn unsendable(ty: &str, serializer: Option<&Serializer>, preambles: P
     look.found.into_iter().map(in_words).collect()
 }
 
-/// Why a connection cannot copy values of a type, if that is known: the preambles declare it without `Clone`.
+/// Returns the reason why a connection cannot copy values of a type, if it is known: the preambles declare it without
+/// `Clone`.
 pub(super) fn uncopyable(ty: &str, preambles: Preambles<'_>) -> Option<Unsendable> {
     let Type::Path(path) = syn::parse_str(ty).ok()? else { return None };
     let name = path.path.get_ident()?.to_string();
@@ -77,13 +78,13 @@ pub(super) fn uncopyable(ty: &str, preambles: Preambles<'_>) -> Option<Unsendabl
     (!has_clone).then_some(Unsendable { message, hint, place: None })
 }
 
-/// `String` or `Vec<T>`, which take as much memory as they need.
+/// `String` or `Vec<T>`, which allocate as much memory as they need.
 pub(crate) enum Growing<'t> {
     Text,
     List(&'t Type),
 }
 
-/// Whether a type is one of those.
+/// Returns the growing type behind a type, if it is one.
 pub(crate) fn growing(ty: &Type) -> Option<Growing<'_>> {
     let Type::Path(path) = ty else { return None };
     if path.path.segments.first()?.ident == "heapless" {
@@ -107,7 +108,7 @@ pub(super) fn arguments(path: &TypePath) -> Vec<&GenericArgument> {
 /// A part of a type that cannot be sent.
 struct UnsendablePart {
     ty: String,
-    /// The field that it belongs to; nothing in the port's own type.
+    /// The field that it belongs to; `None` in the port's own type.
     inside: Option<Inside>,
     reason: String,
     hint: String,
@@ -126,11 +127,11 @@ struct SendableCheck<'a> {
     preambles: Preambles<'a>,
     declarations: &'a Declarations,
     by_serde: bool,
-    /// The field that is looked at.
+    /// The current field.
     inside: Option<Inside>,
-    /// The type parameters of the type that the field is of, for which other types stand.
+    /// The type parameters of the current field's type, for which other types stand.
     parameters: Vec<String>,
-    /// The declared types that are looked at, outermost first: a type may contain itself.
+    /// The declared types on the path to the current field, outermost first: a type may contain itself.
     open: Vec<String>,
     found: Vec<UnsendablePart>,
 }
@@ -141,7 +142,7 @@ impl SendableCheck<'_> {
         self.found.push(UnsendablePart { ty: text(ty), inside: self.inside.clone(), reason, hint });
     }
 
-    /// Looks at a type and what it is made of. A bound that is given is enough for types of serde.
+    /// Checks a type and its parts. A given bound is sufficient for types of serde.
     fn look(&mut self, ty: &Type, bounded: bool) {
         let (reason, hint) = match ty {
             Type::Path(path) => return self.look_at_path(path, ty, bounded),
@@ -249,7 +250,7 @@ impl SendableCheck<'_> {
             }
             _ => return,
         };
-        // Another attribute may add implementations, of which nothing is known.
+        // Another attribute may add unknown implementations.
         let Some(known) = derives(attributes) else { return };
         let declarations = self.declarations;
         let derived = |names: &[&str]| names.iter().any(|name| known.iter().any(|derive| derive == name));
@@ -284,7 +285,7 @@ impl SendableCheck<'_> {
         self.within(name, |check| check.look_at_fields(name, generics, declared));
     }
 
-    /// Looks at what is in a declared type, unless that is what is being done.
+    /// Checks the contents of a declared type, unless this check is running already.
     fn within(&mut self, name: &str, look: impl FnOnce(&mut Self)) {
         if self.open.iter().any(|open| open == name) {
             return;
@@ -296,7 +297,7 @@ impl SendableCheck<'_> {
         self.open.pop();
     }
 
-    /// Looks at the fields of a declared type. What serde does with one that has an attribute is left to rustc.
+    /// Checks the fields of a declared type. rustc decides about fields with an attribute of serde.
     fn look_at_fields(&mut self, owner: &str, generics: &Generics, declared: &TypeDeclaration<'_>) {
         self.parameters = generics.type_params().map(|parameter| parameter.ident.to_string()).collect();
         for (name, field) in fields(declared.item) {
@@ -309,13 +310,13 @@ impl SendableCheck<'_> {
             let range = byte_of(text, span.start())..byte_of(text, span.end());
             let place = PlaceInPreamble { preamble: declared.preamble, range };
             self.inside = Some(Inside { owner: owner.to_owned(), name, place });
-            // The bound of the whole is enough for its parts.
+            // The bound of the whole is sufficient for its parts.
             self.look(&field.ty, true);
         }
     }
 }
 
-/// A type as people write it.
+/// Returns a type as users write it.
 pub(super) fn text(ty: &Type) -> String {
     let wrapped: syn::File = syn::parse_quote!(type T = #ty;);
     let text = prettyplease::unparse(&wrapped);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! What Rust's types are in messages, as far as their text and the preambles tell.
+//! The layouts of Rust's types in messages, as far as their text and the preambles show.
 
 use syn::{Expr, ExprLit, Fields, GenericArgument, Item, Lit, Type, TypePath};
 
@@ -8,7 +8,7 @@ use super::sendable::{Growing, arguments, growing, text};
 use crate::languages::facts::{Preambles, Unsendable};
 use crate::plan::Shape;
 
-/// Types of which each value takes a fixed number of bytes.
+/// Types whose values all have the same number of bytes.
 const KNOWN: [(&str, Shape); 15] = [
     ("bool", Shape::Bool),
     ("char", Shape::Unsigned(4)),
@@ -27,10 +27,10 @@ const KNOWN: [(&str, Shape); 15] = [
     ("Interval", Shape::Signed(8)),
 ];
 
-/// How deeply declarations may contain each other.
+/// The maximum nesting of declarations.
 const DEPTH_MAX: usize = 32;
 
-/// What values of a type are in messages.
+/// Returns the layout of a type's values in messages.
 pub(super) fn shape(ty: &str, preambles: Preambles<'_>) -> Result<Shape, Vec<Unsendable>> {
     let refused = |reason: &str, hint: &str| Unsendable {
         message: format!("another language cannot read `{ty}`: {reason}"),
@@ -54,7 +54,7 @@ pub(super) fn shape(ty: &str, preambles: Preambles<'_>) -> Result<Shape, Vec<Uns
     }
 }
 
-/// A list or a text of heapless.
+/// Returns a list or a text of heapless.
 fn bounded(ty: &Type) -> Option<Growing<'_>> {
     let Type::Path(path) = ty else { return None };
     let name = path.path.segments.last()?.ident.to_string();
@@ -65,7 +65,7 @@ fn bounded(ty: &Type) -> Option<Growing<'_>> {
     }
 }
 
-/// Why a type has no shape that others know, and what to write: all reasons.
+/// All reasons why a type has no layout that other languages know, each with the replacement.
 type NoShape = Vec<(String, &'static str)>;
 
 struct ShapeReader {
@@ -150,11 +150,11 @@ impl ShapeReader {
     }
 }
 
-/// The integer that an enum without fields is.
+/// Returns the integer type of an enum without fields.
 fn integer_of(attributes: &[syn::Attribute]) -> Shape {
     let mut found = Shape::Signed(4);
     for attribute in attributes.iter().filter(|attribute| attribute.path().is_ident("repr")) {
-        // What is no name of an integer, rustc judges.
+        // rustc reports a name that is no integer type.
         let _ = attribute.parse_nested_meta(|meta| {
             let known = KNOWN.iter().find(|(name, _)| meta.path.is_ident(name));
             if let Some((_, shape @ (Shape::Unsigned(_) | Shape::Signed(_)))) = known {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Types as Rust spells them, and what is known of them without asking Rust.
+//! Types in Rust's spelling, and their properties that are known without rustc.
 
 use crate::diagnostics::{Code, Diagnostic};
 use crate::languages::facts::LiteralKind;
@@ -8,7 +8,7 @@ use crate::syntax::ast::{Literal, TypeKind, TypeSyntax};
 /// Rust's type for LF's `time`.
 pub(crate) const DURATION: &str = "core::time::Duration";
 
-/// C's types with what Rust calls them.
+/// C's types with their names in Rust.
 const C_TYPES: &[(&str, &str)] = &[
     ("int", "i32"),
     ("short", "i16"),
@@ -31,12 +31,12 @@ const C_TYPES: &[(&str, &str)] = &[
     ("interval_t", "time"),
 ];
 
-/// A type in Rust's spelling.
+/// Returns a type in Rust's spelling.
 pub(super) fn text(ty: &TypeSyntax) -> String {
     match &ty.kind {
         TypeKind::Time => DURATION.to_owned(),
         TypeKind::Code(text) => text.split_whitespace().collect::<Vec<_>>().join(" "),
-        // What LF's Rust target calls the type without a value.
+        // This is the name of LF's Rust target for the type without a value.
         TypeKind::Path { segments, arguments, .. } if segments == &["unit"] && arguments.is_empty() => "()".to_owned(),
         TypeKind::Path { segments, arguments, .. } => {
             let mut text = segments.join("::");
@@ -49,7 +49,7 @@ pub(super) fn text(ty: &TypeSyntax) -> String {
     }
 }
 
-/// What is C in a type.
+/// Returns the problem of a C type.
 pub(super) fn problem(ty: &TypeSyntax) -> Option<Diagnostic> {
     let TypeKind::Path { segments, c_suffix, .. } = &ty.kind else { return None };
     if let Some(suffix) = c_suffix {
@@ -62,7 +62,7 @@ pub(super) fn problem(ty: &TypeSyntax) -> Option<Diagnostic> {
     Some(Diagnostic::new(Code::CType, ty.span, message).hint(format!("did you mean `{rust}`?")))
 }
 
-/// The type of a literal that is written without one.
+/// Returns the type of a literal without a declared type.
 pub(super) fn of_literal(literal: &Literal) -> &'static str {
     match literal {
         Literal::Bool(_) => "bool",
@@ -73,7 +73,7 @@ pub(super) fn of_literal(literal: &Literal) -> &'static str {
     }
 }
 
-/// The literals that a simple type takes.
+/// Returns the kind of literals that a simple type accepts.
 pub(crate) fn literals(ty: &str) -> Option<LiteralKind> {
     Some(match ty {
         "i8" | "i16" | "i32" | "i64" | "i128" | "isize" => LiteralKind::Signed,
@@ -86,14 +86,14 @@ pub(crate) fn literals(ty: &str) -> Option<LiteralKind> {
     })
 }
 
-/// Whether a type is surely `Copy`, and can be named anywhere.
+/// Returns whether a type is certainly `Copy`, and can be named anywhere.
 pub(crate) fn is_copy(ty: &str) -> bool {
     const OTHERS: [&str; 3] = ["()", DURATION, "&'static str"];
     OTHERS.contains(&ty) || !matches!(literals(ty), None | Some(LiteralKind::Text))
 }
 
-/// A type without the paths before its names: two files can name one type differently, and Rust compares them in the
-/// end.
+/// Returns a type without the paths before its names: two files can name one type differently, and Rust compares them
+/// in the end.
 pub(super) fn last_names(ty: &str) -> String {
     let mut text = String::new();
     for (index, part) in ty.split("::").enumerate() {

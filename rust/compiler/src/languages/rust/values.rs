@@ -7,7 +7,7 @@ use crate::lexical::raw;
 use crate::syntax::ast::{Expression, ExpressionKind, Literal};
 use crate::syntax::literal_ns;
 
-/// A value as a Rust expression for a place of type `ty`.
+/// Returns a value as a Rust expression for a place of type `ty`.
 pub(super) fn text(value: &Expression, ty: &str) -> String {
     match &value.kind {
         ExpressionKind::Code(code) => code.text.clone(),
@@ -23,7 +23,7 @@ pub(super) fn text(value: &Expression, ty: &str) -> String {
         }
         ExpressionKind::Literal(literal) => match literal {
             Literal::Bool(value) => value.to_string(),
-            // Rust takes no integer where a float belongs.
+            // Rust does not accept an integer as a float.
             Literal::Int(text) if literals(ty) == Some(LiteralKind::Float) => format!("{text}.0"),
             Literal::Int(text) | Literal::Float(text) | Literal::Character(text) => text.clone(),
             Literal::Text(text) => {

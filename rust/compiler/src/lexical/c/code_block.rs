@@ -1,20 +1,20 @@
 // SPDX-License-Identifier: Apache-2.0
-//! What hides the end of a block of code, and brackets: C's strings and comments.
+//! C's strings and comments, which hide the end of a block of code, and brackets.
 
 use crate::lexical::blocks::{brackets, is_word, strange, too_deep};
 use crate::lexical::{CodeKind, CodeProblem};
 
-/// Those behind which text can be that is not C as it stands.
+/// Directives behind which arbitrary text can stand.
 const DIRECTIVES: [&str; 2] = ["if", "define"];
 
-/// What is wrong with the characters and the brackets of a block. Macros and conditions of the preprocessor can open
-/// what is closed elsewhere, so of a block that has any only the depth is looked at.
+/// Returns the problem with the characters and the brackets of a block. Macros and conditions of the preprocessor can
+/// open brackets that are closed elsewhere, so for a block with such directives only the nesting is checked.
 pub(in crate::lexical) fn problem(text: &str, kind: CodeKind) -> Option<CodeProblem> {
     let directive = |line: &str| {
         let directive = line.trim_start().strip_prefix('#').map(str::trim_start);
         directive.is_some_and(|directive| DIRECTIVES.iter().any(|one| directive.starts_with(one)))
     };
-    // What such a line says is for people.
+    // The text of such a line is prose.
     let is_prose =
         |line: &str| line.trim_start().starts_with('#') && (line.contains("error") || line.contains("warning"));
     if kind == CodeKind::TypeParameter {
@@ -28,8 +28,7 @@ pub(in crate::lexical) fn problem(text: &str, kind: CodeKind) -> Option<CodeProb
     strange.or_else(|| brackets(text, skip))
 }
 
-/// The end of what begins at a byte that is not within anything else: of a comment, of a literal, of a word, or of the
-/// character.
+/// Returns the end of the token that begins at a byte: a comment, a literal, a word, or a character.
 pub(in crate::lexical) fn skip(text: &str, at: usize) -> usize {
     let bytes = text.as_bytes();
     match bytes[at] {
@@ -41,7 +40,7 @@ pub(in crate::lexical) fn skip(text: &str, at: usize) -> usize {
     }
 }
 
-/// A line ends at a line feed that nothing continues.
+/// Returns the end of a line: a line feed without a backslash before it.
 fn line_end(bytes: &[u8], mut at: usize) -> usize {
     while at < bytes.len() && bytes[at] != b'\n' {
         at += skipped(bytes, at);
@@ -49,7 +48,7 @@ fn line_end(bytes: &[u8], mut at: usize) -> usize {
     at.min(bytes.len())
 }
 
-/// How many bytes a backslash takes with what is behind it; any other byte is one.
+/// Returns the number of bytes of an escape sequence; one for any other byte.
 fn skipped(bytes: &[u8], at: usize) -> usize {
     match &bytes[at..] {
         [b'\\', b'\r', b'\n', ..] => 3,
@@ -58,7 +57,7 @@ fn skipped(bytes: &[u8], at: usize) -> usize {
     }
 }
 
-/// A literal ends on its line; otherwise its quote is none, as in the text of `#error`.
+/// Returns the end of a literal, which is on its line; otherwise the quote begins none, as in the text of `#error`.
 fn literal_end(bytes: &[u8], begin: usize, quote: u8) -> usize {
     let mut at = begin;
     while at < bytes.len() && bytes[at] != b'\n' {
@@ -70,7 +69,7 @@ fn literal_end(bytes: &[u8], begin: usize, quote: u8) -> usize {
     begin
 }
 
-/// Numbers can have quotes between their digits.
+/// Returns the end of a word. Numbers can have quotes between their digits.
 fn word_end(bytes: &[u8], at: usize) -> usize {
     let is_number = bytes[at].is_ascii_digit();
     let part = |byte: &u8| is_word(*byte) || (is_number && *byte == b'\'');

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Names that C keeps for itself.
+//! Names that C reserves.
 
-/// C's words, those of C23 that older compilers know as macros included.
+/// C's keywords, including those of C23 that older compilers know as macros.
 const KEYWORDS: &[&str] = &[
     "alignas",
     "alignof",
@@ -50,7 +50,7 @@ const KEYWORDS: &[&str] = &[
     "while",
 ];
 
-/// Words of C++ that are none of C.
+/// Keywords of C++ that are none of C.
 const WORDS_OF_CPP: &[&str] = &[
     "and",
     "and_eq",
@@ -104,7 +104,7 @@ const WORDS_OF_CPP: &[&str] = &[
     "xor_eq",
 ];
 
-/// Why nothing in C can be called so, or no variable of a body.
+/// Returns the reason why no name in C, or no variable of a body, can be this one.
 pub(in crate::lexical) fn problem(name: &str, in_bodies: bool, is_cpp: bool) -> Option<&'static str> {
     if in_bodies && name == "self" {
         return Some("reaction bodies have a variable of this name");

@@ -1,10 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-//! What hides the end of a block of code, and brackets: Rust's strings and comments.
+//! Rust's strings and comments, which hide the end of a block of code, and brackets.
 
 use crate::lexical::blocks::is_word;
 
-/// The end of what begins at a byte that is not within anything else: of a comment, of a literal, of a word, or of the
-/// character.
+/// Returns the end of the token that begins at a byte: a comment, a literal, a word, or a character.
 pub(in crate::lexical) fn skip(text: &str, at: usize) -> usize {
     let bytes = text.as_bytes();
     match bytes[at] {
@@ -21,7 +20,7 @@ fn line_end(bytes: &[u8], at: usize) -> usize {
     bytes[at..].iter().position(|byte| *byte == b'\n').map_or(bytes.len(), |length| at + length)
 }
 
-/// Rust's block comments nest.
+/// Returns the end of a block comment, which can contain others.
 fn comment_end(bytes: &[u8], mut at: usize) -> usize {
     let mut depth = 1_usize;
     while at < bytes.len() && depth > 0 {
@@ -52,7 +51,7 @@ fn string_end(bytes: &[u8], mut at: usize) -> usize {
     bytes.len()
 }
 
-/// A character literal is skipped whole; of a lifetime only the quote.
+/// Returns the end of a character literal, or that of a lifetime's quote.
 fn quote_end(text: &str, at: usize) -> usize {
     let mut rest = text[at + 1..].char_indices();
     match rest.next() {

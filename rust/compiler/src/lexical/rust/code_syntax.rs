@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-//! What is wrong with the syntax of a block of Rust, without asking rustc: first its brackets, because a parser names
-//! the place where it notices that one is missing, and not the one that is; then how deeply it is nested, because a
-//! parser recurses; then what a parser says.
+//! The problems with the syntax of a block of Rust that are visible without rustc: first its brackets, because a parser
+//! names the place where it notices a missing bracket, and not that of the unmatched one; then the nesting, because a
+//! parser recurses; then the errors of a parser.
 
 use proc_macro2::{LineColumn, TokenStream, TokenTree};
 use syn::parse::Parser as _;
@@ -13,13 +13,13 @@ use crate::diagnostics::Code;
 use crate::lexical::blocks::{brackets, strange};
 use crate::lexical::{CodeKind, CodeProblem};
 
-/// The first thing that is wrong.
+/// Returns the first problem.
 pub(in crate::lexical) fn problem(text: &str, kind: CodeKind) -> Option<CodeProblem> {
     let found = strange(text, skip, "Rust").or_else(|| brackets(text, skip));
     found.or_else(|| nesting::problem(text)).or_else(|| parse(text, kind))
 }
 
-/// What a parser says.
+/// Returns the error of a parser.
 fn parse(text: &str, kind: CodeKind) -> Option<CodeProblem> {
     let error = match kind {
         CodeKind::Statements => syn::Block::parse_within.parse_str(text).err(),
@@ -30,7 +30,7 @@ fn parse(text: &str, kind: CodeKind) -> Option<CodeProblem> {
     }?;
     let message = error.to_string();
     let (start, end) = (byte_of(text, error.span().start()), byte_of(text, error.span().end()));
-    // What is missing behind a statement is missed where the next one begins.
+    // A missing token behind a statement is noticed at the beginning of the next one.
     let missing = message.ends_with("expected `;`").then(|| end_before(text, start)).flatten();
     let range = if start == 0 && (text.starts_with(char::is_whitespace) || message.starts_with("unexpected end")) {
         // The parser has no place for the end.
@@ -61,7 +61,7 @@ fn parse(text: &str, kind: CodeKind) -> Option<CodeProblem> {
     Some(CodeProblem { code: Code::CodeSyntax, range, message, also: None, hint })
 }
 
-/// Where the last token ends that does so at a byte or before it; comments are none.
+/// Returns the end of the last token that ends at a byte or before it; comments are no tokens.
 fn end_before(text: &str, byte: usize) -> Option<usize> {
     let mut last = None;
     let mut streams = vec![text.parse::<TokenStream>().ok()?];
@@ -91,7 +91,7 @@ pub(crate) fn byte_of(text: &str, place: LineColumn) -> usize {
 mod tests {
     use super::*;
 
-    /// Where it is, and what is wrong.
+    /// Returns the place and the problem.
     fn found(text: &str, kind: CodeKind) -> Option<(usize, String)> {
         problem(text, kind).map(|problem| (problem.range.start, problem.message))
     }
@@ -104,7 +104,7 @@ mod tests {
             ("f(1));", 4, "this `)` closes nothing"),
             ("if a {\n}\n}", 9, "this `}` closes nothing"),
             ("f(1]", 3, "this `]` does not close `(`"),
-            // The lines tell that the second one is meant.
+            // The indentation shows that the second one is meant.
             ("\n  if a {\n    if b {\n      f();\n  }\n", 19, "this `{` is not closed"),
             ("\n  if a {\n    if b {\n    }\n", 8, "this `{` is not closed"),
             ("'(' \"(\" /* ( */ r#\"(\"# // (\n (", 29, "this `(` is not closed"),

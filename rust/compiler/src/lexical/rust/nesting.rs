@@ -1,20 +1,20 @@
 // SPDX-License-Identifier: Apache-2.0
-//! How deeply code is nested, before a parser that recurses is called.
+//! Limits the nesting of code before a recursive parser runs.
 //!
 //! A parser of Rust takes stack for each bracket, for each word or operator in front of an operand, for each list of
-//! types and each closure; and what it returns takes stack while it is dropped, for each link of a chain such as
-//! `a + b + c` or `a.b().c()`. This counts all of them in one pass. What it counts is never less than what is open at a
-//! place; where it is more, code is far from the limit that people write.
+//! types and each closure; and dropping its result takes stack for each link of a chain such as `a + b + c` or
+//! `a.b().c()`. This module counts all of them in one pass. The count is never less than the number of open levels at a
+//! place; where it is more, it is far from the limit for code that people write.
 
 use super::code_block::skip;
 use crate::lexical::CodeProblem;
 use crate::lexical::blocks::{BRACKETS_MAX, is_word};
 
-/// What may be open at a place: as many of what a parser recurses for, or [`DEEP`] times as many links of chains. A
-/// thread's usual stack of 2 MiB suffices for it without optimization.
+/// The maximum number of open levels at a place: this number of recursions of a parser, or [`DEEP`] times as many links
+/// of chains. A thread's usual stack of 2 MiB suffices for it without optimization.
 const OPEN_MAX: usize = BRACKETS_MAX * DEEP;
 
-/// How many links of a chain take as much stack as one level of a parser.
+/// The number of links of a chain that take as much stack as one level of a parser.
 const DEEP: usize = 8;
 
 /// Words in front of operands, types and patterns.
@@ -23,12 +23,12 @@ const PREFIXES: [&str; 27] = [
     "let", "loop", "match", "move", "mut", "raw", "ref", "return", "static", "unsafe", "where", "while", "yield",
 ];
 
-/// What is open within a pair of brackets, up to the next comma and the next semicolon.
+/// The open levels within a pair of brackets, up to the next comma and the next semicolon.
 #[derive(Default)]
 struct Level {
-    /// Ends with a comma.
+    /// The levels that end with a comma.
     to_comma: usize,
-    /// Lists of types, and parameters of closures, have commas of their own.
+    /// The levels that end with a semicolon: lists of types, and parameters of closures, have commas of their own.
     to_semicolon: usize,
 }
 
@@ -38,13 +38,13 @@ impl Level {
     }
 }
 
-/// Where code is nested too deeply, if it is. Its brackets have counterparts.
+/// Returns the problem of code that is nested too deeply. Its brackets have counterparts.
 pub(super) fn problem(text: &str) -> Option<CodeProblem> {
     let bytes = text.as_bytes();
     let mut outer: Vec<Level> = Vec::new();
     let (mut level, mut outer_sum) = (Level::default(), 0);
-    // Whether an operand is behind the place, so that an operator is one between operands; the token there, and whether
-    // it can be the first half of such an operator.
+    // Whether an operand precedes the place, so that an operator is a binary one; the token before the place, and
+    // whether it can be the first half of such an operator.
     let (mut behind_operand, mut before, mut is_half) = (false, "", false);
     let mut at = 0;
     while at < bytes.len() {

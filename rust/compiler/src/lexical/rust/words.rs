@@ -1,15 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Words that Rust has for itself, and names that a program cannot have.
+//! Keywords of Rust, and names that a program cannot have.
 
 use proc_macro2::Ident;
 
 /// Keywords that cannot be written as `r#word` either.
 pub(crate) const NEVER: [&str; 5] = ["self", "Self", "super", "crate", "_"];
 
-/// What no variable of a body can be called, because bodies have it in sight and patterns can name it.
+/// Names that no variable of a body can have, because bodies see them and patterns can name them.
 const KNOWN: [&str; 6] = ["None", "Some", "Ok", "Err", "Asap", "After"];
 
-/// Whether a name is an identifier as it stands. The parser does not know the newest word of Rust.
+/// Returns whether a name is an identifier as it stands. The parser does not know the newest keyword of Rust.
 pub(crate) fn is_plain(name: &str) -> bool {
     name != "gen" && syn::parse_str::<Ident>(name).is_ok()
 }
@@ -19,7 +19,8 @@ pub(crate) fn raw(name: &str) -> String {
     if NEVER.contains(&name) || is_plain(name) { name.to_owned() } else { format!("r#{name}") }
 }
 
-/// Returns why no item, variable or field can be called so, not even by a raw identifier, or no variable of a body.
+/// Returns the reason why no item, variable or field can have this name, not even as a raw identifier, or no variable
+/// of a body.
 pub(crate) fn problem(name: &str, in_bodies: bool) -> Option<&'static str> {
     if in_bodies && ["self", "ctx"].contains(&name) {
         return Some("reaction bodies have a variable of this name");

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! What stands in files and in reactors alike: preambles and attributes.
+//! Elements of both files and reactors: preambles and attributes.
 
 use super::super::ast::{Attribute, AttributeParameter, Name, Preamble};
 use super::super::token::TokenKind;

@@ -8,7 +8,7 @@ use super::{Parsed, Parser};
 use crate::diagnostics::{Code, Diagnostic, Span};
 
 impl Parser<'_> {
-    /// Whether a connection begins here: a parenthesis, or a name that is no word of the language.
+    /// Returns whether a connection begins here: a parenthesis, or a name that is no keyword.
     pub(super) fn at_connection(&self) -> bool {
         if self.at(TokenKind::OpenParenthesis) {
             return true;
@@ -55,7 +55,7 @@ impl Parser<'_> {
         Ok(ConnectionSyntax { mode: self.mode, attributes, left, iterated, physical, right, after, serializer, span })
     }
 
-    /// A delay that stands before the arrow, which is reported.
+    /// Parses a delay before the arrow, and reports it.
     fn early_delay(&mut self) -> Parsed<Option<Expression>> {
         let Some(word) = self.eat_word("after") else { return Ok(None) };
         let delay = self.expression()?;
@@ -73,7 +73,7 @@ impl Parser<'_> {
         Ok(references)
     }
 
-    /// `variable`, `container.variable`, or one of them in `interleaved( … )`, and maybe `as alias`.
+    /// Parses `variable`, `container.variable`, or one of them in `interleaved( … )`, perhaps with `as alias`.
     pub(super) fn reference(&mut self, what: &str) -> Parsed<Reference> {
         let start = self.here();
         let interleaved = self.at_word("interleaved") && self.peek(1).kind == TokenKind::OpenParenthesis;
@@ -92,7 +92,7 @@ impl Parser<'_> {
     }
 
     fn reference_name(&mut self, what: &str) -> Parsed<super::Name> {
-        // A word that begins a declaration is no name here: something was left out before it.
+        // A keyword that begins a declaration is no name here: the text before it is incomplete.
         let declares = matches!(self.peek(1).kind, TokenKind::Word | TokenKind::Equals);
         if self.peek(0).first_of_line && self.at_member_start() && declares {
             return self.unexpected(what);

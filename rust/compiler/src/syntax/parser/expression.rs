@@ -11,8 +11,8 @@ use crate::diagnostics::{Code, Diagnostic, Span};
 use crate::lexical::CodeKind;
 
 impl Parser<'_> {
-    /// `= e`, or the older `(e)` and `{e}`, which get a warning; nothing if none of them is here. `kind` and `name` are
-    /// those of what is initialised.
+    /// Parses `= e`, or the older `(e)` and `{e}`, which get a warning; returns `None` without one of them. `kind` and
+    /// `name` are those of the initialised element.
     pub(super) fn initialiser(&mut self, kind: &str, name: &Name) -> Parsed<Option<Initialiser>> {
         if self.eat(TokenKind::Equals) {
             return Ok(Some(Initialiser { value: self.expression()? }));
@@ -77,7 +77,7 @@ impl Parser<'_> {
         Ok(ExpressionKind::List(self.list(close, close_text, Self::expression)?))
     }
 
-    /// A literal or a time; nothing is taken if neither is here.
+    /// Parses a literal or a time; takes nothing if neither is here.
     pub(super) fn literal_or_time(&mut self) -> Parsed<Option<ExpressionKind>> {
         let token = self.peek(0);
         let text = self.text_of(token);
@@ -125,7 +125,7 @@ impl Parser<'_> {
         }
     }
 
-    /// The unit after a number: a word on the same line that does not begin something else.
+    /// Parses the unit after a number: a word on the same line that does not begin another element.
     fn unit(&mut self) -> Option<Name> {
         let word = self.word_ahead(0)?;
         let token = self.peek(0);

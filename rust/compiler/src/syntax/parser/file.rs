@@ -7,7 +7,7 @@ use super::super::words::FILE_STARTS;
 use super::{Parsed, Parser};
 use crate::diagnostics::{Diagnostic, FileId};
 
-/// Reads a file.
+/// Parses a file.
 pub(crate) fn parse(file: FileId, text: &str) -> (SourceUnit, Vec<Diagnostic>) {
     let Tokens { list, comments, open, diagnostics } = tokens(file, text);
     let mut parser = Parser {
@@ -73,7 +73,7 @@ impl Parser<'_> {
         Ok(())
     }
 
-    /// Skips to the next declaration of a file, but not past where reading began without taking a token.
+    /// Skips to the next declaration of a file, taking at least one token since `start`.
     pub(super) fn recover_in_file(&mut self, start: usize) {
         if self.position == start {
             self.advance();

@@ -7,7 +7,7 @@ use super::{Parsed, Parser};
 use crate::diagnostics::{Code, Diagnostic};
 
 impl Parser<'_> {
-    /// `at …`, if it is here.
+    /// Parses `at …`, if it is here.
     pub(super) fn host(&mut self) -> Parsed<Option<Host>> {
         if self.eat_word("at").is_none() {
             return Ok(None);
@@ -54,7 +54,7 @@ impl Parser<'_> {
 
 type HostParts = (Option<String>, String, Option<u16>);
 
-/// Takes `user@host:port` or `[user@ipv6]:port` apart.
+/// Splits `user@host:port` or `[user@ipv6]:port`.
 fn parse_host(text: &str) -> Result<HostParts, &'static str> {
     if let Some(bracketed) = text.strip_prefix('[') {
         let (inside, behind) = bracketed.split_once(']').ok_or("`]` is missing")?;

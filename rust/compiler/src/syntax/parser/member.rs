@@ -10,14 +10,14 @@ use super::super::words::MEMBER_STARTS;
 use super::{Failed, Parsed, Parser};
 use crate::diagnostics::{Code, Diagnostic, Span};
 
-/// How many reactions a reactor can have: each has a level of its own, and the highest number stands for none.
+/// The maximum number of reactions in a reactor: each has a level of its own, and the highest number stands for none.
 const REACTIONS_MAX: usize = u16::MAX as usize - 1;
 
 impl Parser<'_> {
-    /// One declaration, from its first word on; `start` is where its attributes begin.
+    /// Parses one declaration, from its first word on; `start` is the beginning of its attributes.
     pub(super) fn member(&mut self, body: &mut ReactorBody, attributes: Vec<Attribute>, start: usize) -> Parsed<()> {
         match self.word_ahead(0) {
-            // These first: a word of the language in place of a name is told by whatever takes names.
+            // These come first: a keyword instead of a name is reported by the parsers of names.
             _ if self.at_instance() => {
                 let instance = self.instantiation(attributes)?;
                 body.instances.push(instance);
@@ -81,7 +81,7 @@ impl Parser<'_> {
         Ok(())
     }
 
-    /// Reports that there are too many reactions, and reads no further.
+    /// Reports that there are too many reactions, and stops parsing.
     fn too_many(&mut self, keyword: Span) -> Parsed<()> {
         let message = format!("this reactor has more than {REACTIONS_MAX} reactions");
         let hint = "divide them among several reactors";
@@ -139,7 +139,7 @@ impl Parser<'_> {
         Ok(Timer { mode: self.mode, attributes, name, offset: values.next(), period: values.next() })
     }
 
-    /// `(e, …)` with at most `count` values, if it is here.
+    /// Parses `(e, …)` with at most `count` values, if it is here.
     fn arguments(&mut self, expected: &str, count: usize) -> Parsed<Vec<Expression>> {
         let mut values = Vec::new();
         if self.eat(TokenKind::OpenParenthesis) {
@@ -179,7 +179,7 @@ impl Parser<'_> {
         Ok(ActionSyntax { mode: self.mode, attributes, kind, name, min_delay, min_spacing, policy, ty })
     }
 
-    /// A watchdog and its handler.
+    /// Parses a watchdog and its handler.
     fn watchdog(&mut self, attributes: Vec<Attribute>) -> Parsed<(ActionSyntax, ReactionSyntax)> {
         let token = self.advance();
         let keyword = self.span_of(token);
@@ -214,7 +214,7 @@ impl Parser<'_> {
         Ok((watchdog, handler))
     }
 
-    /// Reports a value without the name of the parameter that has it.
+    /// Reports an argument without the name of its parameter.
     fn unnamed(&mut self, class: &Name, number: usize) -> Parsed<Assignment> {
         let value = self.expression()?;
         let (of, written) = (&class.text, self.slice(value.span));
@@ -225,7 +225,7 @@ impl Parser<'_> {
         Ok(Assignment { name: Name { text: name, span: value.span }, init: Initialiser { value } })
     }
 
-    /// A parameter of a reactor by its number, if the reactor is declared in this file.
+    /// Returns a parameter of a reactor by its number, if the reactor is declared in this file.
     fn parameter_of(&self, class: &str, number: usize) -> Option<&str> {
         let text = |at: usize| self.tokens.get(at).map(|token| self.text_of(*token)).unwrap_or_default();
         let head = (0..self.tokens.len()).find(|at| text(*at) == "reactor" && text(at + 1) == class)?;

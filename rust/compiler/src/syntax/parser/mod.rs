@@ -23,10 +23,10 @@ use crate::lexical::CodeKind;
 
 pub(crate) use file::parse;
 
-/// How deeply expressions, types and property values may be nested.
+/// The maximum nesting of expressions, types and property values.
 const DEPTH_MAX: usize = 64;
 
-/// Says that a declaration could not be read and that a diagnostic has been made; the caller recovers.
+/// The error of a declaration that cannot be parsed, after its diagnostic; the caller recovers.
 struct Failed;
 
 type Parsed<T> = Result<T, Failed>;
@@ -36,19 +36,19 @@ struct Parser<'t> {
     text: &'t str,
     tokens: Vec<Token>,
     comments: Vec<std::ops::Range<usize>>,
-    /// Where code blocks begin that have no end.
+    /// The beginnings of code blocks without an end.
     open: HashSet<usize>,
     position: usize,
     depth: usize,
     diagnostics: Vec<Diagnostic>,
-    /// The mode whose declarations are read, by its position in the reactor.
+    /// The position of the current mode in the reactor.
     mode: Option<usize>,
-    /// All code blocks that are closed.
+    /// All closed code blocks.
     codes: Vec<(CodeBlock, CodeKind)>,
 }
 
 impl<'t> Parser<'t> {
-    /// The token `ahead` places after the current one.
+    /// Returns the token `ahead` places after the current one.
     fn peek(&self, ahead: usize) -> Token {
         let last = self.tokens.len() - 1;
         self.tokens[(self.position + ahead).min(last)]
@@ -70,7 +70,7 @@ impl<'t> Parser<'t> {
         self.span_of(self.peek(0))
     }
 
-    /// The place of the token before the current one.
+    /// Returns the place of the previous token.
     fn before(&self) -> Span {
         self.span_of(self.tokens[self.position.saturating_sub(1).min(self.tokens.len() - 1)])
     }
@@ -91,7 +91,7 @@ impl<'t> Parser<'t> {
         self.at(TokenKind::End)
     }
 
-    /// Whether the current token is this word.
+    /// Returns whether the current token is this word.
     fn at_word(&self, word: &str) -> bool {
         self.word_ahead(0) == Some(word)
     }
@@ -124,12 +124,12 @@ impl<'t> Parser<'t> {
         self.unexpected(what)
     }
 
-    /// Reports that something else was expected here.
+    /// Reports an unexpected token.
     fn unexpected<T>(&mut self, expected: &str) -> Parsed<T> {
         self.unexpected_but(expected, None)
     }
 
-    /// The same, with what to do about it.
+    /// Reports an unexpected token, with advice.
     fn unexpected_but<T>(&mut self, expected: &str, hint: Option<String>) -> Parsed<T> {
         let token = self.peek(0);
         let strange = self.text_of(token).chars().next().filter(|_| token.kind == TokenKind::Other);
@@ -141,7 +141,7 @@ impl<'t> Parser<'t> {
             _ => format!("`{}`", self.text_of(token)),
         };
         let message = format!("expected {expected}, found {found}");
-        // What is missing at the start of a line is missed at the end of the line before.
+        // A token that is missing at the start of a line belongs at the end of the previous line.
         let span = if token.first_of_line && self.position > 0 && hint.is_none() {
             let end = self.before().end;
             Span::new(self.file, end, end)
@@ -158,7 +158,7 @@ impl<'t> Parser<'t> {
         self.diagnostics.push(diagnostic);
     }
 
-    /// A name; a word of the language in its place is reported and taken as the name.
+    /// Parses a name; reports a keyword, and takes it as the name.
     fn name(&mut self, what: &str) -> Parsed<Name> {
         let name = self.declared_name(what)?;
         if is_reserved(&name.text) {
@@ -170,7 +170,7 @@ impl<'t> Parser<'t> {
         Ok(name)
     }
 
-    /// The name of something that is declared elsewhere, where a word of the language is reported.
+    /// Parses the name of an element that is declared elsewhere; reports a keyword.
     fn declared_name(&mut self, what: &str) -> Parsed<Name> {
         if !self.at(TokenKind::Word) {
             return self.unexpected(what);
@@ -179,7 +179,7 @@ impl<'t> Parser<'t> {
         Ok(Name { text: self.text_of(token).to_owned(), span: self.span_of(token) })
     }
 
-    /// Statements.
+    /// Parses statements.
     fn code(&mut self) -> Parsed<CodeBlock> {
         self.code_of(CodeKind::Statements)
     }
@@ -199,7 +199,7 @@ impl<'t> Parser<'t> {
         Ok(code)
     }
 
-    /// Reports code that stands in braces alone, and takes all of it, since nothing in it is a declaration.
+    /// Reports code in braces without `=`, and takes all of it, since it contains no declarations.
     fn code_in_braces(&mut self) -> CodeBlock {
         let open = self.here();
         self.skip_brackets();
@@ -209,7 +209,7 @@ impl<'t> Parser<'t> {
         CodeBlock { text: String::new(), span: open }
     }
 
-    /// Takes a bracket and all up to the one that closes it.
+    /// Takes a bracket and all tokens up to the one that closes it.
     fn skip_brackets(&mut self) {
         let mut depth = 0_usize;
         while !self.at_end() {
@@ -224,19 +224,19 @@ impl<'t> Parser<'t> {
         }
     }
 
-    /// A word that was meant where an unknown one is.
+    /// Returns the word that the user probably meant.
     fn meant(&self, words: &[&'static str]) -> Option<String> {
         did_you_mean(self.word_ahead(0)?, words.iter().copied())
     }
 
-    /// The quoted text of a string, without the quotes.
+    /// Parses a string, and returns its text without the quotes.
     fn string(&mut self, what: &str) -> Parsed<Name> {
         let span = self.expect(TokenKind::Text, what)?;
         let text = self.text[span.start..span.end].trim_matches('"').to_owned();
         Ok(Name { text, span })
     }
 
-    /// Items between commas up to `close`, which is consumed; a comma before `close` is allowed.
+    /// Parses items between commas up to `close`, which is consumed; a comma before `close` is allowed.
     fn list<T>(
         &mut self,
         close: TokenKind,
@@ -258,7 +258,7 @@ impl<'t> Parser<'t> {
         Ok(items)
     }
 
-    /// Whether a `;` here stands between items of a list, and does not end what comes behind the list.
+    /// Returns whether a `;` here stands between items of a list, and does not end the element behind the list.
     fn at_separator(&self, close: TokenKind) -> bool {
         let follows = close == TokenKind::CloseBrace || !self.peek(1).first_of_line;
         self.at(TokenKind::Semicolon) && follows && self.peek(1).kind != TokenKind::End
@@ -279,28 +279,29 @@ impl<'t> Parser<'t> {
         result
     }
 
-    /// Whether a declaration of a file begins here, and not an instance or a connection with such a word as a name.
+    /// Returns whether a declaration of a file begins here, and not an instance or a connection whose name is such a
+    /// keyword.
     fn at_file_start(&self) -> bool {
         self.word_ahead(0).is_some_and(|word| FILE_STARTS.contains(&word)) && !self.at_instance_name()
     }
 
-    /// Whether what follows the word here makes it the name of an instance, even if it is a word of the language.
+    /// Returns whether the next tokens make the word here the name of an instance, even if it is a keyword.
     fn at_instance_name(&self) -> bool {
         self.at_instance() || self.at_connected_name()
     }
 
-    /// Whether the declaration of an instance begins here.
+    /// Returns whether the declaration of an instance begins here.
     fn at_instance(&self) -> bool {
         self.peek(1).kind == TokenKind::Equals && self.word_ahead(2) == Some("new")
     }
 
-    /// Whether what follows the word here makes it part of a connection.
+    /// Returns whether the next tokens make the word here part of a connection.
     fn at_connected_name(&self) -> bool {
         use TokenKind::{Arrow, Comma, Dot, PhysicalArrow};
         self.word_ahead(0).is_some() && matches!(self.peek(1).kind, Arrow | Comma | Dot | PhysicalArrow)
     }
 
-    /// Whether a declaration of a reactor begins here, as far as one token tells.
+    /// Returns whether a declaration of a reactor begins here, judged by one token.
     fn at_member_start(&self) -> bool {
         if self.at(TokenKind::At) {
             return true;

@@ -39,7 +39,7 @@ impl Parser<'_> {
         Ok(reaction)
     }
 
-    /// A name after the triggers belongs to the uses unless it begins something else.
+    /// Returns whether a use is here: a name after the triggers, unless it begins another element.
     fn at_use(&self) -> bool {
         let Some(word) = self.word_ahead(0) else { return false };
         let other =
@@ -64,7 +64,7 @@ impl Parser<'_> {
         Ok(effects)
     }
 
-    /// A port or action, or `reset(mode)` or `history(mode)`.
+    /// Parses a port or action, or `reset(mode)` or `history(mode)`.
     fn effect(&mut self) -> Parsed<Reference> {
         let start = self.here();
         let transition = match self.word_ahead(0) {
@@ -82,7 +82,7 @@ impl Parser<'_> {
         Ok(Reference { container: None, name, interleaved: false, alias: None, transition: Some(transition), span })
     }
 
-    /// `STP(…)`, `STAA(…)`, `tardy` and `deadline(…)` behind the body.
+    /// Parses `STP(…)`, `STAA(…)`, `tardy` and `deadline(…)` behind the body.
     fn handlers(&mut self, reaction: &mut ReactionSyntax) -> Parsed<()> {
         loop {
             let token = self.peek(0);
@@ -117,7 +117,7 @@ impl Parser<'_> {
         }
     }
 
-    /// What follows the word `tardy`, `STP` or `STAA`.
+    /// Parses the rest behind the keyword `tardy`, `STP` or `STAA`.
     fn tardy(&mut self, word: Name) -> Parsed<TardySyntax> {
         if word.text == "tardy" {
             let code = if self.at(TokenKind::Code) { Some(self.code()?) } else { None };

@@ -12,7 +12,7 @@ use crate::diagnostics::{Code, Diagnostic, Span};
 use crate::lexical::CodeKind;
 
 impl Parser<'_> {
-    /// A reactor, from its first word on; `start` is where its attributes begin.
+    /// Parses a reactor, from its first word on; `start` is the beginning of its attributes.
     pub(super) fn reactor(&mut self, attributes: Vec<Attribute>, start: usize) -> Parsed<Reactor> {
         let docs = comment_ending(self.text, &self.comments, start);
         let mut kind = ReactorKind::Plain;
@@ -66,7 +66,7 @@ impl Parser<'_> {
         })
     }
 
-    /// One or more words, or a code block, of which the first word is the name.
+    /// Parses one or more words, or a code block, of which the first word is the name.
     fn type_parameter(&mut self) -> Parsed<TypeParameter> {
         if self.at(TokenKind::Code) {
             let code = self.code_of(CodeKind::TypeParameter)?;
@@ -99,14 +99,14 @@ impl Parser<'_> {
         Ok(names)
     }
 
-    /// The declarations up to `}`; `open` is the `{`.
+    /// Parses the declarations up to `}`; `open` is the `{`.
     fn declarations(&mut self, open: Span, body: &mut ReactorBody) {
         loop {
             if self.eat(TokenKind::CloseBrace) {
                 return;
             }
             if self.at_end() || self.at_file_start() {
-                // A comment or a code block without an end takes the brace with it, and so does what is not read.
+                // A comment or a code block without an end takes the brace with it, and so does skipped text.
                 let taken = |code| matches!(code, Code::UnterminatedCode | Code::UnterminatedComment | Code::TooLarge);
                 if self.at_end() && self.diagnostics.iter().any(|entry| taken(entry.code)) {
                     return;
@@ -169,7 +169,7 @@ impl Parser<'_> {
                 TokenKind::CloseBrace | TokenKind::Semicolon if depth == 0 => return,
                 TokenKind::CloseBrace => depth -= 1,
                 _ if depth == 0 && self.at_member_start() => return,
-                // A declaration whose word is misspelt, too.
+                // This includes a declaration with a misspelt keyword.
                 _ if depth == 0 && self.peek(0).first_of_line && self.meant(MEMBER_STARTS).is_some() => return,
                 _ => {}
             }

@@ -10,7 +10,7 @@ impl Parser<'_> {
     pub(super) fn target(&mut self) -> Parsed<TargetSyntax> {
         self.advance();
         let name = self.name("the name of a target")?;
-        // What is wrong in them has been said, and the target is known nevertheless.
+        // Errors in the properties have been reported, and the target is known nevertheless.
         let start = self.position;
         let properties = if self.at(TokenKind::OpenBrace) { self.properties() } else { Ok(Vec::new()) };
         let properties = properties.unwrap_or_else(|Failed| {
@@ -33,7 +33,7 @@ impl Parser<'_> {
         Ok(Property { key, value })
     }
 
-    /// Words joined by `-` without spaces, or a string.
+    /// Parses words joined by `-` without spaces, or a string.
     fn property_key(&mut self) -> Parsed<Name> {
         if self.at(TokenKind::Text) {
             return self.string("the name of a property");

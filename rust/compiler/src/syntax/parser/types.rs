@@ -9,7 +9,7 @@ use crate::diagnostics::{Code, Diagnostic, Span};
 use crate::lexical::CodeKind;
 
 impl Parser<'_> {
-    /// `: T`, if it is here.
+    /// Parses `: T`, if it is here.
     pub(super) fn type_annotation(&mut self) -> Parsed<Option<TypeSyntax>> {
         if self.eat(TokenKind::Colon) {
             return Ok(Some(self.ty()?));
@@ -40,7 +40,7 @@ impl Parser<'_> {
         Ok(TypeSyntax { kind, span: start.to(self.before()) })
     }
 
-    /// Whether a word is here that begins a type of the target language, and more of it behind.
+    /// Returns whether a word is here that begins a type of the target language, with more of it behind.
     fn at_foreign_word(&self) -> bool {
         let behind = self.peek(1);
         match self.word_ahead(0) {
@@ -69,7 +69,7 @@ impl Parser<'_> {
         Ok(TypeKind::Code(written))
     }
 
-    /// Takes a type as the target language writes it.
+    /// Takes a type in the target language's notation.
     fn skip_type(&mut self) -> Parsed<()> {
         match self.kind() {
             TokenKind::OpenBracket | TokenKind::OpenParenthesis => self.skip_brackets(),
@@ -129,7 +129,7 @@ impl Parser<'_> {
         Ok(TypeKind::Path { segments, arguments, c_suffix })
     }
 
-    /// `*` and `[n]`, which other targets have behind a type.
+    /// Parses `*` and `[n]`, which other targets have behind a type.
     fn c_suffix(&mut self) -> Parsed<Option<Name>> {
         let start = self.here();
         let mut found = false;
@@ -146,7 +146,7 @@ impl Parser<'_> {
         Ok(found.then(|| Name { text: text(), span }))
     }
 
-    /// `[ … ]` before the name of a port or of an instance's class; terms joined by `+`.
+    /// Parses `[ … ]` before the name of a port or of an instance's class; terms joined by `+`.
     pub(super) fn width(&mut self) -> Parsed<Option<Width>> {
         if !self.at(TokenKind::OpenBracket) {
             return Ok(None);

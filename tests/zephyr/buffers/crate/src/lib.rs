@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Three connections that all have much to send, and receivers that at first take nothing: Zephyr runs out of buffers.
-//! All bytes come nevertheless.
+//! Three connections all have many bytes to send, and receivers that at first read nothing: Zephyr runs out of buffers.
+//! All bytes arrive nevertheless.
 #![no_std]
 
 use core::net::Ipv4Addr;
@@ -12,10 +12,10 @@ use lf_coordination::Deadline;
 const CONNECTIONS: usize = 3;
 /// Bytes over each connection; many times more than there are buffers for.
 const TOTAL: usize = 40_000;
-/// Bytes that are given to the system at once, at most.
+/// The maximum number of bytes in one write.
 const PIECE: usize = 1500;
 
-/// A connection with both its ends here.
+/// A connection with both ends in this program.
 struct Connection {
     client: SocketId,
     server: SocketId,
@@ -23,7 +23,7 @@ struct Connection {
     received: usize,
 }
 
-/// The byte at a place of what is sent.
+/// Returns the byte at a position of the sent bytes.
 fn byte(place: usize) -> u8 {
     u8::try_from(place % 251).unwrap_or_default()
 }
@@ -49,7 +49,7 @@ impl Connection {
         Ok(Self { client, server, sent: 0, received: 0 })
     }
 
-    /// Writes until the system takes no more.
+    /// Writes until the system accepts no more.
     fn write(&mut self, platform: &mut ZephyrPlatform) -> Result<(), NetError> {
         while self.sent < TOTAL {
             let mut bytes = [0; PIECE];
@@ -68,7 +68,7 @@ impl Connection {
         Ok(())
     }
 
-    /// Reads what has come, and compares it with what was sent.
+    /// Reads the received bytes, and compares them with the sent ones.
     fn read(&mut self, platform: &mut ZephyrPlatform) -> Result<(), NetError> {
         let mut bytes = [0; PIECE];
         if let Transfer::Bytes(count) = platform.read(self.server, &mut bytes)? {

@@ -1,16 +1,16 @@
 // SPDX-License-Identifier: Apache-2.0
-//! An event loop in which nothing happens for a time, and then an error. `src/main.c` says how it ends.
+//! An event loop that waits for a time without events, and then fails. `src/main.c` decides how it ends.
 #![no_std]
 
 use lf::ZephyrPlatform;
 use lf::runtime::platform::Platform;
 use lf_coordination::Deadline;
 
-/// How long nothing happens, in nanoseconds; longer than the watchdog's period.
+/// The duration of the wait in nanoseconds; longer than the watchdog's period.
 const WAIT_NS: i64 = 1_000_000_000;
 
 unsafe extern "C" {
-    /// Whether the program is to panic instead of ending with an error.
+    /// Returns whether the program is to panic instead of ending with an error.
     safe fn test_panics() -> bool;
 }
 
@@ -22,7 +22,7 @@ fn run(platform: &mut ZephyrPlatform) -> Result<(), &'static str> {
     while platform.now() < end {
         platform.wait(Deadline::At(end), &mut |_, _| {});
     }
-    // The event loop has waited for longer than the watchdog's period, and nobody minded.
+    // The event loop has waited for longer than the watchdog's period, and no watchdog expired.
     Err("the RTI has closed the connection")
 }
 

@@ -40,7 +40,7 @@ pub(crate) fn conversion_is_exact() -> Outcome {
     Ok(())
 }
 
-/// A counter that is read at uneven steps of less than half a turn, through several turns.
+/// Reads a counter at uneven steps of less than half a turn, through several turns.
 pub(crate) fn extension_carries_over_the_wrap() -> Outcome {
     const STEPS: [u64; 10] = [0, 1, 0x7fff_fffe, 1, 1, 0x7fff_fffe, 2, 0x4000_0000, 0x4000_0000, 0x7fff_ffff];
     let extension = Extension::new();
@@ -54,7 +54,7 @@ pub(crate) fn extension_carries_over_the_wrap() -> Outcome {
     Ok(())
 }
 
-/// Another reader sees the next half turn between this reader's two looks; this one must not jump ahead.
+/// Another reader sees the next half turn between this reader's two reads; this one must not jump ahead.
 pub(crate) fn extension_is_shared_by_readers() -> Outcome {
     let extension = Extension::new();
     let first = Cell::new(true);
@@ -75,7 +75,7 @@ pub(crate) fn wait_ends_at_its_time() -> Outcome {
     let mut platform = platform()?;
     for nanoseconds in [-1, 0, 1, 999, 1_000, 50_001, 3_000_000] {
         let until = platform.now() + Interval::from_nanos(nanoseconds);
-        // A wait may end early, so it is repeated as the event loop repeats it; it must end at last.
+        // A wait may end early, so the test repeats it as the event loop does; it must end at last.
         while platform.now() < until {
             platform.wait(Deadline::At(until), &mut |_, _| {});
         }
@@ -83,8 +83,8 @@ pub(crate) fn wait_ends_at_its_time() -> Outcome {
     Ok(())
 }
 
-/// Goes on until the counter of 32 bits has wrapped, and compares with the kernel's own count of ticks, which comes
-/// from the same counter: the time lies within the tick, before and after the wrap.
+/// Waits until the counter of 32 bits has wrapped, and compares with the kernel's own count of ticks, which comes from
+/// the same counter: the time lies within the tick, before and after the wrap.
 ///
 /// Where the board's driver counts in 64 bits there is no wrap to wait for; then the comparison is made once.
 pub(crate) fn time_is_exact_over_the_wrap() -> Outcome {
@@ -92,11 +92,11 @@ pub(crate) fn time_is_exact_over_the_wrap() -> Outcome {
     let frequency = clock::frequency();
     let cycles_per_tick = u64::from(frequency) / u64::try_from(SYS_CLOCK_TICKS_PER_SEC).unwrap_or(1);
     let ns_per_tick = clock::nanoseconds(cycles_per_tick, frequency);
-    // Steps that are no multiple of anything, a little shorter than the event loop's longest wait.
+    // The step is a multiple of no tick, and a little shorter than the event loop's longest wait.
     let step = Interval::from_nanos(clock::nanoseconds(1 << 29, frequency) + 1);
     let steps = if has_counter_of_64_bits() { 1 } else { 10 };
     for _ in 0..steps {
-        // What is read between two looks at the ticks lies in these ticks.
+        // A time between two reads of the ticks lies in these ticks.
         let before = uptime_ticks();
         let now = platform.now().as_nanos();
         let after = uptime_ticks();
@@ -115,11 +115,11 @@ pub(crate) fn time_is_exact_over_the_wrap() -> Outcome {
 }
 
 unsafe extern "C" {
-    /// The kernel's ticks since the boot.
+    /// Returns the kernel's ticks since the boot.
     #[link_name = "test_uptime_ticks"]
     safe fn uptime_ticks() -> i64;
 
-    /// Whether the board's driver extends the counter itself.
+    /// Returns whether the board's driver extends the counter itself.
     #[link_name = "test_has_counter_of_64_bits"]
     safe fn has_counter_of_64_bits() -> bool;
 }

@@ -11,14 +11,14 @@ use core::ffi::{CStr, c_char};
 
 use lf::ZephyrPlatform;
 
-/// What is wrong.
+/// The result of a test, with the violated condition.
 type Outcome = Result<(), &'static CStr>;
 
 /// Fails a test with the condition as its sentence.
 macro_rules! ensure {
     ($condition:expr) => {
         if !$condition {
-            // The texts of conditions have no zero in them.
+            // The texts of conditions contain no zero byte.
             const WRONG: &str = concat!("not true: ", stringify!($condition), "\0");
             return Err(core::ffi::CStr::from_bytes_until_nul(WRONG.as_bytes()).unwrap_or(c"not true"));
         }
@@ -63,13 +63,13 @@ cases! {
     sockets::a_full_table_leaves_connections_waiting,
 }
 
-// The library also expects a federate; here there is none.
+// The library also expects a federate; this program has none.
 fn no_federate(_: &mut ZephyrPlatform) -> Result<(), Infallible> {
     Ok(())
 }
 lf::main!(no_federate, lf::log::LevelFilter::Info);
 
-/// The platform, or the sentence that there is none.
+/// Returns the platform, or the sentence that there is none.
 fn platform() -> Result<ZephyrPlatform, &'static CStr> {
     ZephyrPlatform::new().map_err(|_| c"there is no platform")
 }

@@ -26,7 +26,7 @@ fn loopback(port: u16) -> Endpoint {
     Endpoint::new(Ipv4Addr::LOCALHOST, port)
 }
 
-/// Waits until one socket is as asked.
+/// Waits until one socket matches its interest.
 fn wait_for(platform: &mut ZephyrPlatform, socket: SocketId, interest: Interest) {
     platform.set_interest(socket, interest);
     let mut is = false;
@@ -46,7 +46,7 @@ fn accept(platform: &mut ZephyrPlatform, listener: SocketId) -> Result<SocketId,
     }
 }
 
-/// A listener, and both ends of a connection to it.
+/// Returns a listener, and both ends of a connection to it.
 fn connection(platform: &mut ZephyrPlatform) -> Result<[SocketId; 3], &'static CStr> {
     let listener = well(platform.listen(0))?;
     let port = well(platform.local_port(listener))?;
@@ -105,7 +105,7 @@ pub(crate) fn bytes_go_over_tcp_and_back() -> Outcome {
     Ok(())
 }
 
-/// Nothing comes: the wait ends at its time, and not before, and says of no socket that it is ready.
+/// Without input, the wait ends at its time, and not before, and reports no socket as ready.
 pub(crate) fn a_wait_for_a_silent_socket_ends_at_its_time() -> Outcome {
     let mut platform = platform()?;
     let [listener, client, server] = connection(&mut platform)?;
@@ -118,7 +118,7 @@ pub(crate) fn a_wait_for_a_silent_socket_ends_at_its_time() -> Outcome {
         platform.wait(Deadline::At(until), &mut |_, _| is_silent = false);
     }
     ensure!(is_silent);
-    // What is there is found without waiting, and ends a wait that could be long.
+    // Available input is found without waiting, and ends a wait that could be long.
     write_all(&mut platform, client, &[1])?;
     wait_for(&mut platform, server, Interest::READ);
     let later = platform.now() + Interval::from_nanos(i64::MAX / 2);
@@ -131,7 +131,7 @@ pub(crate) fn a_wait_for_a_silent_socket_ends_at_its_time() -> Outcome {
     Ok(())
 }
 
-/// A receiver that does not read: the sender is told to wait, and no call of it waits by itself.
+/// Fills a connection whose receiver does not read: the sender's write would block, and no call blocks.
 pub(crate) fn a_full_connection_would_block() -> Outcome {
     let mut platform = platform()?;
     let [_, client, server] = connection(&mut platform)?;
@@ -195,7 +195,7 @@ pub(crate) fn a_port_in_use_is_reported() -> Outcome {
     let port = well(platform.local_port(listener))?;
     ensure!(platform.listen(port) == Err(NetError::AddressInUse));
     platform.close(listener);
-    // Zephyr's own stack gives it back a little later.
+    // Zephyr's own stack frees the port a little later.
     while platform.listen(port) == Err(NetError::AddressInUse) {
         let soon = platform.now() + Interval::from_millis(1);
         platform.wait(Deadline::At(soon), &mut |_, _| {});
@@ -210,7 +210,7 @@ pub(crate) fn a_stale_id_is_an_error() -> Outcome {
     platform.close(old);
     let new = well(platform.listen(0))?;
     ensure!(new.index == old.index && new.generation != old.generation);
-    // Closing and asking by the old name must not reach the new socket.
+    // Closing and reading by the stale id must not reach the new socket.
     platform.close(old);
     ensure!(platform.local_port(old) == Err(NetError::Stale));
     ensure!(platform.local_port(new).is_ok());

@@ -49,7 +49,7 @@ pub(crate) fn an_interrupt_ends_a_wait() -> Outcome {
 
 static FROM_INTERRUPT: AtomicBool = AtomicBool::new(false);
 
-/// What the timer's interrupt calls.
+/// Handles the timer's interrupt.
 #[unsafe(no_mangle)]
 extern "C" fn test_interrupted() {
     FROM_INTERRUPT.store(true, Ordering::Release);
@@ -57,7 +57,7 @@ extern "C" fn test_interrupted() {
 }
 
 unsafe extern "C" {
-    /// Lets an interrupt call [`test_interrupted`] soon.
+    /// Schedules an interrupt that calls [`test_interrupted`].
     #[link_name = "test_wake_from_interrupt"]
     safe fn wake_from_interrupt();
 }
@@ -67,7 +67,7 @@ pub(crate) fn threads_are_reused_and_limited() -> Outcome {
     let mut platform = platform()?;
     for round in 1..=3 {
         for number in 0..LF_USER_THREADS {
-            // What it captures has to arrive in the thread.
+            // The captured values have to arrive in the thread.
             let captured = [number; 4];
             let body = move || {
                 if captured == [number; 4] {
@@ -86,7 +86,7 @@ pub(crate) fn threads_are_reused_and_limited() -> Outcome {
     Ok(())
 }
 
-/// A thread frees its place only after its body; so the next one may still find it taken.
+/// Waits for a free thread: a thread frees its slot only after its body, so the next one may still find it taken.
 fn wait_for_a_free_thread(platform: &mut impl Platform) {
     static FREE: AtomicUsize = AtomicUsize::new(0);
     FREE.store(0, Ordering::Release);
@@ -95,14 +95,14 @@ fn wait_for_a_free_thread(platform: &mut impl Platform) {
         lf::wake();
     };
     while FREE.load(Ordering::Acquire) < 1 {
-        // Long enough for the wait to let other threads run: less than a tick is waited out.
+        // The wait is long enough to let other threads run: the platform spins for less than a tick.
         let soon = platform.now() + lf_model::Interval::from_millis(1);
         let _ = spawn(body);
         platform.wait(Deadline::At(soon), &mut |_, _| {});
     }
 }
 
-/// A line whose characters lie across every border of the line's buffer; printing it must not panic or lose the end.
+/// Prints a line with characters across every border of its buffer; printing must not panic or lose the end.
 pub(crate) fn long_lines_keep_whole_characters() -> Outcome {
     for shift in 0..4 {
         lf::println!("{:shift$}{:→<width$}|", "", "", width = LF_LINE_SIZE);
