@@ -20,7 +20,9 @@ impl Needs for Source {
     const INPUTS: bool = false;
     const CYCLES: bool = false;
     const AUTHENTICATION: bool = false;
-    const PEERS: bool = false;
+    const PEERS_IN: bool = false;
+    const PEERS_OUT: bool = false;
+    const DECENTRALIZED: bool = false;
     const PHYSICAL: bool = false;
 }
 

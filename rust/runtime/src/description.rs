@@ -158,9 +158,14 @@ impl Federation {
         peer_output_bytes: 0,
     };
 
-    /// Returns whether other federates send to it.
+    /// Returns whether the RTI grants its tags.
+    pub const fn is_centralized(&self) -> bool {
+        matches!(self.coordination, Coordination::Centralized)
+    }
+
+    /// Returns whether other federates send to it through the RTI, or may do so.
     pub const fn has_inputs(&self) -> bool {
-        !self.upstream.is_empty() || !self.peers_in.is_empty()
+        self.is_centralized() && (!self.upstream.is_empty() || !self.peers_in.is_empty())
     }
 
     /// Returns the same with the smallest buffers that carry the payloads of these tables: direct connections carry

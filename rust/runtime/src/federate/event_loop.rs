@@ -47,7 +47,7 @@ pub struct FederateLoop<'a, 's, P, N: Needs = All> {
     federation: &'a Federation,
     execution: Execution<'a, 's, N>,
     session: Session<'a, 's>,
-    direct: Direct<'a, 's>,
+    direct: Direct<'a, 's, N>,
     clock_sync: ClockSyncPort,
     waiting: Waiting,
     /// Since when all of the session's input buffer has been held while this federate waits for room for its output.

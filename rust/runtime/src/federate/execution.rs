@@ -16,7 +16,6 @@ use lf_model::{Engine, Env, InputId, NetworkInput, NetworkOutput, Outgoing, Outs
 use lf_wire::Message;
 
 use super::held::Held;
-use crate::description::PEERS;
 use crate::error::RunError;
 #[cfg(feature = "traces")]
 use crate::trace::Event;
@@ -110,9 +109,9 @@ impl<'a, 's, N: Needs> Execution<'a, 's, N> {
         }
     }
 
-    /// Returns whether messages go directly to their receivers; never without direct connections.
+    /// Returns whether messages go directly to their receivers.
     pub(super) fn is_decentralized(&self) -> bool {
-        PEERS && self.machine.coordination() == Coordination::Decentralized
+        self.machine.coordination() == Coordination::Decentralized
     }
 
     /// Stores the reason why this federate cannot go on.
@@ -140,7 +139,7 @@ impl<'a, 's, N: Needs> Execution<'a, 's, N> {
         if self.engine.stop_tag() < Tag::FOREVER {
             self.machine.limit_stop(self.engine.stop_tag());
         }
-        if self.is_decentralized() {
+        if N::AWAITED && self.is_decentralized() {
             let inputs = self.engine.tables().inputs;
             self.awaited.start(Tag::at(start), |port| inputs.get(usize::from(port)).and_then(|input| input.delay));
         }
@@ -230,7 +229,7 @@ impl<'a, 's, N: Needs> Execution<'a, 's, N> {
     /// With centralized coordination, returns the level from which on reactions of the open tag wait for inputs, if any
     /// do.
     pub(super) fn max_level(&self) -> Option<u16> {
-        if N::CYCLES { self.awaited.max_level(&self.machine) } else { None }
+        if N::AWAITED && N::CYCLES { self.awaited.max_level(&self.machine) } else { None }
     }
 
     /// Runs the open tag up to this level. Returns `None` when it is complete and others may follow; otherwise why it
@@ -267,10 +266,13 @@ impl<'a, 's, N: Needs> Execution<'a, 's, N> {
 
     /// Returns the input that has to become known first, before this tag begins or within it.
     pub(super) fn unknown_input(&self, tag: Tag) -> Option<InputId> {
-        let waits = self.is_decentralized() || N::CYCLES && self.engine.is_in_tag();
+        let waits = N::AWAITED && (self.is_decentralized() || N::CYCLES && self.engine.is_in_tag());
+        if !waits {
+            return None;
+        }
         // A tag begins when everything before it is known.
         let needed = if self.engine.is_in_tag() { tag } else { tag.before() };
-        self.awaited.first_unknown(needed).filter(|_| waits).map(InputId)
+        self.awaited.first_unknown(needed).map(InputId)
     }
 
     /// Returns the input whose queue cannot hold all messages of one tag, if there is one. They have to be in the queue
@@ -303,8 +305,12 @@ impl<N: Needs> Execution<'_, '_, N> {
     /// is `None` when the tag may begin, or what it waits for.
     pub(super) fn begin_time(&self, now: Instant, tag: Tag) -> (Instant, bool, Option<Advance>) {
         let max_wait = |port| self.engine.max_wait(InputId(port));
-        let is_known = self.awaited.knows_before(tag);
-        let begins = self.awaited.begin_time(tag, self.waits_since(tag), max_wait);
+        let since = self.waits_since(tag);
+        let (is_known, begins) = if N::AWAITED {
+            (self.awaited.knows_before(tag), self.awaited.begin_time(tag, since, max_wait))
+        } else {
+            (true, since)
+        };
         let is_free = is_known && self.engine.settings().fast;
         let waits = !is_free && self.physical(now) < begins;
         (begins, is_known, waits.then(|| self.wait_for(begins)))
@@ -313,6 +319,9 @@ impl<N: Needs> Execution<'_, '_, N> {
     /// Returns the level from which on reactions of the open tag have to wait, if any have to, and what they wait for:
     /// `None` once the time for that is over.
     pub(super) fn pause(&self, now: Instant) -> Option<(u16, Option<Advance>)> {
+        if !N::AWAITED {
+            return None;
+        }
         let current = self.engine.current_tag();
         let pause = self.awaited.pause(current, self.waits_since(current), |port| self.wait_limit(port))?;
         let waits = self.physical(now) < pause.until;
@@ -409,7 +418,7 @@ impl<O: Outlet, N: Needs> Env for TagEnv<'_, '_, O, N> {
     }
 
     fn send(&mut self, message: &Outgoing<'_>) -> Result<(), SendError> {
-        if PEERS && message.output.physical {
+        if N::PEERS_OUT && message.output.physical {
             return self.outlet.send_directly(message, None);
         }
         if self.silent || !self.machine.may_send(message.tag) {
@@ -417,7 +426,7 @@ impl<O: Outlet, N: Needs> Env for TagEnv<'_, '_, O, N> {
             return Ok(());
         }
         let tag = to_wire(message.tag);
-        if PEERS && self.is_decentralized {
+        if N::PEERS_OUT && self.is_decentralized {
             return self.outlet.send_directly(message, Some(tag));
         }
         self.outlet.send(message, tag)?;
@@ -430,7 +439,7 @@ impl<O: Outlet, N: Needs> Env for TagEnv<'_, '_, O, N> {
             return Ok(());
         }
         let message = Message::PortAbsent { port: output.port, federate: output.federate, tag: to_wire(tag) };
-        if PEERS && self.is_decentralized {
+        if N::PEERS_OUT && self.is_decentralized {
             self.outlet.send_control_directly(output.federate, &message)
         } else {
             self.outlet.send_control(&message)

@@ -6,7 +6,7 @@ use lf_coordination::federate::Needs;
 use lf_coordination::from_wire;
 use lf_model::time::{Instant, Tag};
 use lf_model::{DeliverError, Delivery, InputId};
-use lf_wire::{DecodeError, Message};
+use lf_wire::{DecodeError, Message, MessageType};
 
 use super::execution::{Execution, Failed};
 use super::held::Held;
@@ -32,6 +32,10 @@ pub(super) struct FromPeer<'x, 'a, 's, P, N: Needs> {
 }
 
 impl<P: Platform, N: Needs> Policy for FromPeer<'_, '_, '_, P, N> {
+    fn expects(message_type: MessageType) -> bool {
+        matches!(message_type, MessageType::P2pMessage | MessageType::P2pTaggedMessage | MessageType::PortAbsent)
+    }
+
     fn take(&mut self, message: Message<'_>, _: &Held) -> Result<Disposition, Failed> {
         let (port, federate, tag) = match message {
             Message::P2pMessage { port, federate, .. } => (port, federate, None),
@@ -83,6 +87,9 @@ impl<P: Platform, N: Needs> Policy for FromPeer<'_, '_, '_, P, N> {
     }
 
     fn refuse(&mut self, bytes: &[u8], error: DecodeError) -> Failed {
+        if let DecodeError::Unexpected { message } = error {
+            return self.fault(PeerFault::Unexpected(message));
+        }
         match too_long(bytes, error, &self.execution.engine) {
             Some(error) => self.execution.fail(error),
             None => self.fault(PeerFault::Bytes(error)),

@@ -24,7 +24,7 @@ pub fn decode<'a>(bytes: &'a [u8], limits: &Limits) -> Result<Decoded<'a>, Decod
 ///
 /// # Errors
 /// Those of [`decode`]; and [`DecodeError::Unexpected`].
-pub(crate) fn decode_expected<'a>(
+pub fn decode_expected<'a>(
     bytes: &'a [u8],
     limits: &Limits,
     expects: impl Fn(MessageType) -> bool,
