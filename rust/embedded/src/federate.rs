@@ -35,6 +35,7 @@ macro_rules! run {
             const AWAITED: bool = !PART.awaited.is_empty();
             const PEERS_IN: bool = !PART.peers_in.is_empty();
             const PEERS_OUT: bool = !PART.peers_out.is_empty();
+            const UNTAGGED: bool = PART.untagged;
             const PHYSICAL: bool = PART.is_centralized() && PART.physical_delay.is_some();
             const CLOCK_SYNC: bool = PART.clock_sync.trials() > 0;
             const BUFFER_CHECK: bool = false;

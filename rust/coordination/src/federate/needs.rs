@@ -24,6 +24,8 @@ pub trait Needs: Copy + Debug + 'static {
     const AWAITED: bool = true;
     /// It sends to other federates directly.
     const PEERS_OUT: bool = true;
+    /// A direct connection is physical, and carries messages without tags.
+    const UNTAGGED: bool = true;
     /// Physical actions can cause outputs to other federates, through the RTI.
     const PHYSICAL: bool = true;
     /// Its clock is synchronized before the start.

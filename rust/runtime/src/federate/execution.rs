@@ -240,8 +240,7 @@ impl<'a, 's, N: Needs> Execution<'a, 's, N> {
         max_level: Option<u16>,
         limit: Advance,
     ) -> Result<Option<Advance>, Failed> {
-        let is_decentralized = self.is_decentralized();
-        let mut gate = TagEnv { machine: &mut self.machine, silent: self.silent, is_decentralized, outlet };
+        let mut gate = TagEnv { machine: &mut self.machine, silent: self.silent, outlet };
         match self.engine.advance(self.program, &mut gate, max_level) {
             Progress::Complete => {}
             Progress::OutputFull { .. } => return Ok(Some(Advance::OutputFull)),
@@ -402,7 +401,6 @@ struct TagEnv<'x, 'a, O, N: Needs> {
     machine: &'x mut Federate<'a, N>,
     /// Whether nothing is sent any more.
     silent: bool,
-    is_decentralized: bool,
     outlet: &'x mut O,
 }
 
@@ -418,7 +416,7 @@ impl<O: Outlet, N: Needs> Env for TagEnv<'_, '_, O, N> {
     }
 
     fn send(&mut self, message: &Outgoing<'_>) -> Result<(), SendError> {
-        if N::PEERS_OUT && message.output.physical {
+        if N::PEERS_OUT && N::UNTAGGED && message.output.physical {
             return self.outlet.send_directly(message, None);
         }
         if self.silent || !self.machine.may_send(message.tag) {
@@ -426,7 +424,7 @@ impl<O: Outlet, N: Needs> Env for TagEnv<'_, '_, O, N> {
             return Ok(());
         }
         let tag = to_wire(message.tag);
-        if N::PEERS_OUT && self.is_decentralized {
+        if N::PEERS_OUT && self.machine.coordination() == Coordination::Decentralized {
             return self.outlet.send_directly(message, Some(tag));
         }
         self.outlet.send(message, tag)?;
@@ -439,7 +437,7 @@ impl<O: Outlet, N: Needs> Env for TagEnv<'_, '_, O, N> {
             return Ok(());
         }
         let message = Message::PortAbsent { port: output.port, federate: output.federate, tag: to_wire(tag) };
-        if N::PEERS_OUT && self.is_decentralized {
+        if N::PEERS_OUT && self.machine.coordination() == Coordination::Decentralized {
             self.outlet.send_control_directly(output.federate, &message)
         } else {
             self.outlet.send_control(&message)

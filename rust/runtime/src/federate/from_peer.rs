@@ -33,12 +33,16 @@ pub(super) struct FromPeer<'x, 'a, 's, P, N: Needs> {
 
 impl<P: Platform, N: Needs> Policy for FromPeer<'_, '_, '_, P, N> {
     fn expects(message_type: MessageType) -> bool {
-        matches!(message_type, MessageType::P2pMessage | MessageType::P2pTaggedMessage | MessageType::PortAbsent)
+        match message_type {
+            MessageType::P2pMessage => N::UNTAGGED,
+            MessageType::P2pTaggedMessage | MessageType::PortAbsent => true,
+            _ => false,
+        }
     }
 
     fn take(&mut self, message: Message<'_>, _: &Held) -> Result<Disposition, Failed> {
         let (port, federate, tag) = match message {
-            Message::P2pMessage { port, federate, .. } => (port, federate, None),
+            Message::P2pMessage { port, federate, .. } if N::UNTAGGED => (port, federate, None),
             Message::P2pTaggedMessage { port, federate, tag, .. } => {
                 let tag = from_wire(tag);
                 if !tag.is_finite() {
@@ -75,11 +79,11 @@ impl<P: Platform, N: Needs> Policy for FromPeer<'_, '_, '_, P, N> {
                 let lateness = self.now.duration_since(tag.time);
                 self.late.report(engine, self.to, input, (tag, lateness), delivery);
             }
-            (Message::P2pMessage { payload, .. }, _) => {
+            (Message::P2pMessage { payload, .. }, _) if N::UNTAGGED => {
                 let delivery = engine.deliver_physical(&mut **program, input, self.now, payload);
                 delivery.map_err(|error| fail(failure, error))?;
             }
-            (_, Some(_)) if tables.inputs[usize::from(input.0)].physical => *self.physical_over = true,
+            (_, Some(_)) if N::UNTAGGED && tables.inputs[usize::from(input.0)].physical => *self.physical_over = true,
             (_, Some(tag)) => awaited.learn(input.0, tag),
             (_, None) => {}
         }

@@ -42,8 +42,22 @@ impl<P: Platform, N: Needs> Policy for FromRti<'_, '_, '_, P, N> {
         match message_type {
             MessageType::TaggedMessage => N::INPUTS,
             // This is also the answer to the question by which the federate limits its pace.
-            MessageType::PortAbsent => true,
+            MessageType::PortAbsent => N::CENTRALIZED,
             MessageType::RtiResponse => N::AUTHENTICATION,
+            MessageType::T1 | MessageType::T4 => N::CLOCK_SYNC,
+            #[cfg(feature = "ipv6")]
+            MessageType::AddressQueryReplyIpv6 => true,
+            MessageType::Reject
+            | MessageType::Ack
+            | MessageType::Timestamp
+            | MessageType::TagGrant
+            | MessageType::ProvisionalTagGrant
+            | MessageType::DownstreamNextEventTag
+            | MessageType::UpstreamDisconnected
+            | MessageType::StopRequest
+            | MessageType::StopGranted
+            | MessageType::AddressQueryReply
+            | MessageType::Failed => true,
             _ => false,
         }
     }

@@ -199,15 +199,23 @@ impl<'a, 's, N: Needs> Peers<'a, 's, N> {
         outputs: &Outputs,
         all: bool,
     ) {
-        for (federate, outbound) in self.federation.peers_out.iter().zip(self.outbound_mut()) {
-            let to = |delayed: bool| outputs.to(*federate).filter(move |output| output.delay.is_some() == delayed);
-            for output in to(true).chain(to(false).filter(|_| all)).skip(outbound.ends_sent) {
-                let end = Message::PortAbsent { port: output.port, federate: *federate, tag: lf_wire::Tag::FOREVER };
-                if outbound.has_ended() || outbound.output().push(&end).is_err() {
-                    break;
+        'federates: for (federate, outbound) in self.federation.peers_out.iter().zip(self.outbound_mut()) {
+            let mut before = outbound.ends_sent;
+            for delayed in [true, false] {
+                let to = outputs.to(*federate).filter(|output| output.delay.is_some() == delayed && (delayed || all));
+                for output in to {
+                    if before > 0 {
+                        before -= 1;
+                        continue;
+                    }
+                    let end =
+                        Message::PortAbsent { port: output.port, federate: *federate, tag: lf_wire::Tag::FOREVER };
+                    if outbound.has_ended() || outbound.output().push(&end).is_err() {
+                        continue 'federates;
+                    }
+                    recording.note_sent(platform, &end, *federate);
+                    outbound.ends_sent += 1;
                 }
-                recording.note_sent(platform, &end, *federate);
-                outbound.ends_sent += 1;
             }
         }
     }

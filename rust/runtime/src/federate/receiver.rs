@@ -37,7 +37,7 @@ pub(super) trait Policy {
     /// Whether messages may have to wait.
     const HOLDS: bool = true;
 
-    /// Returns whether messages of this type, which have more than a tag or a time, can come in a correct federation.
+    /// Returns whether messages of this type can come in a correct federation.
     fn expects(_: MessageType) -> bool {
         true
     }
