@@ -4,6 +4,7 @@
 //! Each part has a state of its own and knows none of the others; a part that needs another one receives it as an
 //! argument. Decisions that depend on several parts (whether a tag may begin, which message is next) are made here.
 
+use lf_derive::outlined;
 use lf_model::time::{Instant, Tag};
 use lf_wire::Message;
 
@@ -106,7 +107,7 @@ impl<'a, N: Needs> Federate<'a, N> {
     }
 
     /// Handles a message after the start.
-    #[cfg_attr(target_pointer_width = "32", inline(never))]
+    #[outlined]
     fn handle_running<'m>(&mut self, now: Instant, message: Message<'m>) -> Result<Event<'m>, FederateError> {
         let is_decentralized = self.config.coordination() == Coordination::Decentralized;
         let unexpected = Err(FederateError::unexpected(&message, self.phase()));

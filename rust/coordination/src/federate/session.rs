@@ -3,6 +3,7 @@
 //! `NEIGHBOR_STRUCTURE` and `UDP_PORT`, initial clock synchronization, connections to others, start barrier. At the
 //! end: RESIGN, or FAILED.
 
+use lf_derive::outlined;
 use lf_model::time::Instant;
 use lf_wire::{Message, RejectCode};
 
@@ -110,7 +111,7 @@ impl Session {
     }
 
     /// Handles a message before the start.
-    #[cfg_attr(target_pointer_width = "32", inline(never))]
+    #[outlined]
     pub(super) fn handle_message<'m, N: Needs>(
         &mut self,
         config: &Config<'_, N>,
