@@ -9,8 +9,8 @@ use core::fmt;
 
 use lf_coordination::federate::{Awaited, Coordination, Federate, Needs, Phase};
 use lf_coordination::{Deadline, to_wire};
-#[cfg(feature = "traces")]
 use lf_derive::outlined;
+#[cfg(feature = "traces")]
 use lf_model::ReactionStep;
 use lf_model::time::{Instant, Interval, Tag};
 use lf_model::{Engine, Env, InputId, NetworkInput, NetworkOutput, Outgoing, Outside, Program, Progress, SendError};
