@@ -63,6 +63,12 @@ def sizes(setting: Setting) -> Finding:
         ("smart grid's unit B", grid, joint, "b"),
         ("joint RTI and unit A, 4 federates", grid, joint, "a"),
         (f"RTI alone, {MANY} federates", many, alone, "rti"),
+        ("message test's receiver", application("message_test/src/MessageTest.lf"), sender, "receiver"),
+        *(
+            (f"decentralized {participant}, clock-sync: {clock_sync}", _decentralized(clock_sync), sender, participant)
+            for clock_sync in ("init", "off", "on")
+            for participant in ("sender", "receiver")
+        ),
     ]
     images = []
     for name, file, places, participant in chosen[:1] if setting.quick else chosen:
@@ -164,6 +170,14 @@ def of_images(images: list[Image]) -> Finding:
 
 def _kib(size: int) -> Cell:
     return number(size / 1024, digits=1)
+
+
+def _decentralized(clock_sync: str) -> Path:
+    """The message test from federate to federate, with this clock synchronization."""
+    text = application("message_test/src/MessageTestDecentralized.lf").read_text(encoding="utf-8")
+    text = text.replace("decentralized }", f"decentralized, clock-sync: {clock_sync} }}")
+    text = text.replace('"MessageTest.lf"', f'"{application("message_test/src/MessageTest.lf")}"')
+    return variant(f"MessageTest{clock_sync.title()}", text)
 
 
 def _many() -> tuple[Path, Path]:

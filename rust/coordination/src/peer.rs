@@ -5,7 +5,7 @@
 //! came from the RTI, answers with ACK or REJECT. There is one connection per direction. The owners decide what is sent
 //! over it afterwards: untagged messages of physical connections, or tagged ones and absences.
 
-use lf_wire::{DecodeError, Decoded, IntroductionHeader, Limits, Message, RejectCode, decode};
+use lf_wire::{DecodeError, IntroductionHeader, MessageType, RejectCode};
 
 use crate::FederateId;
 
@@ -90,12 +90,13 @@ pub enum IntroductionReply {
 
 /// Reads the answer to this federate's introduction.
 pub fn read_answer(bytes: &[u8]) -> IntroductionReply {
-    match decode(bytes, &Limits::NONE) {
-        Ok(Decoded::Incomplete { .. }) => IntroductionReply::Incomplete,
-        Ok(Decoded::Complete { message: Message::Ack, .. }) => IntroductionReply::Accepted,
-        Ok(Decoded::Complete { message: Message::Reject(code), .. }) => IntroductionReply::Rejected(code),
-        Ok(Decoded::Complete { .. }) => IntroductionReply::Rejected(RejectCode::UnexpectedMessage),
-        Err(error) => IntroductionReply::Wrong(error),
+    let Some(&first) = bytes.first() else { return IntroductionReply::Incomplete };
+    match (MessageType::from_byte(first), bytes.get(1)) {
+        (Some(MessageType::Ack), _) => IntroductionReply::Accepted,
+        (Some(MessageType::Reject), None) => IntroductionReply::Incomplete,
+        (Some(MessageType::Reject), Some(&code)) => IntroductionReply::Rejected(RejectCode::from_byte(code)),
+        (Some(_), _) => IntroductionReply::Rejected(RejectCode::UnexpectedMessage),
+        (None, _) => IntroductionReply::Wrong(DecodeError::UnknownType { found: first }),
     }
 }
 

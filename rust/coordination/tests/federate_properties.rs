@@ -189,7 +189,7 @@ proptest! {
     /// A rejection ends every handshake, whatever its code, unless it may pass.
     #[test]
     fn every_rejection_is_final(code: u8) {
-        let mut federate = connected(config(&[], DOWNSTREAM));
+        let mut federate: Federate<'_> = connected(config(&[], DOWNSTREAM));
         let rejected = federate.handle_message(NOW, Message::Reject(RejectCode::from_byte(code)));
         if RejectCode::from_byte(code) == RejectCode::IdInUse {
             prop_assert_eq!((rejected, federate.phase()), (Ok(Event::IdInUse), Phase::Disconnected));

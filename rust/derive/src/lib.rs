@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Macros that run at compile time: `#[derive(Payload)]`, by which a struct or an enum can be sent to another federate,
-//! and `say!`, by which sentences take half of their bytes.
+//! `say!`, by which sentences take half of their bytes, and `#[outlined]`, by which functions are called where that is
+//! shorter.
 //!
 //! The bytes of a payload are those of the C type, which `lf_model::layout` computes; the macro only lists the fields.
 //! The generated code names each field's type in one way only, so that rustc reports once that a type cannot be sent,
@@ -13,6 +14,22 @@ use proc_macro2::{Ident, Span, TokenStream};
 use quote::{format_ident, quote, quote_spanned};
 use syn::spanned::Spanned as _;
 use syn::{Attribute, Data, DataEnum, DeriveInput, Error, Fields, GenericParam, Path, parse_macro_input, parse_quote};
+
+/// Keeps a function out of line on processors of 32 bits, where flash is short.
+///
+/// LLVM inlines a function that is called once, and one that looks smaller than its call. Both make an image larger
+/// where the copy needs registers that its surroundings need too, as numbers of 64 bits do, which take two each. Use it
+/// only where an image becomes smaller by at least 100 bytes; what the present uses save, by the parts that they are
+/// in, is in `docs/internals/flash.md`. On a computer the function is inlined as usual, which is faster.
+#[proc_macro_attribute]
+pub fn outlined(_: proc_macro::TokenStream, function: proc_macro::TokenStream) -> proc_macro::TokenStream {
+    let function = TokenStream::from(function);
+    quote! {
+        #[cfg_attr(target_pointer_width = "32", inline(never))]
+        #function
+    }
+    .into()
+}
 
 /// Implements `FixedPayload`, and with it `Payload`, for a struct or an enum whose fields can be sent.
 ///

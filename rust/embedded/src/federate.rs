@@ -27,11 +27,17 @@ macro_rules! run {
         #[derive(Clone, Copy, Debug)]
         struct Needs;
         impl $crate::federate::Needs for Needs {
+            const CENTRALIZED: bool = PART.is_centralized();
+            const DECENTRALIZED: bool = !PART.is_centralized();
             const INPUTS: bool = PART.has_inputs();
-            const CYCLES: bool = PART.cycles || PART.has_inputs();
+            const CYCLES: bool = PART.is_centralized() && PART.cycles || PART.has_inputs();
             const AUTHENTICATION: bool = PART.authentication.is_some();
-            const PEERS: bool = !PART.peers_out.is_empty() || !PART.peers_in.is_empty();
-            const PHYSICAL: bool = PART.physical_delay.is_some();
+            const AWAITED: bool = !PART.awaited.is_empty();
+            const PEERS_IN: bool = !PART.peers_in.is_empty();
+            const PEERS_OUT: bool = !PART.peers_out.is_empty();
+            const UNTAGGED: bool = PART.untagged;
+            const PHYSICAL: bool = PART.is_centralized() && PART.physical_delay.is_some();
+            const CLOCK_SYNC: bool = PART.clock_sync.trials() > 0;
             const BUFFER_CHECK: bool = false;
             const WAITS: bool = PART.log_waits.is_some();
         }

@@ -8,6 +8,7 @@ use core::fmt;
 use core::ops::{Add, AddAssign, Sub};
 use core::time::Duration;
 
+use lf_derive::outlined;
 use lf_texts::say;
 
 const NS_PER_SEC: i64 = 1_000_000_000;
@@ -160,7 +161,7 @@ impl Instant {
 
     /// Returns this instant plus `interval`, limited to the range of instants. NEVER and FOREVER stay unchanged.
     #[must_use]
-    #[cfg_attr(target_pointer_width = "32", inline(never))]
+    #[outlined]
     pub const fn saturating_add(self, interval: Interval) -> Self {
         match self {
             Self::NEVER | Self::FOREVER => self,
@@ -169,7 +170,7 @@ impl Instant {
     }
 
     /// Returns the interval from `earlier` to this instant; negative when `earlier` is later.
-    #[cfg_attr(target_pointer_width = "32", inline(never))]
+    #[outlined]
     pub const fn since(self, earlier: Self) -> Interval {
         Interval::from_nanos(self.as_nanos().saturating_sub(earlier.as_nanos()))
     }
@@ -261,7 +262,7 @@ impl Tag {
     }
 
     /// Returns the first tag at `time`; that of [`Instant::FOREVER`] is FOREVER.
-    #[cfg_attr(target_pointer_width = "32", inline(never))]
+    #[outlined]
     pub const fn at(time: Instant) -> Self {
         match time {
             Instant::FOREVER => Self::FOREVER,
@@ -271,7 +272,7 @@ impl Tag {
 
     /// Returns the smallest tag that is greater. FOREVER stays unchanged.
     #[must_use]
-    #[cfg_attr(target_pointer_width = "32", inline(never))]
+    #[outlined]
     pub const fn next_microstep(self) -> Self {
         match (self.microstep.0.checked_add(1), self.time) {
             (Some(microstep), time) => Self { time, microstep: Microstep(microstep) },
@@ -297,7 +298,7 @@ impl Tag {
     /// Returns the greatest tag that is smaller: the last microstep of the nanosecond before, if there is none in this
     /// one.
     #[must_use]
-    #[cfg_attr(target_pointer_width = "32", inline(never))]
+    #[outlined]
     pub const fn before(self) -> Self {
         match (self.microstep.0.checked_sub(1), self.time) {
             (Some(microstep), time) => Self { time, microstep: Microstep(microstep) },
@@ -309,7 +310,7 @@ impl Tag {
     /// Returns the tag after a delay of `interval`: a delay of zero is one microstep, any other leads to microstep 0.
     /// NEVER and FOREVER stay unchanged.
     #[must_use]
-    #[cfg_attr(target_pointer_width = "32", inline(never))]
+    #[outlined]
     pub const fn after(self, interval: Interval) -> Self {
         match (self.time, interval.as_nanos()) {
             (Instant::NEVER | Instant::FOREVER, _) => self,
@@ -330,7 +331,7 @@ impl Tag {
 }
 
 impl Ord for Tag {
-    #[cfg_attr(target_pointer_width = "32", inline(never))]
+    #[outlined]
     fn cmp(&self, other: &Self) -> Ordering {
         self.time.cmp(&other.time).then(self.microstep.cmp(&other.microstep))
     }

@@ -107,6 +107,9 @@ pub struct Federation {
     pub peers_in: &'static [u16],
     /// The federates to which this one has such connections.
     pub peers_out: &'static [u16],
+    /// Whether any of these connections is physical, so that its messages have no tags. [`Federation::with_buffers`]
+    /// sets it.
+    pub untagged: bool,
     /// The clock synchronization it takes part in.
     pub clock_sync: ClockSync,
     /// Whether it takes part in clock synchronization even if it runs on the RTI's computer and has the same clock.
@@ -146,6 +149,7 @@ impl Federation {
         cycles: false,
         peers_in: &[],
         peers_out: &[],
+        untagged: false,
         clock_sync: ClockSync::Off,
         local_clock_sync: false,
         test_offset: Interval::ZERO,
@@ -158,25 +162,33 @@ impl Federation {
         peer_output_bytes: 0,
     };
 
-    /// Returns whether other federates send to it.
-    pub const fn has_inputs(&self) -> bool {
-        !self.upstream.is_empty() || !self.peers_in.is_empty()
+    /// Returns whether the RTI grants its tags.
+    pub const fn is_centralized(&self) -> bool {
+        matches!(self.coordination, Coordination::Centralized)
     }
 
-    /// Returns the same with the smallest buffers that carry the payloads of these tables: direct connections carry
-    /// those of physical connections, and with decentralized coordination all.
+    /// Returns whether other federates send to it through the RTI, or may do so.
+    pub const fn has_inputs(&self) -> bool {
+        self.is_centralized() && (!self.upstream.is_empty() || !self.peers_in.is_empty())
+    }
+
+    /// Returns the same with what follows from these tables: the smallest buffers that carry their payloads, and
+    /// whether a connection is physical. Direct connections carry the payloads of physical connections, and with
+    /// decentralized coordination all.
     #[must_use]
     pub const fn with_buffers(mut self, tables: &Tables) -> Self {
         let all_direct = matches!(self.coordination, Coordination::Decentralized);
         let (mut input, mut output) = ([0; 2], [0; 2]);
         let mut i = 0;
         while i < tables.inputs.len() {
+            self.untagged |= tables.inputs[i].physical;
             let direct = (all_direct || tables.inputs[i].physical) as usize;
             input[direct] = larger(input[direct], tables.inputs[i].max_len);
             i += 1;
         }
         i = 0;
         while i < tables.outputs.len() {
+            self.untagged |= tables.outputs[i].physical;
             let direct = (all_direct || tables.outputs[i].physical) as usize;
             output[direct] = larger(output[direct], tables.outputs[i].max_len);
             i += 1;

@@ -12,6 +12,8 @@ pub mod messages;
 pub mod network;
 #[cfg(feature = "coordination")]
 pub mod parts;
+#[cfg(feature = "coordination")]
+pub mod profiles;
 pub mod random;
 #[cfg(feature = "coordination")]
 pub mod rti;

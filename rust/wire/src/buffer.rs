@@ -7,6 +7,8 @@
 //!
 //! In [`Storage`] that can grow, a buffer has the length of its content, not of the longest message that can come.
 
+use lf_derive::outlined;
+
 use core::fmt;
 
 use crate::NoRoom;
@@ -67,7 +69,7 @@ impl<B: AsRef<[u8]> + AsMut<[u8]>> Span<B> {
     }
 
     /// Appends `n` bytes of the tail to the bytes; at most the whole tail.
-    #[cfg_attr(target_pointer_width = "32", inline(never))]
+    #[outlined]
     fn extend(&mut self, n: usize) {
         self.end += n.min(self.capacity().saturating_sub(self.end));
     }

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 //! A reader and a writer of little-endian fields that cannot leave their slice.
 
+use lf_derive::outlined;
+
 use crate::{NoRoom, Tag};
 
 /// The bytes end before the field does.
@@ -93,7 +95,7 @@ impl<'b> Writer<'b> {
         Ok(Self { bytes, at: 0 })
     }
 
-    #[cfg_attr(target_pointer_width = "32", inline(never))]
+    #[outlined]
     pub(crate) fn put(&mut self, field: &[u8]) {
         let end = self.at.saturating_add(field.len());
         if let Some(place) = self.bytes.get_mut(self.at..end) {

@@ -51,7 +51,9 @@ use stock as dialect;
 
 pub use buffer::{InBuffer, OutBuffer, Storage};
 pub use decoded::{Decoded, Destination};
-pub use dialect::{IntroductionHeader, QueryEnd, decode, destination_in_header, message_bytes_max, tag_in_header};
+pub use dialect::{
+    IntroductionHeader, QueryEnd, decode, decode_expected, destination_in_header, message_bytes_max, tag_in_header,
+};
 pub use error::{Beyond, DecodeError, EncodeError, NoRoom, PushError};
 pub use limits::Limits;
 pub use message::Message;

@@ -299,7 +299,6 @@ fn report_missing_buffers() {
 /// Returns how many whole ticks of the kernel fit into this many nanoseconds.
 ///
 /// The kernel adds the rest of the current tick, so a wait of that many ends at most one tick too late.
-#[cfg_attr(target_pointer_width = "32", inline(never))]
 fn ticks(nanoseconds: i64) -> i64 {
     const SECOND: i64 = 1_000_000_000;
     // It fits: Kconfig's type for the symbol is a C int.

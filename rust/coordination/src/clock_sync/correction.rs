@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //! The correction from a federate's own clock to the federation's physical time.
 
+use lf_derive::outlined;
 use lf_model::time::{Instant, Interval};
 
 use super::DATAGRAMS;
@@ -65,7 +66,7 @@ impl ClockCorrection {
     ///
     /// Later readings of the own clock give later or equal physical times, as long as they are not before the last
     /// change of rate.
-    #[cfg_attr(target_pointer_width = "32", inline(never))]
+    #[outlined]
     pub fn physical(&self, local: Instant) -> Instant {
         let elapsed = local.as_nanos().saturating_sub(self.local);
         if !DATAGRAMS {
@@ -158,7 +159,7 @@ impl ClockCorrection {
 
 /// Returns the smallest number x with x + x × `ppb` / 10⁹ ≥ `nanos`, that is `nanos` / (1 + `ppb` / 10⁹) rounded up,
 /// without overflow for any rate between -1 and 1.
-#[cfg_attr(target_pointer_width = "32", inline(never))]
+#[outlined]
 fn unscale(nanos: i64, ppb: i32) -> i64 {
     let rate = BILLION.saturating_add(ppb.into()).max(1);
     let (whole, rest) = (nanos.div_euclid(rate), nanos.rem_euclid(rate));

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //! The correction of a clock that has an offset and a drift.
 
+use lf_derive::outlined;
 use lf_model::time::{Instant, Interval};
 
 /// One second: the denominator of rates in parts per billion.
@@ -28,7 +29,7 @@ impl Line {
 }
 
 /// Returns `nanos` × `ppb` / 10⁹, rounded down, without overflow for any rate of less than 1.
-#[cfg_attr(target_pointer_width = "32", inline(never))]
+#[outlined]
 pub(super) fn scale(nanos: i64, ppb: i32) -> i64 {
     let ppb = i64::from(ppb);
     let (whole, rest) = (nanos.div_euclid(BILLION), nanos.rem_euclid(BILLION));

@@ -22,6 +22,7 @@
 //! the slope, with full uncertainty. The more often this happens, the shorter the stretches become, because old
 //! exchanges say nothing about a rate that changes quickly.
 
+use lf_derive::outlined;
 use lf_model::time::{Instant, Interval};
 
 use super::estimator::Exchange;
@@ -347,7 +348,7 @@ fn slope_ppb(points: &[Point]) -> Option<i32> {
 }
 
 /// Returns a slope in parts per billion, at most [`ANY_DRIFT_PPB`]; exact to a part per million.
-#[cfg_attr(target_pointer_width = "32", inline(never))]
+#[outlined]
 fn rate_ppb(rise: i64, run: i64) -> i32 {
     let limit = i64::from(ANY_DRIFT_PPB);
     let ppb = rise.saturating_mul(1_000_000) / (run / 1_000).max(1);

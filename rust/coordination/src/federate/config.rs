@@ -138,7 +138,21 @@ impl<'a, N: Needs> Config<'a, N> {
 
     /// Returns the federates to which this one sends directly.
     pub(super) fn peers(&self) -> &'a [u16] {
-        if N::PEERS { self.peers } else { &[] }
+        if N::PEERS_OUT { self.peers } else { &[] }
+    }
+
+    /// Returns the way in which federates keep the order of tags.
+    pub(super) fn coordination(&self) -> Coordination {
+        match (N::CENTRALIZED, N::DECENTRALIZED) {
+            (true, true) => self.coordination,
+            (_, false) => Coordination::Centralized,
+            (false, true) => Coordination::Decentralized,
+        }
+    }
+
+    /// Returns the clock synchronization to take part in.
+    pub(super) fn clock_sync(&self) -> ClockSync {
+        if N::CLOCK_SYNC { self.clock_sync } else { ClockSync::Off }
     }
 
     /// Returns an address on the RTI's computer as this federate's computer sees it: a link-local address is at the

@@ -4,6 +4,7 @@
 //! Each part has a state of its own and knows none of the others; a part that needs another one receives it as an
 //! argument. Decisions that depend on several parts (whether a tag may begin, which message is next) are made here.
 
+use lf_derive::outlined;
 use lf_model::time::{Instant, Tag};
 use lf_wire::Message;
 
@@ -44,7 +45,7 @@ impl<'a, N: Needs> Federate<'a, N> {
     pub fn new(config: Config<'a, N>) -> Result<Self, ConfigError> {
         config.check()?;
         // Without grants, the RTI receives no tags.
-        let is_centralized = config.coordination == Coordination::Centralized;
+        let is_centralized = config.coordination() == Coordination::Centralized;
         let has_upstream = is_centralized && !config.upstream.is_empty();
         let has_downstream = is_centralized && !config.downstream.is_empty();
         let physical_delay = config.physical_delay.filter(|_| has_downstream);
@@ -69,7 +70,8 @@ impl<'a, N: Needs> Federate<'a, N> {
     ///
     /// Physical time does not matter here. A federate that has sent much must also wait until the RTI has taken it.
     pub fn may_advance(&self, tag: Tag) -> bool {
-        self.phase() == Phase::Running && self.tags.allows(tag) && self.stop.allows(tag) && self.pace.allows()
+        let paced = !N::CENTRALIZED || self.pace.allows();
+        self.phase() == Phase::Running && self.tags.allows(tag) && self.stop.allows(tag) && paced
     }
 
     /// Handles a new connection to the RTI.
@@ -105,9 +107,9 @@ impl<'a, N: Needs> Federate<'a, N> {
     }
 
     /// Handles a message after the start.
-    #[cfg_attr(target_pointer_width = "32", inline(never))]
+    #[outlined]
     fn handle_running<'m>(&mut self, now: Instant, message: Message<'m>) -> Result<Event<'m>, FederateError> {
-        let is_decentralized = self.config.coordination == Coordination::Decentralized;
+        let is_decentralized = self.config.coordination() == Coordination::Decentralized;
         let unexpected = Err(FederateError::unexpected(&message, self.phase()));
         Ok(match message {
             ref answer if !is_decentralized && Pace::is_answer(answer, self.config.id) => {
@@ -156,14 +158,14 @@ impl<'a, N: Needs> Federate<'a, N> {
             }
             Message::StopGranted(tag) => Event::StopGranted(self.stop.decided(from_wire(tag), self.tags.earliest())),
             Message::AddressQueryReply { port, address } => {
-                if N::PEERS {
+                if N::PEERS_IN {
                     self.departure.answered(now, port > 0, address != [0; 4]);
                 }
                 Event::None
             }
             #[cfg(feature = "ipv6")]
             Message::AddressQueryReplyIpv6 { port, address, .. } => {
-                if N::PEERS {
+                if N::PEERS_IN {
                     self.departure.answered(now, port > 0, address != [0; 16]);
                 }
                 Event::None
@@ -231,7 +233,7 @@ impl<'a, N: Needs> Federate<'a, N> {
     ///
     /// After its own last tag a federate has nothing to lose, and does not ask.
     pub fn has_left(&mut self, federate: FederateId) -> bool {
-        !N::PEERS || self.phase() != Phase::Running || self.departure.has_left(federate)
+        !N::PEERS_IN || self.phase() != Phase::Running || self.departure.has_left(federate)
     }
 
     /// Handles the end or the break of the connection to the RTI.
@@ -248,11 +250,15 @@ impl<'a, N: Needs> Federate<'a, N> {
     /// # Errors
     /// When the RTI has let this federate wait too long.
     pub fn handle_timeout(&mut self, now: Instant) -> Result<Event<'static>, FederateError> {
-        if self.tags.is_renewal_due(now) {
-            self.announce(now);
+        if N::CENTRALIZED {
+            if self.tags.is_renewal_due(now) {
+                self.announce(now);
+            }
+            self.tags.handle_timeout(now);
         }
-        self.tags.handle_timeout(now);
-        self.departure.handle_timeout(now);
+        if N::PEERS_IN {
+            self.departure.handle_timeout(now);
+        }
         let result = self.session.handle_timeout(&self.config, &mut self.clock, now);
         self.fail_on_error(result)
     }
@@ -269,11 +275,11 @@ impl<'a, N: Needs> Federate<'a, N> {
             Message::StopRequest(_) | Message::StopReply(_) => self.stop.transmitted(),
             Message::PortAbsent { .. } => self.pace.asked(),
             Message::AddressAdvertisement { .. } | Message::AddressQuery { .. }
-                if N::PEERS && self.asks().is_some() =>
+                if N::PEERS_IN && self.asks().is_some() =>
             {
                 self.departure.transmitted(&message);
             }
-            Message::T3 { .. } => {
+            Message::T3 { .. } if N::CLOCK_SYNC => {
                 self.clock.initial.t3_leaves();
                 self.session.transmitted(&message);
             }
@@ -297,17 +303,19 @@ impl<'a, N: Needs> Federate<'a, N> {
         if let Some(stop) = self.stop.due() {
             return Some(stop);
         }
-        if let Some(tag) = self.tags.ltc() {
-            return Some(Message::LatestTagComplete(to_wire(tag)));
-        }
-        if let Some(tag) = self.tags.net() {
-            return Some(Message::NextEventTag(to_wire(tag)));
+        if N::CENTRALIZED {
+            if let Some(tag) = self.tags.ltc() {
+                return Some(Message::LatestTagComplete(to_wire(tag)));
+            }
+            if let Some(tag) = self.tags.net() {
+                return Some(Message::NextEventTag(to_wire(tag)));
+            }
         }
         match phase {
             Phase::Resigning => Some(Message::Resign),
-            Phase::Running if N::PEERS && self.asks().is_some() => self.asks(),
+            Phase::Running if N::PEERS_IN && self.asks().is_some() => self.asks(),
             // The question comes last, so that it follows everything that the federate has to send.
-            Phase::Running if self.pace.is_question_due() => Some(Pace::question(self.config.id)),
+            Phase::Running if N::CENTRALIZED && self.pace.is_question_due() => Some(Pace::question(self.config.id)),
             _ => None,
         }
     }
@@ -322,12 +330,16 @@ impl<'a, N: Needs> Federate<'a, N> {
     /// Records that everything from [`Federate::poll_transmit`] has been written to the socket; `now` is the time after
     /// that.
     pub fn handle_written(&mut self, now: Instant) {
-        self.clock.initial.written(now);
+        if N::CLOCK_SYNC {
+            self.clock.initial.written(now);
+        }
     }
 
     /// Returns the time at which to call [`Federate::handle_timeout`], by this participant's own clock.
     pub fn poll_timeout(&self) -> Deadline {
-        self.session.poll_timeout().min(self.tags.poll_timeout()).min(self.departure.poll_timeout())
+        let tags = if N::CENTRALIZED { self.tags.poll_timeout() } else { Deadline::Never };
+        let departure = if N::PEERS_IN { self.departure.poll_timeout() } else { Deadline::Never };
+        self.session.poll_timeout().min(tags).min(departure)
     }
 
     /// Announces the next tag at which this federate has something to do, `FOREVER` for none; returns whether it may
@@ -377,8 +389,11 @@ impl<'a, N: Needs> Federate<'a, N> {
     /// may have to wait within the tag.
     pub fn complete(&mut self, had_network_input: bool) {
         if self.phase() == Phase::Running {
-            self.pace.completed();
-            self.tags.complete(N::INPUTS && had_network_input && self.config.coordination == Coordination::Centralized);
+            if N::CENTRALIZED {
+                self.pace.completed();
+            }
+            self.tags
+                .complete(N::INPUTS && had_network_input && self.config.coordination() == Coordination::Centralized);
         }
     }
 
@@ -416,7 +431,9 @@ impl<'a, N: Needs> Federate<'a, N> {
     pub fn finish(&mut self) {
         match self.phase() {
             Phase::Running => {
-                self.tags.finish();
+                if N::CENTRALIZED {
+                    self.tags.finish();
+                }
                 self.session.resign();
             }
             Phase::Resigning | Phase::Ended | Phase::Failed => {}

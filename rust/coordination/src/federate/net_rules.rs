@@ -197,7 +197,7 @@ impl<N: Needs> NetRules<N> {
     }
 
     fn announce(&mut self, tag: Tag, needed: bool) {
-        if !(self.has_upstream() || self.has_downstream) {
+        if !N::CENTRALIZED || !(self.has_upstream() || self.has_downstream) {
             // A federate without neighbors waits for no other, and no other waits for it.
             return;
         }

@@ -51,7 +51,7 @@ impl Outbox {
             return Some(Message::FedIds { federate: config.id.0, federation_id: config.federation_id });
         }
         if self.neighbor_structure {
-            let neighbors = match config.coordination {
+            let neighbors = match config.coordination() {
                 Coordination::Centralized => NeighborStructure::new(config.upstream, config.downstream),
                 // The RTI grants nothing, and need not know.
                 Coordination::Decentralized => NeighborStructure::new(&[], &[]),
@@ -59,22 +59,22 @@ impl Outbox {
             return Some(Message::NeighborStructure(neighbors));
         }
         if self.udp_port {
-            return Some(Message::UdpPort(match config.clock_sync {
+            return Some(Message::UdpPort(match config.clock_sync() {
                 ClockSync::Off => UDP_PORT_CLOCK_SYNC_OFF,
                 ClockSync::Init { .. } => UDP_PORT_CLOCK_SYNC_INITIAL,
                 ClockSync::On { .. } => config.udp_port.unwrap_or(UDP_PORT_CLOCK_SYNC_INITIAL),
             }));
         }
-        if self.t3 {
+        if N::CLOCK_SYNC && self.t3 {
             return Some(Message::T3 { federate: config.id.0 });
         }
-        if self.ordered_stop {
+        if N::CENTRALIZED && self.ordered_stop {
             return Some(Message::AddressAdvertisement { port: ADDRESS_PORT_UNKNOWN });
         }
-        if let Some(port) = self.advertisement {
+        if let Some(port) = self.advertisement.filter(|_| N::PEERS_IN) {
             return Some(Message::AddressAdvertisement { port: port.into() });
         }
-        if let Some(federate) = self.address_query {
+        if let Some(federate) = self.address_query.filter(|_| N::PEERS_OUT) {
             return Some(Message::AddressQuery { federate: federate.0, is_transient: Some(false) });
         }
         if let Some(time) = self.timestamp {

@@ -3,6 +3,7 @@
 //! `NEIGHBOR_STRUCTURE` and `UDP_PORT`, initial clock synchronization, connections to others, start barrier. At the
 //! end: RESIGN, or FAILED.
 
+use lf_derive::outlined;
 use lf_model::time::Instant;
 use lf_wire::{Message, RejectCode};
 
@@ -110,10 +111,10 @@ impl Session {
     }
 
     /// Handles a message before the start.
-    #[cfg_attr(target_pointer_width = "32", inline(never))]
-    pub(super) fn handle_message<'m>(
+    #[outlined]
+    pub(super) fn handle_message<'m, N: Needs>(
         &mut self,
-        config: &Config<'_, impl Needs>,
+        config: &Config<'_, N>,
         clock: &mut Clock,
         now: Instant,
         message: &Message<'m>,
@@ -121,11 +122,11 @@ impl Session {
         match (self.phase, *message) {
             (Phase::Disconnected, _) => Err(FederateError::unexpected(message, self.phase)),
             (_, Message::Failed) => Err(FederateError::RtiFailed),
-            (Phase::Meeting, Message::AddressQueryReply { port, address }) => {
+            (Phase::Meeting, Message::AddressQueryReply { port, address }) if N::PEERS_OUT => {
                 Ok(self.handle_address(config, now, port, IpAddress::V4(address.into())))
             }
             #[cfg(feature = "ipv6")]
-            (Phase::Meeting, Message::AddressQueryReplyIpv6 { port, address, scope }) => {
+            (Phase::Meeting, Message::AddressQueryReplyIpv6 { port, address, scope }) if N::PEERS_OUT => {
                 Ok(self.handle_address(config, now, port, config.as_seen_here(address.into(), scope)))
             }
             #[cfg(feature = "ipv6")]
@@ -148,16 +149,20 @@ impl Session {
                 self.accepted(config, clock, now);
                 Ok(Event::Accepted)
             }
-            (Phase::Synchronizing, Message::T1(t1)) if clock.initial.begin(Instant::from_nanos(t1), now) => {
+            (Phase::Synchronizing, Message::T1(t1))
+                if N::CLOCK_SYNC && clock.initial.begin(Instant::from_nanos(t1), now) =>
+            {
                 self.outbox.t3 = true;
                 self.expect_clock_sync(config, now);
                 Ok(Event::None)
             }
-            (Phase::Synchronizing, Message::T4(t4)) => match clock.initial.complete(Instant::from_nanos(t4)) {
-                None => Err(FederateError::unexpected(message, self.phase)),
-                Some(seen) => Ok(self.exchanged(config, clock, now, seen)),
-            },
-            (Phase::Meeting | Phase::Starting, Message::T1(_)) => Err(match config.clock_sync.trials() {
+            (Phase::Synchronizing, Message::T4(t4)) if N::CLOCK_SYNC => {
+                match clock.initial.complete(Instant::from_nanos(t4)) {
+                    None => Err(FederateError::unexpected(message, self.phase)),
+                    Some(seen) => Ok(self.exchanged(config, clock, now, seen)),
+                }
+            }
+            (Phase::Meeting | Phase::Starting, Message::T1(_)) => Err(match config.clock_sync().trials() {
                 0 => FederateError::unexpected(message, self.phase),
                 trials => FederateError::TrialsDiffer { trials },
             }),
@@ -170,9 +175,9 @@ impl Session {
     }
 
     /// Handles that the RTI has kept this federate waiting beyond [`Session::poll_timeout`].
-    pub(super) fn handle_timeout(
+    pub(super) fn handle_timeout<N: Needs>(
         &mut self,
-        config: &Config<'_, impl Needs>,
+        config: &Config<'_, N>,
         clock: &mut Clock,
         now: Instant,
     ) -> Result<Event<'static>, FederateError> {
@@ -181,10 +186,12 @@ impl Session {
         }
         match (self.phase, clock.initial.estimate()) {
             (Phase::Authenticating | Phase::Introducing, _) => Err(FederateError::NoAnswer),
-            (Phase::Synchronizing, None) => Err(FederateError::NoClockSync),
+            (Phase::Synchronizing, None) if N::CLOCK_SYNC => Err(FederateError::NoClockSync),
             // The RTI makes fewer exchanges than this federate expected; those that there were will do.
-            (Phase::Synchronizing, Some(estimate)) => Ok(self.synchronized(config, clock, now, estimate)),
-            (Phase::Meeting, _) => {
+            (Phase::Synchronizing, Some(estimate)) if N::CLOCK_SYNC => {
+                Ok(self.synchronized(config, clock, now, estimate))
+            }
+            (Phase::Meeting, _) if N::PEERS_OUT => {
                 self.meet(config, clock, now);
                 Ok(Event::None)
             }
@@ -214,7 +221,7 @@ impl Session {
     fn accepted(&mut self, config: &Config<'_, impl Needs>, clock: &Clock, now: Instant) {
         self.outbox.neighbor_structure = true;
         self.outbox.udp_port = true;
-        match config.clock_sync {
+        match config.clock_sync() {
             ClockSync::Off => self.be_ready(config, clock, now),
             ClockSync::Init { .. } | ClockSync::On { .. } => {
                 self.phase = Phase::Synchronizing;
@@ -236,7 +243,7 @@ impl Session {
         seen: u16,
     ) -> Event<'static> {
         match clock.initial.estimate() {
-            Some(estimate) if seen >= config.clock_sync.trials() => self.synchronized(config, clock, now, estimate),
+            Some(estimate) if seen >= config.clock_sync().trials() => self.synchronized(config, clock, now, estimate),
             _ => {
                 self.expect_clock_sync(config, now);
                 Event::None
@@ -261,7 +268,7 @@ impl Session {
     fn be_ready(&mut self, config: &Config<'_, impl Needs>, clock: &Clock, now: Instant) {
         self.outbox.t3 = false;
         // Without grants, there is nothing to revoke.
-        self.outbox.ordered_stop = config.coordination == Coordination::Centralized;
+        self.outbox.ordered_stop = config.coordination() == Coordination::Centralized;
         self.outbox.advertisement = config.listening;
         self.meet(config, clock, now);
     }

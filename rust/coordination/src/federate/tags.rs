@@ -5,6 +5,7 @@
 //! This part knows neither connections nor messages, clocks or stops: it receives tags, and says which of them may
 //! begin and which LTC and NET are due. [`NetRules`] decides which NETs the RTI needs at all.
 
+use lf_derive::outlined;
 use lf_model::time::{EventTag, Instant, Interval, Tag};
 
 use super::needs::Needs;
@@ -146,7 +147,7 @@ impl<N: Needs> Tags<N> {
     ///
     /// `stops` says that it is the tag of a stop, or that one is being agreed upon. The stop tag may have been granted
     /// before it was one. Then this PTAG revokes that grant (see module `rti::stop`).
-    #[cfg_attr(target_pointer_width = "32", inline(never))]
+    #[outlined]
     pub(super) fn grant_provisionally(&mut self, tag: Tag, stops: bool) {
         if stops && tag > self.current && tag <= self.net.granted() {
             self.net.revoke(tag);

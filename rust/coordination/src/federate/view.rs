@@ -13,7 +13,7 @@ use crate::clock_sync::ClockCorrection;
 impl<N: Needs> Federate<'_, N> {
     /// Returns the way in which federates keep the order of tags.
     pub fn coordination(&self) -> Coordination {
-        self.config.coordination
+        self.config.coordination()
     }
 
     /// Returns the correction from this participant's own clock to the federation's physical time.

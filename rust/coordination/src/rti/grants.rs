@@ -7,6 +7,7 @@
 //! PTAG also makes the federates upstream advance to that tag if they can, because the receiver may wait for their
 //! messages at it.
 
+use lf_derive::outlined;
 use lf_model::time::{Instant, Tag};
 
 use super::delay::latest_before;
@@ -59,7 +60,7 @@ impl Tags<'_> {
     }
 
     /// Returns what a federate can be granted now beyond its last grant.
-    #[cfg_attr(target_pointer_width = "32", inline(never))]
+    #[outlined]
     pub(super) fn grant(&mut self, federate: usize) -> Option<Grant> {
         let start = self.start?;
         let TagState { granted, provisional, .. } = *self.state(federate);

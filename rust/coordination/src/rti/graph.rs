@@ -4,6 +4,7 @@
 //! Each federate has two rows: the paths that lead to it and those that lead from it, by rising number of the federate
 //! at the other end. So a change at one federate reaches exactly the federates that it can matter to.
 
+use lf_derive::outlined;
 use lf_model::time::Tag;
 use lf_wire::Upstream as WireUpstream;
 
@@ -214,7 +215,7 @@ impl<'s> Graph<'s> {
 }
 
 /// Converts the index of a federate, or of an entry of a row, which has at most as many entries as there are federates.
-#[cfg_attr(target_pointer_width = "32", inline(never))]
+#[outlined]
 pub(super) fn number(index: usize) -> u16 {
     let Ok(id) = u16::try_from(index) else { panic!("`Rti::new` checks that an id can name each federate") };
     id

@@ -8,6 +8,7 @@
 //! the right message has. A connection that comes when all federates are there learns the true reason of the refusal,
 //! once it has sent its id.
 
+use lf_derive::outlined;
 use lf_model::time::Instant;
 use lf_wire::{
     Decoded, KIND_TRANSIENT, Limits, Message, MessageType, NeighborStructure, RejectCode, UDP_PORT_CLOCK_SYNC_OFF,
@@ -85,7 +86,7 @@ impl Handshake<'_, '_> {
 
     /// Handles the message at the front of a connection's input, if it is the next one of the handshake. After
     /// [`Verdict::Closed`] the connection is to be closed.
-    #[cfg_attr(target_pointer_width = "32", inline(never))]
+    #[outlined]
     pub(super) fn handle_input(
         &mut self,
         now: Instant,
@@ -257,7 +258,7 @@ impl Handshake<'_, '_> {
     }
 
     /// Stores the upstream half only: the downstream half follows from those of the others.
-    #[cfg_attr(target_pointer_width = "32", inline(never))]
+    #[outlined]
     fn on_neighbors<'m>(
         &mut self,
         connection: ConnectionId,

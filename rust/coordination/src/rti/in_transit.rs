@@ -29,6 +29,7 @@
 //! ranges keep federates waiting at a PTAG; there the capacity has to cover the tags that can be in transit at once.
 //! The RTI reports the first overflow, because overflow ranges also make flow control coarse (module `window`).
 
+use lf_derive::outlined;
 use lf_model::time::Tag;
 
 use super::delay::earliest_after;
@@ -95,7 +96,7 @@ pub(super) struct InTransit<'a> {
 }
 
 impl InTransit<'_> {
-    #[cfg_attr(target_pointer_width = "32", inline(never))]
+    #[outlined]
     fn at(&mut self, index: usize) -> &mut Tag {
         let position = (self.ring.head + index) % self.storage.len();
         &mut self.storage[position]

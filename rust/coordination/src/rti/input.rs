@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //! The messages of federates that have joined.
 
+use lf_derive::outlined;
 use lf_model::time::Instant;
 use lf_wire::{ADDRESS_PORT_UNKNOWN, DecodeError, Decoded, Message, MessageType, decode};
 
@@ -117,7 +118,7 @@ impl Rti<'_> {
         }
     }
 
-    #[cfg_attr(target_pointer_width = "32", inline(never))]
+    #[outlined]
     fn handle_message(
         &mut self,
         now: Instant,

@@ -8,6 +8,7 @@
 //! Federates leave in order or not. Before the start, the id of a federate that leaves is free again. After it, a
 //! federate that has left sends no more messages, for whatever reason it left: the others go on without it at once.
 
+use lf_derive::outlined;
 use lf_model::time::{Instant, Tag};
 use lf_wire::{ADDRESS_PORT_UNKNOWN, Limits, Message, message_bytes_max};
 
@@ -75,7 +76,7 @@ impl<'s> Rti<'s> {
     }
 
     /// Returns whether the federation is over, and how it ended.
-    #[cfg_attr(target_pointer_width = "32", inline(never))]
+    #[outlined]
     pub fn status(&self) -> Status {
         self.end.status(self.members.all_departed(), self.barrier.outcome())
     }
@@ -86,7 +87,7 @@ impl<'s> Rti<'s> {
     }
 
     /// Returns the tag at which all stop, once they have agreed on it.
-    #[cfg_attr(target_pointer_width = "32", inline(never))]
+    #[outlined]
     pub fn stop_tag(&self) -> Option<Tag> {
         self.stop.granted()
     }

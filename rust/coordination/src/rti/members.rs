@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //! The federates that are there, and their connections.
 
+use lf_derive::outlined;
 use lf_model::time::Instant;
 
 use super::log_event::RtiEvent;
@@ -44,7 +45,7 @@ impl<'s> Members<'s> {
     }
 
     /// Returns the phase of a connection: the message that is expected next.
-    #[cfg_attr(target_pointer_width = "32", inline(never))]
+    #[outlined]
     pub(super) fn phase(&self, connection: ConnectionId) -> Phase {
         self.connections.get(connection.0).map_or(Phase::Vacant, |known| known.phase)
     }

@@ -13,6 +13,7 @@
 //! that it has granted before, so a federate can tell the difference. The PTAG allows nothing, but still says that
 //! nothing comes before that tag; and when the federate has done everything before it, it answers with an LTC.
 
+use lf_derive::outlined;
 use lf_model::time::{Instant, Tag};
 
 use super::log_event::RtiEvent;
@@ -55,7 +56,7 @@ impl Stop {
     }
 
     /// Returns whether a stop waits for the answer of a federate.
-    #[cfg_attr(target_pointer_width = "32", inline(never))]
+    #[outlined]
     pub(super) fn awaits(&self, slot: &Slot) -> bool {
         self.requested && !self.granted && !slot.stop_agreed
     }

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //! The deadlines of an RTI: time-outs, reports of waits, and clock synchronization.
 
+use lf_derive::outlined;
 use lf_model::time::{Instant, Interval};
 
 use super::clock_sync::Datagram;
@@ -27,7 +28,7 @@ impl Rti<'_> {
 
     /// Abandons connections that have been silent for too long, federates that do not answer a stop request, and a
     /// start whose missing federates have not come in time. Looks at every connection and every federate once.
-    #[cfg_attr(target_pointer_width = "32", inline(never))]
+    #[outlined]
     pub fn handle_timeout(&mut self, now: Instant, outlet: &mut impl Outlet) {
         if self.members.earliest_deadline().is_due(now) {
             for index in 0..self.members.connections.len() {

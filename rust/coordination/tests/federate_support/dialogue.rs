@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //! The parts of dialogues with a federate: federate 1 before and at its start, tags, and its messages about them.
 
-use lf_coordination::federate::{ClockSync, Config, Event, Federate};
+use lf_coordination::federate::{ClockSync, Config, Event, Federate, Needs};
 use lf_coordination::{FederateId, to_wire};
 use lf_model::time::{Instant, Interval, Tag};
 use lf_wire::{DELAY_NONE, Message};
@@ -12,8 +12,8 @@ pub(crate) const UPSTREAM: &[(u16, i64)] = &[(0, DELAY_NONE)];
 pub(crate) const DOWNSTREAM: &[u16] = &[2];
 
 /// Federate 1 with these neighbors, without clock synchronization.
-pub(crate) fn config(upstream: &'static [(u16, i64)], downstream: &'static [u16]) -> Config<'static> {
-    Config { upstream, downstream, clock_sync: ClockSync::Off, ..Config::new(FederateId(1), b"federation") }
+pub(crate) fn config<N: Needs>(upstream: &'static [(u16, i64)], downstream: &'static [u16]) -> Config<'static, N> {
+    Config { upstream, downstream, clock_sync: ClockSync::Off, ..Config::with_needs(FederateId(1), b"federation") }
 }
 
 /// Returns the tag this many ms after the start.
@@ -30,12 +30,12 @@ pub(crate) fn ltc(tag: Tag) -> Message<'static> {
 }
 
 /// Returns all messages of the federate.
-pub(crate) fn drain<'a>(federate: &mut Federate<'a>) -> Vec<Message<'a>> {
+pub(crate) fn drain<'a, N: Needs>(federate: &mut Federate<'a, N>) -> Vec<Message<'a>> {
     std::iter::from_fn(|| federate.poll_transmit(usize::MAX)).collect()
 }
 
 /// Returns a connected federate with nothing left to transmit.
-pub(crate) fn connected(config: Config<'static>) -> Federate<'static> {
+pub(crate) fn connected<N: Needs>(config: Config<'static, N>) -> Federate<'static, N> {
     let mut federate = Federate::new(config).unwrap();
     federate.handle_connected(NOW, [0; 8]);
     drain(&mut federate);
@@ -43,7 +43,7 @@ pub(crate) fn connected(config: Config<'static>) -> Federate<'static> {
 }
 
 /// Returns a federate that the RTI has accepted, with nothing left to transmit.
-pub(crate) fn accepted(config: Config<'static>) -> Federate<'static> {
+pub(crate) fn accepted<N: Needs>(config: Config<'static, N>) -> Federate<'static, N> {
     let mut federate = connected(config);
     assert_eq!(federate.handle_message(NOW, Message::Ack), Ok(Event::Accepted));
     drain(&mut federate);
@@ -51,7 +51,7 @@ pub(crate) fn accepted(config: Config<'static>) -> Federate<'static> {
 }
 
 /// Returns a federate that has been started, with nothing left to transmit.
-pub(crate) fn started(config: Config<'static>) -> Federate<'static> {
+pub(crate) fn started<N: Needs>(config: Config<'static, N>) -> Federate<'static, N> {
     let mut federate = accepted(config);
     let event = federate.handle_message(NOW, Message::Timestamp(START.as_nanos()));
     assert_eq!(event, Ok(Event::Started(START)));

@@ -11,6 +11,8 @@ mod tardy;
 #[cfg(feature = "workers")]
 mod workers;
 
+use lf_derive::outlined;
+
 use crate::bits::Bits;
 use crate::env::Env;
 use crate::error::{DeliverError, ModelError};
@@ -207,7 +209,7 @@ impl<'s> Engine<'s> {
     }
 
     /// Sets the time of the first tag, and with it that of timers and timeout.
-    #[cfg_attr(target_pointer_width = "32", inline(never))]
+    #[outlined]
     pub fn start(&mut self, start: Instant) {
         self.state.start = start;
         self.state.current = Tag::at(start).before();
@@ -245,7 +247,7 @@ impl<'s> Engine<'s> {
     }
 
     /// Schedules the events of other threads. Call it whenever the event loop was woken, before `next_tag`.
-    #[cfg_attr(target_pointer_width = "32", inline(never))]
+    #[outlined]
     pub fn drain_physical(&mut self, program: &mut dyn Program, env: &dyn Env) {
         let bounds = self.state.bounds();
         for (id, trigger) in (0..).map(TriggerId).zip(self.tables.triggers) {
@@ -274,7 +276,7 @@ impl<'s> Engine<'s> {
     ///
     /// # Errors
     /// [`DeliverError::Full`] asks to wait, and to try again with the same message; the others are fatal.
-    #[cfg_attr(target_pointer_width = "32", inline(never))]
+    #[outlined]
     pub fn deliver(
         &mut self,
         program: &mut dyn Program,

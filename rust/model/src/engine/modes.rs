@@ -1,5 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //! The engine's access to modes.
+use lf_derive::outlined;
+
 use super::Engine;
 use crate::bits::Bits;
 use crate::events::Events;
@@ -16,7 +18,7 @@ impl Engine<'_> {
     }
 
     /// Handles an event of the modes, if there are any.
-    #[cfg_attr(target_pointer_width = "32", inline(never))]
+    #[outlined]
     pub(super) fn modes_at(&mut self, event: ModeEvent<'_>) {
         let Some(modes) = self.tables.modes else { return };
         let mut change = Change {

@@ -9,7 +9,6 @@ use super::execution::{Execution, Failed};
 use super::from_peer::FromPeer;
 use super::late::Late;
 use super::peers::{Outputs, Peers};
-use crate::description::PEERS;
 use crate::error::RunError;
 use crate::log_event::{PeerEvent, report};
 use crate::platform::Platform;
@@ -18,16 +17,16 @@ use log::Level;
 
 /// The direct connections, and the messages that came too late over them.
 #[derive(Debug)]
-pub(super) struct Direct<'a, 's> {
-    pub(super) peers: Peers<'a, 's>,
+pub(super) struct Direct<'a, 's, N> {
+    pub(super) peers: Peers<'a, 's, N>,
     late: Late,
     /// The id of this federate.
     id: u16,
 }
 
-impl<'a, 's> Direct<'a, 's> {
+impl<'a, 's, N: Needs> Direct<'a, 's, N> {
     /// Returns the state before the first message.
-    pub(super) fn new(peers: Peers<'a, 's>, id: u16) -> Self {
+    pub(super) fn new(peers: Peers<'a, 's, N>, id: u16) -> Self {
         Self { peers, late: Late::default(), id }
     }
 
@@ -45,11 +44,8 @@ impl<'a, 's> Direct<'a, 's> {
     pub(super) fn meet<P: Platform>(
         &mut self,
         platform: &mut P,
-        execution: &mut Execution<'_, '_, impl Needs>,
+        execution: &mut Execution<'_, '_, N>,
     ) -> Result<(), Failed> {
-        if !PEERS {
-            return Ok(());
-        }
         let machine = &mut execution.machine;
         self.peers.accept(platform, machine.phase() >= Phase::Running);
         self.peers.detect_ends(platform);
@@ -72,7 +68,7 @@ impl<'a, 's> Direct<'a, 's> {
         &mut self,
         platform: &mut P,
         recording: &mut Recording<'_>,
-        execution: &mut Execution<'_, '_, impl Needs>,
+        execution: &mut Execution<'_, '_, N>,
     ) -> Result<(), Failed> {
         if takes_messages(execution) {
             for inbound in self.peers.inbound() {
@@ -87,7 +83,7 @@ impl<'a, 's> Direct<'a, 's> {
         &mut self,
         platform: &mut P,
         recording: &mut Recording<'_>,
-        execution: &mut Execution<'_, '_, impl Needs>,
+        execution: &mut Execution<'_, '_, N>,
     ) -> Result<bool, Failed> {
         let mut any = false;
         if takes_messages(execution) {
@@ -104,7 +100,7 @@ impl<'a, 's> Direct<'a, 's> {
         &mut self,
         platform: &mut P,
         recording: &mut Recording<'_>,
-        execution: &mut Execution<'_, '_, impl Needs>,
+        execution: &mut Execution<'_, '_, N>,
     ) -> Result<(), Failed> {
         if self.peers.take_stale() { self.take(platform, recording, execution) } else { Ok(()) }
     }
@@ -114,7 +110,7 @@ impl<'a, 's> Direct<'a, 's> {
         &mut self,
         platform: &mut P,
         recording: &mut Recording<'_>,
-        execution: &mut Execution<'_, '_, impl Needs>,
+        execution: &mut Execution<'_, '_, N>,
     ) -> Result<(), Failed> {
         self.peers.take_stale();
         if !takes_messages(execution) {
@@ -132,7 +128,8 @@ impl<'a, 's> Direct<'a, 's> {
                 continue;
             }
             let tables = execution.engine.tables();
-            let is_held = |input| inbound.receiver.holds_for(tables.port_of(InputId(input)));
+            let is_held =
+                |input| inbound.receiver.holds_for::<FromPeer<'_, '_, '_, P, N>>(tables.port_of(InputId(input)));
             // A federate of this project says so when it ends in order.
             if !execution.is_over(from.0, inbound.physical_over, is_held) && !execution.machine.has_left(from) {
                 continue;
@@ -153,7 +150,7 @@ impl<'a, 's> Direct<'a, 's> {
     /// Returns the input of the held messages if this federate and a sender deadlock: the receive buffer is full of
     /// messages without room, and only behind them can come a message or an absence for another input, for which this
     /// federate waits without end.
-    pub(super) fn deadlocked_input(&mut self, execution: &Execution<'_, '_, impl Needs>) -> Option<InputId> {
+    pub(super) fn deadlocked_input(&mut self, execution: &Execution<'_, '_, N>) -> Option<InputId> {
         self.peers.inbound().iter_mut().find_map(|inbound| {
             let (from, input) = (inbound.from?, inbound.receiver.full_input()?);
             execution.deadlocks_with(from.0).then_some(input)
@@ -166,7 +163,7 @@ impl<'a, 's> Direct<'a, 's> {
         &mut self,
         platform: &mut P,
         recording: &mut Recording<'_>,
-        execution: &Execution<'_, '_, impl Needs>,
+        execution: &Execution<'_, '_, N>,
     ) {
         if execution.is_decentralized() && execution.has_begun_last_tag() {
             self.peers.send_ends(platform, recording, &outputs(execution), false);
@@ -180,7 +177,7 @@ impl<'a, 's> Direct<'a, 's> {
         &mut self,
         platform: &mut P,
         recording: &mut Recording<'_>,
-        execution: &mut Execution<'_, '_, impl Needs>,
+        execution: &mut Execution<'_, '_, N>,
         resigned: bool,
         until: Instant,
     ) -> bool {
@@ -199,7 +196,7 @@ impl<'a, 's> Direct<'a, 's> {
         &mut self,
         platform: &mut P,
         recording: &mut Recording<'_>,
-        execution: &mut Execution<'_, '_, impl Needs>,
+        execution: &mut Execution<'_, '_, N>,
         in_time: bool,
     ) -> bool {
         let _ = self.sweep(platform, recording, execution);
@@ -216,7 +213,7 @@ impl<'a, 's> Direct<'a, 's> {
     }
 
     /// Logs the number of messages that have come too late or were lost.
-    pub(super) fn report_losses(&self, execution: &Execution<'_, '_, impl Needs>) {
+    pub(super) fn report_losses(&self, execution: &Execution<'_, '_, N>) {
         if !execution.is_decentralized() {
             return;
         }
@@ -237,10 +234,10 @@ fn outputs(execution: &Execution<'_, '_, impl Needs>) -> Outputs {
 }
 
 /// Returns whether messages of other federates can be delivered. After its end a federate still looks for late ones.
-fn takes_messages(execution: &Execution<'_, '_, impl Needs>) -> bool {
+fn takes_messages<N: Needs>(execution: &Execution<'_, '_, N>) -> bool {
     match execution.phase() {
-        Phase::Running => PEERS,
-        Phase::Resigning | Phase::Ended => execution.is_decentralized(),
+        Phase::Running => N::PEERS_IN,
+        Phase::Resigning | Phase::Ended => N::PEERS_IN && execution.is_decentralized(),
         _ => false,
     }
 }

@@ -5,6 +5,7 @@ use core::fmt;
 use lf_coordination::Deadline;
 use lf_coordination::auth::Nonce;
 use lf_coordination::federate::{All, Awaited, Config, Disconnected, Event, Federate, Needs, Phase};
+use lf_derive::outlined;
 use lf_model::time::{Instant, Interval, Tag};
 use lf_model::{Engine, InputId, Program};
 
@@ -47,7 +48,7 @@ pub struct FederateLoop<'a, 's, P, N: Needs = All> {
     federation: &'a Federation,
     execution: Execution<'a, 's, N>,
     session: Session<'a, 's>,
-    direct: Direct<'a, 's>,
+    direct: Direct<'a, 's, N>,
     clock_sync: ClockSyncPort,
     waiting: Waiting,
     /// Since when all of the session's input buffer has been held while this federate waits for room for its output.
@@ -179,7 +180,7 @@ impl<'a, 's, P: Platform, N: Needs> FederateLoop<'a, 's, P, N> {
     ///
     /// After the end each call returns the same result again. If it is an error, the RTI has received FAILED, if that
     /// was possible.
-    #[cfg_attr(target_pointer_width = "32", inline(never))]
+    #[outlined]
     pub fn turn(&mut self) -> Turn<Result<(), RunError>> {
         if let Stage::Taking = self.stage {
             match self.take_part() {
@@ -205,7 +206,7 @@ impl<'a, 's, P: Platform, N: Needs> FederateLoop<'a, 's, P, N> {
 
     /// Waits until there may be something to do: a socket is ready, another thread has something for the program, or
     /// the deadline of the last [`FederateLoop::turn`] has come.
-    #[cfg_attr(target_pointer_width = "32", inline(never))]
+    #[outlined]
     pub fn wait(&mut self, until: Deadline) {
         let (session, peers, port) = (&mut self.session, &mut self.direct.peers, &mut self.clock_sync.port);
         self.platform.expect(self.execution.machine.next_arrival());
@@ -232,7 +233,7 @@ impl<'a, 's, P: Platform, N: Needs> FederateLoop<'a, 's, P, N> {
     }
 
     /// Does one turn of a federate that takes part in the federation. Returns `None` when it has resigned.
-    #[cfg_attr(target_pointer_width = "32", inline(never))]
+    #[outlined]
     fn take_part(&mut self) -> Result<Option<Advance>, Failed> {
         self.clock_sync.synchronize(self.platform, &mut self.recording, &mut self.execution.machine);
         if self.platform.interrupted() {
@@ -265,7 +266,7 @@ impl<'a, 's, P: Platform, N: Needs> FederateLoop<'a, 's, P, N> {
     }
 
     /// Reads what the RTI has sent and handles it, as far as there is room for it.
-    #[cfg_attr(target_pointer_width = "32", inline(never))]
+    #[outlined]
     fn receive(&mut self) -> Result<(), Failed> {
         let has_ended = self.session.fill(self.platform);
         let now = self.platform.now();
@@ -319,7 +320,7 @@ impl<'a, 's, P: Platform, N: Needs> FederateLoop<'a, 's, P, N> {
     }
 
     /// Runs the tags that are due and granted.
-    #[cfg_attr(target_pointer_width = "32", inline(never))]
+    #[outlined]
     fn advance(&mut self) -> Result<Advance, Failed> {
         if self.execution.phase() != Phase::Running {
             return Ok(Advance::Until(Deadline::Never));
@@ -345,7 +346,7 @@ impl<'a, 's, P: Platform, N: Needs> FederateLoop<'a, 's, P, N> {
     }
 
     /// Begins the next tag, if it may begin; otherwise returns what it waits for.
-    #[cfg_attr(target_pointer_width = "32", inline(never))]
+    #[outlined]
     fn begin_next(&mut self) -> Result<Option<Advance>, Failed> {
         // The clock comes first: then everything that was scheduled before this time is collected.
         let (now, outside) = (self.platform.now(), self.platform.outside());
@@ -397,7 +398,7 @@ impl<'a, 's, P: Platform, N: Needs> FederateLoop<'a, 's, P, N> {
     }
 
     /// Returns the level from which on reactions of the open tag have to wait, if any, and what they wait for.
-    #[cfg_attr(target_pointer_width = "32", inline(never))]
+    #[outlined]
     fn level_limit(&mut self) -> Result<(Option<u16>, Advance), Failed> {
         if !self.execution.is_decentralized() {
             return Ok((self.execution.max_level(), Advance::NotGranted));
@@ -423,7 +424,7 @@ impl<'a, 's, P: Platform, N: Needs> FederateLoop<'a, 's, P, N> {
     }
 
     /// Ends with an error if the federation is deadlocked, because some queue is too small for the messages of others.
-    #[cfg_attr(target_pointer_width = "32", inline(never))]
+    #[outlined]
     fn check_deadlock(&mut self, advance: Advance) -> Result<(), Failed> {
         match self.deadlock(advance) {
             Some(error) => Err(self.execution.fail(error)),
@@ -461,7 +462,7 @@ impl<'a, 's, P: Platform, N: Needs> FederateLoop<'a, 's, P, N> {
     }
 
     /// Sets what to wait for, and returns the deadline.
-    #[cfg_attr(target_pointer_width = "32", inline(never))]
+    #[outlined]
     fn prepare_wait(&mut self, advance: Advance) -> Deadline {
         let event = match advance {
             Advance::Until(deadline) => deadline,
@@ -517,7 +518,7 @@ impl<'a, 's, P: Platform, N: Needs> FederateLoop<'a, 's, P, N> {
 
     /// Sends the final messages, since this time. Returns the deadline of the wait; `None` when nothing is left to do,
     /// or when the time is over.
-    #[cfg_attr(target_pointer_width = "32", inline(never))]
+    #[outlined]
     fn leave(&mut self, since: Instant, is_ok: bool) -> Option<Deadline> {
         let resigned = is_ok && !self.platform.interrupted();
         let until = since + if resigned { RESIGN_TIME_OUT } else { FINAL_SEND_TIME_OUT };

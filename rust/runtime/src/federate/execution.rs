@@ -9,6 +9,7 @@ use core::fmt;
 
 use lf_coordination::federate::{Awaited, Coordination, Federate, Needs, Phase};
 use lf_coordination::{Deadline, to_wire};
+use lf_derive::outlined;
 #[cfg(feature = "traces")]
 use lf_model::ReactionStep;
 use lf_model::time::{Instant, Interval, Tag};
@@ -16,7 +17,6 @@ use lf_model::{Engine, Env, InputId, NetworkInput, NetworkOutput, Outgoing, Outs
 use lf_wire::Message;
 
 use super::held::Held;
-use crate::description::PEERS;
 use crate::error::RunError;
 #[cfg(feature = "traces")]
 use crate::trace::Event;
@@ -110,13 +110,13 @@ impl<'a, 's, N: Needs> Execution<'a, 's, N> {
         }
     }
 
-    /// Returns whether messages go directly to their receivers; never without direct connections.
+    /// Returns whether messages go directly to their receivers.
     pub(super) fn is_decentralized(&self) -> bool {
-        PEERS && self.machine.coordination() == Coordination::Decentralized
+        self.machine.coordination() == Coordination::Decentralized
     }
 
     /// Stores the reason why this federate cannot go on.
-    #[cfg_attr(target_pointer_width = "32", inline(never))]
+    #[outlined]
     pub(super) fn fail(&mut self, error: RunError) -> Failed {
         self.failure = Some(error);
         Failed
@@ -133,14 +133,14 @@ impl<'a, 's, N: Needs> Execution<'a, 's, N> {
     }
 
     /// Starts the federation at this physical time.
-    #[cfg_attr(target_pointer_width = "32", inline(never))]
+    #[outlined]
     pub(super) fn start(&mut self, start: Instant) {
         log::debug!("the federation starts");
         self.engine.start(start);
         if self.engine.stop_tag() < Tag::FOREVER {
             self.machine.limit_stop(self.engine.stop_tag());
         }
-        if self.is_decentralized() {
+        if N::AWAITED && self.is_decentralized() {
             let inputs = self.engine.tables().inputs;
             self.awaited.start(Tag::at(start), |port| inputs.get(usize::from(port)).and_then(|input| input.delay));
         }
@@ -177,7 +177,7 @@ impl<'a, 's, N: Needs> Execution<'a, 's, N> {
 
     /// With centralized coordination, announces the next tag to the RTI and returns it; `None` when there is none. The
     /// earliest message that is `held` counts like those in the queues.
-    #[cfg_attr(target_pointer_width = "32", inline(never))]
+    #[outlined]
     pub(super) fn announce(&mut self, now: Instant, held: Tag) -> Option<Tag> {
         let event = self.engine.next_tag();
         // In a cycle without delay others may wait for this federate at a tag at which it has no event.
@@ -206,7 +206,7 @@ impl<'a, 's, N: Needs> Execution<'a, 's, N> {
     }
 
     /// Handles that there is no event. When none can come any more, the next microstep is the last tag.
-    #[cfg_attr(target_pointer_width = "32", inline(never))]
+    #[outlined]
     pub(super) fn idle(&mut self, now: Instant, held: Tag, outside: &dyn Outside, can_receive: bool) -> Advance {
         // Without an event, neither the program nor one of its threads nor another federate can make a new one.
         let has_source = self.engine.settings().keepalive || outside.mailbox().links() > 0 || can_receive;
@@ -230,7 +230,7 @@ impl<'a, 's, N: Needs> Execution<'a, 's, N> {
     /// With centralized coordination, returns the level from which on reactions of the open tag wait for inputs, if any
     /// do.
     pub(super) fn max_level(&self) -> Option<u16> {
-        if N::CYCLES { self.awaited.max_level(&self.machine) } else { None }
+        if N::AWAITED && N::CYCLES { self.awaited.max_level(&self.machine) } else { None }
     }
 
     /// Runs the open tag up to this level. Returns `None` when it is complete and others may follow; otherwise why it
@@ -241,8 +241,7 @@ impl<'a, 's, N: Needs> Execution<'a, 's, N> {
         max_level: Option<u16>,
         limit: Advance,
     ) -> Result<Option<Advance>, Failed> {
-        let is_decentralized = self.is_decentralized();
-        let mut gate = TagEnv { machine: &mut self.machine, silent: self.silent, is_decentralized, outlet };
+        let mut gate = TagEnv { machine: &mut self.machine, silent: self.silent, outlet };
         match self.engine.advance(self.program, &mut gate, max_level) {
             Progress::Complete => {}
             Progress::OutputFull { .. } => return Ok(Some(Advance::OutputFull)),
@@ -267,10 +266,13 @@ impl<'a, 's, N: Needs> Execution<'a, 's, N> {
 
     /// Returns the input that has to become known first, before this tag begins or within it.
     pub(super) fn unknown_input(&self, tag: Tag) -> Option<InputId> {
-        let waits = self.is_decentralized() || N::CYCLES && self.engine.is_in_tag();
+        let waits = N::AWAITED && (self.is_decentralized() || N::CYCLES && self.engine.is_in_tag());
+        if !waits {
+            return None;
+        }
         // A tag begins when everything before it is known.
         let needed = if self.engine.is_in_tag() { tag } else { tag.before() };
-        self.awaited.first_unknown(needed).filter(|_| waits).map(InputId)
+        self.awaited.first_unknown(needed).map(InputId)
     }
 
     /// Returns the input whose queue cannot hold all messages of one tag, if there is one. They have to be in the queue
@@ -303,8 +305,12 @@ impl<N: Needs> Execution<'_, '_, N> {
     /// is `None` when the tag may begin, or what it waits for.
     pub(super) fn begin_time(&self, now: Instant, tag: Tag) -> (Instant, bool, Option<Advance>) {
         let max_wait = |port| self.engine.max_wait(InputId(port));
-        let is_known = self.awaited.knows_before(tag);
-        let begins = self.awaited.begin_time(tag, self.waits_since(tag), max_wait);
+        let since = self.waits_since(tag);
+        let (is_known, begins) = if N::AWAITED {
+            (self.awaited.knows_before(tag), self.awaited.begin_time(tag, since, max_wait))
+        } else {
+            (true, since)
+        };
         let is_free = is_known && self.engine.settings().fast;
         let waits = !is_free && self.physical(now) < begins;
         (begins, is_known, waits.then(|| self.wait_for(begins)))
@@ -313,6 +319,9 @@ impl<N: Needs> Execution<'_, '_, N> {
     /// Returns the level from which on reactions of the open tag have to wait, if any have to, and what they wait for:
     /// `None` once the time for that is over.
     pub(super) fn pause(&self, now: Instant) -> Option<(u16, Option<Advance>)> {
+        if !N::AWAITED {
+            return None;
+        }
         let current = self.engine.current_tag();
         let pause = self.awaited.pause(current, self.waits_since(current), |port| self.wait_limit(port))?;
         let waits = self.physical(now) < pause.until;
@@ -393,7 +402,6 @@ struct TagEnv<'x, 'a, O, N: Needs> {
     machine: &'x mut Federate<'a, N>,
     /// Whether nothing is sent any more.
     silent: bool,
-    is_decentralized: bool,
     outlet: &'x mut O,
 }
 
@@ -409,7 +417,7 @@ impl<O: Outlet, N: Needs> Env for TagEnv<'_, '_, O, N> {
     }
 
     fn send(&mut self, message: &Outgoing<'_>) -> Result<(), SendError> {
-        if PEERS && message.output.physical {
+        if N::PEERS_OUT && N::UNTAGGED && message.output.physical {
             return self.outlet.send_directly(message, None);
         }
         if self.silent || !self.machine.may_send(message.tag) {
@@ -417,7 +425,7 @@ impl<O: Outlet, N: Needs> Env for TagEnv<'_, '_, O, N> {
             return Ok(());
         }
         let tag = to_wire(message.tag);
-        if PEERS && self.is_decentralized {
+        if N::PEERS_OUT && self.machine.coordination() == Coordination::Decentralized {
             return self.outlet.send_directly(message, Some(tag));
         }
         self.outlet.send(message, tag)?;
@@ -430,7 +438,7 @@ impl<O: Outlet, N: Needs> Env for TagEnv<'_, '_, O, N> {
             return Ok(());
         }
         let message = Message::PortAbsent { port: output.port, federate: output.federate, tag: to_wire(tag) };
-        if PEERS && self.is_decentralized {
+        if N::PEERS_OUT && self.machine.coordination() == Coordination::Decentralized {
             self.outlet.send_control_directly(output.federate, &message)
         } else {
             self.outlet.send_control(&message)

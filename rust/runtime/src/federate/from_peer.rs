@@ -6,7 +6,7 @@ use lf_coordination::federate::Needs;
 use lf_coordination::from_wire;
 use lf_model::time::{Instant, Tag};
 use lf_model::{DeliverError, Delivery, InputId};
-use lf_wire::{DecodeError, Message};
+use lf_wire::{DecodeError, Message, MessageType};
 
 use super::execution::{Execution, Failed};
 use super::held::Held;
@@ -32,9 +32,17 @@ pub(super) struct FromPeer<'x, 'a, 's, P, N: Needs> {
 }
 
 impl<P: Platform, N: Needs> Policy for FromPeer<'_, '_, '_, P, N> {
+    fn expects(message_type: MessageType) -> bool {
+        match message_type {
+            MessageType::P2pMessage => N::UNTAGGED,
+            MessageType::P2pTaggedMessage | MessageType::PortAbsent => true,
+            _ => false,
+        }
+    }
+
     fn take(&mut self, message: Message<'_>, _: &Held) -> Result<Disposition, Failed> {
         let (port, federate, tag) = match message {
-            Message::P2pMessage { port, federate, .. } => (port, federate, None),
+            Message::P2pMessage { port, federate, .. } if N::UNTAGGED => (port, federate, None),
             Message::P2pTaggedMessage { port, federate, tag, .. } => {
                 let tag = from_wire(tag);
                 if !tag.is_finite() {
@@ -71,11 +79,11 @@ impl<P: Platform, N: Needs> Policy for FromPeer<'_, '_, '_, P, N> {
                 let lateness = self.now.duration_since(tag.time);
                 self.late.report(engine, self.to, input, (tag, lateness), delivery);
             }
-            (Message::P2pMessage { payload, .. }, _) => {
+            (Message::P2pMessage { payload, .. }, _) if N::UNTAGGED => {
                 let delivery = engine.deliver_physical(&mut **program, input, self.now, payload);
                 delivery.map_err(|error| fail(failure, error))?;
             }
-            (_, Some(_)) if tables.inputs[usize::from(input.0)].physical => *self.physical_over = true,
+            (_, Some(_)) if N::UNTAGGED && tables.inputs[usize::from(input.0)].physical => *self.physical_over = true,
             (_, Some(tag)) => awaited.learn(input.0, tag),
             (_, None) => {}
         }
@@ -83,6 +91,9 @@ impl<P: Platform, N: Needs> Policy for FromPeer<'_, '_, '_, P, N> {
     }
 
     fn refuse(&mut self, bytes: &[u8], error: DecodeError) -> Failed {
+        if let DecodeError::Unexpected { message } = error {
+            return self.fault(PeerFault::Unexpected(message));
+        }
         match too_long(bytes, error, &self.execution.engine) {
             Some(error) => self.execution.fail(error),
             None => self.fault(PeerFault::Bytes(error)),

@@ -11,6 +11,7 @@
 
 use lf_coordination::federate::{Event, FederateError, Needs};
 use lf_coordination::{Endpoint, FederateId, from_wire, to_wire};
+use lf_derive::outlined;
 use lf_model::time::{EventTag, Instant, Tag};
 use lf_model::{DeliverError, Engine};
 use lf_wire::{DecodeError, Message, MessageType};
@@ -42,8 +43,22 @@ impl<P: Platform, N: Needs> Policy for FromRti<'_, '_, '_, P, N> {
         match message_type {
             MessageType::TaggedMessage => N::INPUTS,
             // This is also the answer to the question by which the federate limits its pace.
-            MessageType::PortAbsent => true,
+            MessageType::PortAbsent => N::CENTRALIZED,
             MessageType::RtiResponse => N::AUTHENTICATION,
+            MessageType::T1 | MessageType::T4 => N::CLOCK_SYNC,
+            #[cfg(feature = "ipv6")]
+            MessageType::AddressQueryReplyIpv6 => true,
+            MessageType::Reject
+            | MessageType::Ack
+            | MessageType::Timestamp
+            | MessageType::TagGrant
+            | MessageType::ProvisionalTagGrant
+            | MessageType::DownstreamNextEventTag
+            | MessageType::UpstreamDisconnected
+            | MessageType::StopRequest
+            | MessageType::StopGranted
+            | MessageType::AddressQueryReply
+            | MessageType::Failed => true,
             _ => false,
         }
     }
@@ -90,7 +105,7 @@ impl<P: Platform, N: Needs> Policy for FromRti<'_, '_, '_, P, N> {
         self.handle(message)
     }
 
-    #[cfg_attr(target_pointer_width = "32", inline(never))]
+    #[outlined]
     fn refuse(&mut self, bytes: &[u8], error: DecodeError) -> Failed {
         let phase = self.execution.phase();
         if let DecodeError::Unexpected { message } = error {
@@ -102,7 +117,7 @@ impl<P: Platform, N: Needs> Policy for FromRti<'_, '_, '_, P, N> {
 }
 
 impl<P: Platform, N: Needs> FromRti<'_, '_, '_, P, N> {
-    #[cfg_attr(target_pointer_width = "32", inline(never))]
+    #[outlined]
     fn handle(&mut self, message: Message<'_>) -> Result<Disposition, Failed> {
         self.recording.note_received(self.platform, &message, RTI);
         let result = self.execution.machine.handle_message(self.now, message);
@@ -159,7 +174,7 @@ impl<P: Platform, N: Needs> FromRti<'_, '_, '_, P, N> {
         }
     }
 
-    #[cfg_attr(target_pointer_width = "32", inline(never))]
+    #[outlined]
     fn deliver(&mut self, port: u16, tag: Tag, payload: &[u8]) -> Result<(), Failed> {
         let Execution { engine, program, .. } = &mut *self.execution;
         let start = engine.start_time();

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //! The destination of messages while a tag runs: the send buffer of the session, or of a direct connection.
 
+use lf_coordination::federate::Needs;
 #[cfg(feature = "traces")]
 use lf_model::time::Instant;
 use lf_model::time::Tag;
@@ -18,14 +19,14 @@ use crate::trace::{Event, RTI, Recording, Word};
 use log::Level;
 
 /// The connections of a federate, to send over.
-pub(super) struct Output<'x, 'a, 's, P> {
+pub(super) struct Output<'x, 'a, 's, P, N> {
     pub(super) platform: &'x mut P,
     pub(super) recording: Recording<'x>,
     pub(super) session: &'x mut Session<'a, 's>,
-    pub(super) peers: &'x mut Peers<'a, 's>,
+    pub(super) peers: &'x mut Peers<'a, 's, N>,
 }
 
-impl<'x, 's, P: Platform> Output<'x, '_, 's, P> {
+impl<'x, 's, P: Platform, N: Needs> Output<'x, '_, 's, P, N> {
     /// Makes room for a message of this many bytes, beside the control messages.
     fn make_room(&mut self, bytes: usize) -> Result<(), SendError> {
         let needed = bytes.saturating_add(CONTROL_BYTES);
@@ -53,7 +54,7 @@ fn sent(kind: MessageType, message: &Outgoing<'_>, tag: Option<Tag>, peer: u16, 
     Event::Sent(Word { kind, peer, to, tag, bytes })
 }
 
-impl<P: Platform> Outlet for Output<'_, '_, '_, P> {
+impl<P: Platform, N: Needs> Outlet for Output<'_, '_, '_, P, N> {
     fn outside(&self) -> &'static dyn Outside {
         self.platform.outside()
     }

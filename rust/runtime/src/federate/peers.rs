@@ -4,6 +4,9 @@
 //! Each has a bounded buffer of its own: what does not fit there keeps the sender's tag open. Other parts examine the
 //! messages; this part makes the connections, accepts those of others, and ends them.
 
+use core::marker::PhantomData;
+
+use lf_coordination::federate::Needs;
 use lf_coordination::{Deadline, Endpoint, FederateId};
 use lf_model::NetworkOutput;
 use lf_model::time::{Instant, Tag};
@@ -12,7 +15,7 @@ use lf_wire::{Message, RejectCode};
 use super::accept_queue::{AcceptQueue, Introduced, refuse};
 use super::inbound::Inbound;
 use super::outbound::Outbound;
-use crate::description::{Federation, PEERS};
+use crate::description::Federation;
 use crate::error::PeerFault;
 use crate::platform::{Interest, NetError, Platform, SocketId};
 use crate::trace::Recording;
@@ -39,7 +42,7 @@ impl Outputs {
 
 /// All connections with other federates.
 #[derive(Debug)]
-pub(super) struct Peers<'a, 's> {
+pub(super) struct Peers<'a, 's, N> {
     outbound: &'s mut [Outbound<'s>],
     inbound: &'s mut [Inbound<'s>],
     accept_queue: AcceptQueue,
@@ -49,9 +52,10 @@ pub(super) struct Peers<'a, 's> {
     meeting: Option<usize>,
     /// Whether messages wait in a receive buffer, and there may be room for them now.
     stale: bool,
+    needs: PhantomData<N>,
 }
 
-impl<'a, 's> Peers<'a, 's> {
+impl<'a, 's, N: Needs> Peers<'a, 's, N> {
     /// Returns connections to the federates of [`Federation::peers_out`], in the same order, and slots for those from
     /// [`Federation::peers_in`].
     pub(super) fn new(
@@ -60,22 +64,22 @@ impl<'a, 's> Peers<'a, 's> {
         federation: &'a Federation,
         federation_id: &'a [u8],
     ) -> Self {
-        let accept_queue = AcceptQueue::default();
-        Self { outbound, inbound, accept_queue, federation, federation_id, meeting: None, stale: false }
+        let (accept_queue, needs) = (AcceptQueue::default(), PhantomData);
+        Self { outbound, inbound, accept_queue, federation, federation_id, meeting: None, stale: false, needs }
     }
 
-    /// Returns the connections that lead here; none without the feature.
+    /// Returns the connections that lead here.
     pub(super) fn inbound(&mut self) -> &mut [Inbound<'s>] {
-        if PEERS { self.inbound } else { &mut [] }
+        if N::PEERS_IN { self.inbound } else { &mut [] }
     }
 
-    /// Returns the connections that lead to others; none without the feature.
+    /// Returns the connections that lead to others.
     fn outbound(&self) -> &[Outbound<'s>] {
-        if PEERS { self.outbound } else { &[] }
+        if N::PEERS_OUT { self.outbound } else { &[] }
     }
 
     fn outbound_mut(&mut self) -> &mut [Outbound<'s>] {
-        if PEERS { self.outbound } else { &mut [] }
+        if N::PEERS_OUT { self.outbound } else { &mut [] }
     }
 
     /// Returns the connections that lead to others, with their receivers.
@@ -96,7 +100,7 @@ impl<'a, 's> Peers<'a, 's> {
 
     /// Handles that a tag has begun: there may be room for held messages.
     pub(super) fn recheck(&mut self) {
-        self.stale = true;
+        self.stale = N::PEERS_IN;
         for inbound in self.inbound() {
             inbound.receiver.held.recheck();
         }
@@ -121,7 +125,7 @@ impl<'a, 's> Peers<'a, 's> {
 
     /// Advances the connection that is being made. Returns `Some` when it is there, or cannot be made.
     pub(super) fn establish<P: Platform>(&mut self, platform: &mut P) -> Option<Result<(), (u16, PeerFault)>> {
-        let index = self.meeting?;
+        let index = self.meeting.filter(|_| N::PEERS_OUT)?;
         let (federate, federation_id) = (self.federation.id, self.federation_id);
         let outbound = self.outbound_mut().get_mut(index)?;
         let is_transient = outbound.says_transient();
@@ -142,8 +146,11 @@ impl<'a, 's> Peers<'a, 's> {
     /// Accepts pending connections, and admits peers that send their id, as long as this federate has not `begun` with
     /// all of them. Bounded by the number of slots.
     pub(super) fn accept<P: Platform>(&mut self, platform: &mut P, begun: bool) {
+        if !N::PEERS_IN {
+            return;
+        }
         if begun && self.inbound().iter().all(|inbound| inbound.from.is_some()) {
-            return self.accept_queue.close(platform);
+            return self.close_accept_queue(platform);
         }
         while let Some(peer) = self.accept_queue.receive(platform, self.federation_id) {
             let Introduced { federate, socket, address } = peer;
@@ -192,15 +199,23 @@ impl<'a, 's> Peers<'a, 's> {
         outputs: &Outputs,
         all: bool,
     ) {
-        for (federate, outbound) in self.federation.peers_out.iter().zip(self.outbound_mut()) {
-            let to = |delayed: bool| outputs.to(*federate).filter(move |output| output.delay.is_some() == delayed);
-            for output in to(true).chain(to(false).filter(|_| all)).skip(outbound.ends_sent) {
-                let end = Message::PortAbsent { port: output.port, federate: *federate, tag: lf_wire::Tag::FOREVER };
-                if outbound.has_ended() || outbound.output().push(&end).is_err() {
-                    break;
+        'federates: for (federate, outbound) in self.federation.peers_out.iter().zip(self.outbound_mut()) {
+            let mut before = outbound.ends_sent;
+            for delayed in [true, false] {
+                let to = outputs.to(*federate).filter(|output| output.delay.is_some() == delayed && (delayed || all));
+                for output in to {
+                    if before > 0 {
+                        before -= 1;
+                        continue;
+                    }
+                    let end =
+                        Message::PortAbsent { port: output.port, federate: *federate, tag: lf_wire::Tag::FOREVER };
+                    if outbound.has_ended() || outbound.output().push(&end).is_err() {
+                        continue 'federates;
+                    }
+                    recording.note_sent(platform, &end, *federate);
+                    outbound.ends_sent += 1;
                 }
-                recording.note_sent(platform, &end, *federate);
-                outbound.ends_sent += 1;
             }
         }
     }
@@ -215,12 +230,9 @@ impl<'a, 's> Peers<'a, 's> {
         ends: Option<&Outputs>,
         hears: bool,
     ) -> bool {
-        if !PEERS {
-            return false;
-        }
-        self.accept_queue.close(platform);
-        for inbound in self.inbound.iter_mut().filter(|_| !hears) {
-            inbound.close(platform);
+        self.close_accept_queue(platform);
+        if !hears {
+            self.inbound().iter_mut().for_each(|inbound| inbound.close(platform));
         }
         self.detect_ends(platform);
         if let Some(outputs) = ends {
@@ -228,7 +240,7 @@ impl<'a, 's> Peers<'a, 's> {
         }
         self.flush(platform);
         let mut sends = false;
-        for (federate, outbound) in self.federation.peers_out.iter().zip(self.outbound.iter_mut()) {
+        for (federate, outbound) in self.federation.peers_out.iter().zip(self.outbound_mut()) {
             let has_said = ends.is_none_or(|outputs| outbound.ends_sent >= outputs.to(*federate).count());
             if outbound.is_empty() && (has_said || outbound.has_ended()) {
                 outbound.end(platform);
@@ -241,7 +253,7 @@ impl<'a, 's> Peers<'a, 's> {
 
     /// Returns the federates that can still send something directly.
     pub(super) fn senders(&self) -> impl Iterator<Item = FederateId> {
-        let inbound: &[Inbound<'s>] = if PEERS { self.inbound } else { &[] };
+        let inbound: &[Inbound<'s>] = if N::PEERS_IN { self.inbound } else { &[] };
         inbound.iter().filter_map(|inbound| inbound.from)
     }
 
@@ -263,28 +275,26 @@ impl<'a, 's> Peers<'a, 's> {
 
     /// Sets what to wait for; messages only while the program can handle them.
     pub(super) fn set_interest<P: Platform>(&mut self, platform: &mut P, running: bool) {
-        if !PEERS {
-            return;
+        if N::PEERS_IN {
+            self.accept_queue.set_interest(platform);
         }
-        self.accept_queue.set_interest(platform);
-        for inbound in self.inbound.iter_mut() {
+        for inbound in self.inbound() {
             inbound.receiver.connection.set_interest(platform, running);
         }
-        for outbound in self.outbound.iter() {
+        for outbound in self.outbound() {
             outbound.set_interest(platform);
         }
     }
 
     /// Handles that a wait found this socket ready.
     pub(super) fn handle_ready(&mut self, ready: SocketId, interest: Interest) {
-        if !PEERS {
-            return;
+        if N::PEERS_IN {
+            self.accept_queue.handle_ready(ready);
         }
-        self.accept_queue.handle_ready(ready);
-        for inbound in self.inbound.iter_mut() {
+        for inbound in self.inbound() {
             inbound.receiver.connection.handle_ready(ready, interest);
         }
-        for outbound in self.outbound.iter_mut() {
+        for outbound in self.outbound_mut() {
             outbound.handle_ready(ready);
         }
     }
@@ -298,27 +308,27 @@ impl<'a, 's> Peers<'a, 's> {
 
     /// Returns when there is something to do though no socket is ready.
     pub(super) fn poll_timeout(&mut self, running: bool) -> Deadline {
-        if !PEERS {
-            return Deadline::Never;
-        }
-        if running && (self.stale || self.inbound.iter_mut().any(Inbound::is_due)) {
+        if running && (self.stale || self.inbound().iter_mut().any(Inbound::is_due)) {
             return Deadline::Now;
         }
-        let answers = self.outbound.iter().map(Outbound::poll_timeout).min().unwrap_or(Deadline::Never);
-        self.accept_queue.poll_timeout().min(answers)
+        let answers = self.outbound().iter().map(Outbound::poll_timeout).min().unwrap_or(Deadline::Never);
+        if N::PEERS_IN { answers.min(self.accept_queue.poll_timeout()) } else { answers }
     }
 
     /// Closes all connections.
     pub(super) fn close<P: Platform>(&mut self, platform: &mut P) {
-        if !PEERS {
-            return;
-        }
-        self.accept_queue.close(platform);
-        for outbound in self.outbound.iter_mut() {
+        self.close_accept_queue(platform);
+        for outbound in self.outbound_mut() {
             outbound.end(platform);
         }
-        for inbound in self.inbound.iter_mut() {
+        for inbound in self.inbound() {
             inbound.close(platform);
+        }
+    }
+
+    fn close_accept_queue<P: Platform>(&mut self, platform: &mut P) {
+        if N::PEERS_IN {
+            self.accept_queue.close(platform);
         }
     }
 }

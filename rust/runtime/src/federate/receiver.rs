@@ -11,7 +11,7 @@
 
 use lf_model::time::Tag;
 use lf_model::{DeliverError, Engine, InputId};
-use lf_wire::{DecodeError, Decoded, Limits, Message, MessageType, decode, destination_in_header};
+use lf_wire::{DecodeError, Decoded, Limits, Message, MessageType, decode_expected, destination_in_header};
 
 use super::execution::Failed;
 use super::held::Held;
@@ -37,7 +37,7 @@ pub(super) trait Policy {
     /// Whether messages may have to wait.
     const HOLDS: bool = true;
 
-    /// Returns whether messages of this type, which have more than a tag or a time, can come in a correct federation.
+    /// Returns whether messages of this type can come in a correct federation.
     fn expects(_: MessageType) -> bool {
         true
     }
@@ -117,9 +117,9 @@ impl<'s> Receiver<'s> {
     }
 
     /// Returns whether a message for this port is held.
-    pub(super) fn holds_for(&self, awaited: u16) -> bool {
+    pub(super) fn holds_for<P: Policy>(&self, awaited: u16) -> bool {
         let mut held = self.connection.input.bytes().get(..self.held.bytes).unwrap_or_default();
-        while let Ok(Decoded::Complete { message, len }) = decode(held, &self.limits) {
+        while let Ok(Decoded::Complete { message, len }) = decode_expected(held, &self.limits, P::expects) {
             if let Message::P2pTaggedMessage { port, .. } | Message::PortAbsent { port, .. } = message
                 && port == awaited
             {

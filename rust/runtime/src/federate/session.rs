@@ -6,6 +6,7 @@
 
 use lf_coordination::federate::{ConnectRetry, ConnectStep, Federate, FederateError, Needs};
 use lf_coordination::{Deadline, Endpoint, IpAddress};
+use lf_derive::outlined;
 use lf_model::time::{Instant, Interval};
 use lf_wire::{Limits, OutBuffer, RejectCode};
 
@@ -96,7 +97,7 @@ impl<'a, 's> Session<'a, 's> {
     ///
     /// # Errors
     /// When the time for it is over.
-    #[cfg_attr(target_pointer_width = "32", inline(never))]
+    #[outlined]
     pub(super) fn establish<P: Platform>(&mut self, platform: &mut P) -> Result<bool, Failed> {
         match self.attempt {
             Attempt::Due(_) => self.attempt_again(platform).map(|()| false),
@@ -151,7 +152,7 @@ impl<'a, 's> Session<'a, 's> {
 
     /// Drops a connection over which the RTI has refused this federate because its id is in use, and tries again as
     /// long as the RTI may take to detect that a federate is gone, from the first refusal on.
-    #[cfg_attr(target_pointer_width = "32", inline(never))]
+    #[outlined]
     pub(super) fn ask_again<P: Platform>(&mut self, platform: &mut P) {
         if self.refusal == Refusal::Never {
             self.retry.renew(platform.now());
@@ -177,14 +178,14 @@ impl<'a, 's> Session<'a, 's> {
     }
 
     /// Reads once, if there is something to read, for [`Receiver::next`]. Returns `true` when the connection has ended.
-    #[cfg_attr(target_pointer_width = "32", inline(never))]
+    #[outlined]
     pub(super) fn fill<P: Platform>(&mut self, platform: &mut P) -> bool {
         self.receiver.resume();
         self.receiver.connection.fill(platform) == Reading::End
     }
 
     /// Moves the machine's messages into the output buffer, and writes it.
-    #[cfg_attr(target_pointer_width = "32", inline(never))]
+    #[outlined]
     pub(super) fn transmit<P: Platform>(
         &mut self,
         platform: &mut P,
@@ -237,7 +238,7 @@ impl<'a, 's> Session<'a, 's> {
     ///
     /// A socket that is closed with unread bytes resets the connection, and the last messages may be lost. So the RTI's
     /// last messages are read.
-    #[cfg_attr(target_pointer_width = "32", inline(never))]
+    #[outlined]
     pub(super) fn leave<P: Platform>(
         &mut self,
         platform: &mut P,

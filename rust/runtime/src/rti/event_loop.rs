@@ -8,6 +8,7 @@ use lf_coordination::auth::Nonce;
 use lf_coordination::rti::{
     Config, ConnectionId, Outcome, Rti, RtiEvent, RtiStorage, SetupError, Status, Verdict, Waits,
 };
+use lf_derive::outlined;
 use lf_model::time::{Instant, Interval, Tag};
 use lf_wire::Storage;
 
@@ -130,7 +131,7 @@ impl<'a, 's, P: Platform, N: FnMut(RtiEvent<'_>), B: Storage> RtiLoop<'a, 's, P,
 
     /// Does everything that can be done now. Bounded by the number of connections with something to do times
     /// [`MESSAGES_PER_TURN`].
-    #[cfg_attr(target_pointer_width = "32", inline(never))]
+    #[outlined]
     pub fn turn(&mut self) -> Turn<Outcome> {
         self.synchronize();
         if !self.aborted && self.platform.interrupted() {

@@ -4,6 +4,7 @@
 
 use lf_coordination::Deadline;
 use lf_coordination::rti::{ConnectionId, Outlet, RtiEvent, SetupError};
+use lf_derive::outlined;
 use lf_model::time::Instant;
 use lf_wire::{Decoded, Limits, Message, Storage, decode};
 
@@ -54,7 +55,7 @@ impl<'a, B: Storage> Table<'a, B> {
     }
 
     /// Returns the receiving sides, and the sending sides as the machine sees them.
-    #[cfg_attr(target_pointer_width = "32", inline(never))]
+    #[outlined]
     pub(super) fn outlet<'x, P, N>(
         &'x mut self,
         platform: &'x mut P,

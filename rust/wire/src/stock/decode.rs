@@ -19,12 +19,12 @@ pub fn decode<'a>(bytes: &'a [u8], limits: &Limits) -> Result<Decoded<'a>, Decod
     decode_expected(bytes, limits, |_| true)
 }
 
-/// Decodes the message at the beginning of `bytes`; one with more than a tag or a time only if its type is expected. If
-/// the expected types are constant, there is no code for others.
+/// Decodes the message at the beginning of `bytes`, if its type is expected. If the expected types are constant, there is
+/// no code for others.
 ///
 /// # Errors
 /// Those of [`decode`]; and [`DecodeError::Unexpected`].
-pub(crate) fn decode_expected<'a>(
+pub fn decode_expected<'a>(
     bytes: &'a [u8],
     limits: &Limits,
     expects: impl Fn(MessageType) -> bool,
@@ -118,34 +118,44 @@ impl<'a> Fields<'a, '_> {
         self.reader.u8();
         let reader = &mut self.reader;
         Ok(match self.message_type {
-            MessageType::Reject => Message::Reject(RejectCode::from_byte(reader.u8())),
-            MessageType::Timestamp => Message::Timestamp(reader.i64()),
-            MessageType::Resign => Message::Resign,
-            MessageType::NextEventTag => Message::NextEventTag(reader.tag()),
-            MessageType::TagGrant => Message::TagGrant(reader.tag()),
-            MessageType::ProvisionalTagGrant => Message::ProvisionalTagGrant(reader.tag()),
-            MessageType::LatestTagComplete => Message::LatestTagComplete(reader.tag()),
-            MessageType::StopRequest => Message::StopRequest(reader.tag()),
-            MessageType::StopReply => Message::StopReply(reader.tag()),
-            MessageType::StopGranted => Message::StopGranted(reader.tag()),
-            MessageType::AddressQueryReply => {
+            MessageType::Reject if expects(MessageType::Reject) => Message::Reject(RejectCode::from_byte(reader.u8())),
+            MessageType::Timestamp if expects(MessageType::Timestamp) => Message::Timestamp(reader.i64()),
+            MessageType::Resign if expects(MessageType::Resign) => Message::Resign,
+            MessageType::NextEventTag if expects(MessageType::NextEventTag) => Message::NextEventTag(reader.tag()),
+            MessageType::TagGrant if expects(MessageType::TagGrant) => Message::TagGrant(reader.tag()),
+            MessageType::ProvisionalTagGrant if expects(MessageType::ProvisionalTagGrant) => {
+                Message::ProvisionalTagGrant(reader.tag())
+            }
+            MessageType::LatestTagComplete if expects(MessageType::LatestTagComplete) => {
+                Message::LatestTagComplete(reader.tag())
+            }
+            MessageType::StopRequest if expects(MessageType::StopRequest) => Message::StopRequest(reader.tag()),
+            MessageType::StopReply if expects(MessageType::StopReply) => Message::StopReply(reader.tag()),
+            MessageType::StopGranted if expects(MessageType::StopGranted) => Message::StopGranted(reader.tag()),
+            MessageType::AddressQueryReply if expects(MessageType::AddressQueryReply) => {
                 Message::AddressQueryReply { port: reader.i32(), address: reader.array() }
             }
             #[cfg(feature = "ipv6")]
-            MessageType::AddressQueryReplyIpv6 => {
+            MessageType::AddressQueryReplyIpv6 if expects(MessageType::AddressQueryReplyIpv6) => {
                 let (port, address, scope) = (reader.i32(), reader.array(), reader.u32());
                 Message::AddressQueryReplyIpv6 { port, address, scope }
             }
-            MessageType::AddressAdvertisement => Message::AddressAdvertisement { port: reader.i32() },
-            MessageType::T1 => Message::T1(reader.i64()),
-            MessageType::T3 => Message::T3 { federate: reader.u16() },
-            MessageType::T4 => Message::T4(reader.i64()),
-            MessageType::CodedProbe => Message::CodedProbe(reader.i64()),
-            MessageType::Failed => Message::Failed,
-            MessageType::DownstreamNextEventTag => Message::DownstreamNextEventTag(reader.tag()),
-            MessageType::UpstreamDisconnected => Message::UpstreamDisconnected { federate: reader.u16() },
-            MessageType::UdpPort => Message::UdpPort(reader.u16()),
-            MessageType::Ack => Message::Ack,
+            MessageType::AddressAdvertisement if expects(MessageType::AddressAdvertisement) => {
+                Message::AddressAdvertisement { port: reader.i32() }
+            }
+            MessageType::T1 if expects(MessageType::T1) => Message::T1(reader.i64()),
+            MessageType::T3 if expects(MessageType::T3) => Message::T3 { federate: reader.u16() },
+            MessageType::T4 if expects(MessageType::T4) => Message::T4(reader.i64()),
+            MessageType::CodedProbe if expects(MessageType::CodedProbe) => Message::CodedProbe(reader.i64()),
+            MessageType::Failed if expects(MessageType::Failed) => Message::Failed,
+            MessageType::DownstreamNextEventTag if expects(MessageType::DownstreamNextEventTag) => {
+                Message::DownstreamNextEventTag(reader.tag())
+            }
+            MessageType::UpstreamDisconnected if expects(MessageType::UpstreamDisconnected) => {
+                Message::UpstreamDisconnected { federate: reader.u16() }
+            }
+            MessageType::UdpPort if expects(MessageType::UdpPort) => Message::UdpPort(reader.u16()),
+            MessageType::Ack if expects(MessageType::Ack) => Message::Ack,
             _ => self.long_message(expects)?,
         })
     }

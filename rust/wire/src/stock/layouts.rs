@@ -7,7 +7,7 @@ use crate::MessageType;
 macro_rules! layouts {
     ($($(#[cfg($cfg:meta)])? $variant:ident = $byte:literal, $fixed:literal;)*) => {
         /// Returns the type with this byte, or `None` if this dialect has none.
-        #[cfg_attr(target_pointer_width = "32", inline(never))]
+        #[lf_derive::outlined]
         pub(crate) const fn message_type(byte: u8) -> Option<MessageType> {
             match byte {
                 $($(#[cfg($cfg)])? $byte => Some(MessageType::$variant),)*
@@ -71,7 +71,7 @@ layouts! {
 
 /// Returns the length of a message of a type in bytes, type byte included, without the parts that its lengths and
 /// counts announce, and without the byte that only some releases send.
-#[cfg_attr(target_pointer_width = "32", inline(never))]
+#[lf_derive::outlined]
 pub(crate) const fn fixed_bytes(message_type: MessageType) -> usize {
     FIXED_BYTES[message_type as usize] as usize
 }

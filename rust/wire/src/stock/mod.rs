@@ -19,8 +19,7 @@ mod introduction;
 mod layouts;
 mod query_end;
 
-pub(crate) use decode::decode_expected;
-pub use decode::{decode, destination_in_header, message_bytes_max, tag_in_header};
+pub use decode::{decode, decode_expected, destination_in_header, message_bytes_max, tag_in_header};
 pub(crate) use encode::{PayloadHeader, encode, encoded_len};
 pub use introduction::IntroductionHeader;
 pub(crate) use layouts::{DOWNSTREAM_BYTES, UPSTREAM_BYTES, byte, downstream, fixed_bytes, message_type, upstream};

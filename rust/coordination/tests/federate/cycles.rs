@@ -2,8 +2,9 @@
 //! Dialogues with a federate in a cycle without delay: provisional grants, the level up to which a tag may be run,
 //! announcements to the RTI, and late messages.
 
-use crate::federate_support::dialogue::{NOW, START, UPSTREAM, config, drain, ltc, ms, net, started};
-use lf_coordination::federate::{Awaited, AwaitedInput, Config, Event, Federate, FederateError, Phase};
+use super::{Config, Federate, config};
+use crate::federate_support::dialogue::{NOW, START, UPSTREAM, drain, ltc, ms, net, started};
+use lf_coordination::federate::{Awaited, AwaitedInput, Event, FederateError, Phase};
 use lf_coordination::{Deadline, to_wire};
 use lf_model::time::{Interval, Tag};
 use lf_wire::Message;

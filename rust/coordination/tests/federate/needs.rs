@@ -6,20 +6,9 @@ use crate::federate_support::dialogue::{DOWNSTREAM, NOW, START, ms, net};
 use lf_coordination::federate::{All, ClockSync, Config, Event, Federate, FederateError, Needs, Phase};
 use lf_coordination::{FederateId, to_wire};
 use lf_model::time::Interval;
+use lf_testkit::profiles::CentralizedSource;
 use lf_wire::{Message, MessageType};
 use proptest::prelude::*;
-
-/// A program that only sends.
-#[derive(Clone, Copy, Debug)]
-struct Source;
-
-impl Needs for Source {
-    const INPUTS: bool = false;
-    const CYCLES: bool = false;
-    const AUTHENTICATION: bool = false;
-    const PEERS: bool = false;
-    const PHYSICAL: bool = false;
-}
 
 fn drain<N: Needs>(federate: &mut Federate<'static, N>) -> Vec<Message<'static>> {
     std::iter::from_fn(|| federate.poll_transmit(usize::MAX)).collect()
@@ -64,7 +53,7 @@ fn step<N: Needs>(federate: &mut Federate<'static, N>, deed: u8, at: i64) -> Str
 proptest! {
     #[test]
     fn what_a_program_does_not_need_makes_no_difference(steps in prop::collection::vec((0..17u8, 0..30i64), 0..80)) {
-        let (mut whole, mut part) = (started::<All>(), started::<Source>());
+        let (mut whole, mut part) = (started::<All>(), started::<CentralizedSource>());
         for (deed, at) in steps {
             prop_assert_eq!(step(&mut whole, deed, at), step(&mut part, deed, at));
             prop_assert_eq!(whole.phase(), part.phase());
@@ -81,14 +70,14 @@ fn what_comes_though_no_program_needs_it_is_an_error() {
         Message::ProvisionalTagGrant(tag),
     ] {
         let (phase, message_type): (_, MessageType) = (Phase::Running, message.message_type());
-        let refused = started::<Source>().handle_message(NOW, message);
+        let refused = started::<CentralizedSource>().handle_message(NOW, message);
         assert_eq!(refused, Err(FederateError::Unexpected { message: message_type, phase }));
     }
 }
 
 #[test]
 fn a_grant_says_nothing_to_a_program_that_waits_for_none() {
-    let mut federate = started::<Source>();
+    let mut federate = started::<CentralizedSource>();
     assert_eq!(federate.handle_message(NOW, Message::TagGrant(to_wire(ms(1)))), Ok(Event::None));
     assert!(federate.next_event(NOW, ms(5)));
     assert_eq!(drain(&mut federate), [net(ms(5))]);

@@ -1,11 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Dialogues with the federate's state machine before the start, each named after what it proves.
 
-use crate::federate_support::dialogue::{DOWNSTREAM, NOW, UPSTREAM, accepted, config, connected, drain};
-use lf_coordination::federate::{
-    CONNECT_RETRY, CONNECT_TIME_OUT, ClockSync, Config, ConfigError, ConnectRetry, ConnectStep, Disconnected, Event,
-    Federate, FederateError, Phase,
-};
+use super::{Config, Federate, config};
+use crate::federate_support::dialogue::{DOWNSTREAM, NOW, UPSTREAM, accepted, connected, drain};
+use lf_coordination::federate::{CONNECT_RETRY, CONNECT_TIME_OUT, ClockSync, ConfigError, ConnectRetry, ConnectStep, Disconnected, Event, FederateError, Phase};
 use lf_coordination::{Deadline, FederateId};
 use lf_model::time::Interval;
 use lf_wire::{ADDRESS_PORT_UNKNOWN, Message, RejectCode, UDP_PORT_CLOCK_SYNC_OFF};
@@ -146,7 +144,7 @@ fn without_clock_synchronization_the_rti_is_told_so() {
 #[test]
 fn what_cannot_work_is_refused_at_once() {
     let long = [b'x'; 256];
-    let error = Federate::new(Config::new(FederateId(0), &long)).unwrap_err();
+    let error = Federate::new(Config::with_needs(FederateId(0), &long)).unwrap_err();
     assert_eq!(error, ConfigError::FederationIdTooLong { bytes: 256 });
     let mut none = config(&[], &[]);
     none.clock_sync = ClockSync::Init { trials: 0 };

@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Dialogues with the running federate's state machine that no recording shows, each named after what it proves.
 
-use crate::federate_support::dialogue::{DOWNSTREAM, NOW, START, UPSTREAM, config, drain, ms, net, started};
-use lf_coordination::federate::{Disconnected, Event, Federate, FederateError, Phase, TAGS_AHEAD_MAX};
+use super::{Federate, config};
+use crate::federate_support::dialogue::{DOWNSTREAM, NOW, START, UPSTREAM, drain, ms, net, started};
+use lf_coordination::federate::{Disconnected, Event, FederateError, Phase, TAGS_AHEAD_MAX};
 use lf_coordination::{Deadline, FederateId, to_wire};
 use lf_model::time::{Instant, Interval, Microstep, Tag};
 use lf_wire::Message;

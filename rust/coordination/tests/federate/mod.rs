@@ -1,0 +1,41 @@
+// SPDX-License-Identifier: Apache-2.0
+//! Dialogues with a federate, each named after what it proves. They run with all capabilities, and in each profile of a
+//! shipped image that has what they need.
+
+mod needs;
+
+/// Declares the dialogues of a profile, and what they drive there.
+macro_rules! dialogues {
+    ($profile:path: $($dialogue:ident),+) => {
+        use $profile as Profile;
+        type Config<'a> = lf_coordination::federate::Config<'a, Profile>;
+        type Federate<'a> = lf_coordination::federate::Federate<'a, Profile>;
+        $(mod $dialogue;)+
+
+        /// Federate 1 with these neighbors, without clock synchronization.
+        #[allow(dead_code, reason = "not all dialogues begin with it")]
+        fn config(upstream: &'static [(u16, i64)], downstream: &'static [u16]) -> Config<'static> {
+            crate::federate_support::dialogue::config(upstream, downstream)
+        }
+    };
+}
+
+#[path = "."]
+mod all {
+    dialogues!(lf_coordination::federate::All: cycles, decentralized, handshake, peers, running);
+}
+
+#[path = "."]
+mod centralized {
+    dialogues!(lf_testkit::profiles::Centralized: cycles, handshake, running);
+}
+
+#[path = "."]
+mod decentralized {
+    dialogues!(lf_testkit::profiles::Decentralized: decentralized, peers);
+}
+
+#[path = "."]
+mod decentralized_source {
+    dialogues!(lf_testkit::profiles::DecentralizedSource: decentralized);
+}
