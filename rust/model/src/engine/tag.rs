@@ -179,9 +179,7 @@ impl Engine<'_> {
                 self.capture(program, env, *delay);
             }
             self.ports.remove(port);
-            if let Some(cell) = program.port(PortId(port)) {
-                cell.clear();
-            }
+            program.clear_port(PortId(port));
         }
         while let Some(trigger) = self.active.pop_first() {
             if let Some(cell) = program.trigger(TriggerId(trigger)) {
