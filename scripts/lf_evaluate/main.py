@@ -13,13 +13,14 @@ from datetime import datetime, timezone
 from pathlib import Path
 from typing import Any
 
-from lf_evaluate import clocks, grid, machine, message, page, results, rti, sizes
+from lf_evaluate import clocks, engine, grid, machine, message, page, results, rti, sizes
 from lf_evaluate.results import Finding
 from lf_evaluate.setting import Setting
 from lf_west.errors import LfError
 
 # In the order in which they are measured, with what `--help` says of them.
 PARTS: dict[str, tuple[Callable[[Setting], Finding], str]] = {
+    "engine": (engine.engine, "what a reaction costs in a program that is not federated"),
     "latency": (rti.latency, "how long grants and messages are on their way"),
     "throughput": (rti.throughput, "messages per second, processor time for each, and memory"),
     "growth": (rti.growth, "what a grant takes as the federation grows"),

@@ -10,15 +10,21 @@ use crate::ffi::{
     RawModeChange, RawTag, RawToken, lf_c_port_has_type, lf_c_trigger_has_type, lf_miss_deadline, lf_print_error,
     lf_print_warning,
 };
-use crate::running::{Program, change_deadline, deadline_of, is_late, physical_time, program, with_running};
+use crate::running::{
+    Program, change_deadline, deadline_of, is_late, mark_present, physical_time, program, with_running,
+};
 use crate::token::Token;
 
 // --- Times and tags ---
 
 #[unsafe(no_mangle)]
 extern "C" fn lf_c_tag() -> RawTag {
-    let outside = || program().map_or(Tag::NEVER, |program| program.tag);
-    with_running(|running| running.ctx.current_tag()).unwrap_or_else(outside).into()
+    with_running(|running| running.ctx.current_tag()).unwrap_or_else(last_tag).into()
+}
+
+/// Returns the tag of the last reaction, for other threads.
+fn last_tag() -> Tag {
+    program().map_or(Tag::NEVER, |program| program.tag)
 }
 
 #[unsafe(no_mangle)]
@@ -34,10 +40,12 @@ extern "C" fn lf_time_physical() -> i64 {
 // --- Ports, modes, deadlines, the end ---
 
 #[unsafe(no_mangle)]
-extern "C" fn lf_c_mark_present(port: u16) {
-    if with_running(|running| running.ctx.mark_present(PortId(port))).is_none() {
+extern "C" fn lf_c_mark_present(port: u16) -> RawTag {
+    let tag = mark_present(PortId(port)).unwrap_or_else(|| {
         error(c"a port can be set in reactions only, and not in other threads");
-    }
+        last_tag()
+    });
+    tag.into()
 }
 
 #[unsafe(no_mangle)]

@@ -43,11 +43,12 @@ static size_t length_of(const lf_port_base_t *port)
 
 void lf_c_set_present(lf_port_base_t *port)
 {
+	tag_t tag = lf_c_mark_present(port->info->id);
+
 	if (!port->is_present) {
 		port->is_present = true;
-		port->intended_tag = lf_tag();
+		port->intended_tag = tag;
 	}
-	lf_c_mark_present(port->info->id);
 }
 
 void *lf_c_set_array(lf_port_base_t *port, void *elements, size_t count)

@@ -80,7 +80,8 @@ __attribute__((__noreturn__)) void lf_c_exit(void);
 
 /* ---- Rust ---- */
 
-void lf_c_mark_present(uint16_t port);
+/* Triggers the reactions of a port; returns the current tag. */
+tag_t lf_c_mark_present(uint16_t port);
 /* Schedules an action with a token, which belongs to it from then on, or without. */
 trigger_handle_t lf_c_schedule(uint16_t trigger, interval_t offset, lf_token_t *token);
 /* The name of the port or action with this type, for people, without a NUL; returns its length. */

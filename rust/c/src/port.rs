@@ -2,7 +2,7 @@
 //! Ports, and the queues that fill them.
 use lf_model as model;
 use lf_model::{
-    Full, ModeCell, PayloadError, Placed, PortCell, PortId, ReactionContext, Tag, TriggerCell, TriggerId, Undelivered,
+    Full, ModeCell, PayloadError, Placed, PortId, ReactionContext, Tag, TriggerCell, TriggerId, Undelivered,
 };
 
 use crate::ffi;
@@ -21,12 +21,23 @@ impl Port {
         Self { id }
     }
 
+    fn is_present(&self) -> bool {
+        // SAFETY: there is such a port.
+        unsafe { ffi::lf_c_port_is_present(self.id.0) }
+    }
+
+    /// Drops the value, for [`model::Program::clear_port`].
+    pub fn clear(&mut self) {
+        // SAFETY: there is such a port.
+        unsafe { ffi::lf_c_port_clear(self.id.0) };
+    }
+
     /// Writes the value as bytes, as the C runtime sends it; returns their number.
     ///
     /// # Errors
     /// When there is no value, or the bytes do not fit.
     pub fn encode(&self, bytes: &mut [u8]) -> Result<usize, PayloadError> {
-        if !PortCell::is_present(self) {
+        if !self.is_present() {
             return Err(PayloadError::Absent);
         }
         let available = bytes.len();
@@ -68,21 +79,9 @@ impl Port {
     }
 }
 
-impl PortCell for Port {
-    fn is_present(&self) -> bool {
-        // SAFETY: there is such a port.
-        unsafe { ffi::lf_c_port_is_present(self.id.0) }
-    }
-
-    fn clear(&mut self) {
-        // SAFETY: there is such a port.
-        unsafe { ffi::lf_c_port_clear(self.id.0) };
-    }
-}
-
 /// Sets a port to the value of another one, if that has one: a connection in a mode.
 pub fn copy(ctx: &mut ReactionContext<'_>, from: &Port, to: &mut Port) {
-    if PortCell::is_present(from) {
+    if from.is_present() {
         // SAFETY: there are such ports, and the first one is present.
         unsafe { ffi::lf_c_port_copy(from.id.0, to.id.0) };
         ctx.mark_present(to.id);
@@ -108,7 +107,7 @@ impl<const N: usize> QueuedPort<N> {
     /// # Errors
     /// When the queue is full.
     pub fn capture(&mut self, tag: Tag, source: &Port) -> Result<(), Full> {
-        if !PortCell::is_present(source) {
+        if !source.is_present() {
             return Ok(());
         }
         let (port, trigger) = (&self.port, self.trigger);

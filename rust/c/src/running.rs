@@ -3,12 +3,13 @@
 use core::cell::RefCell;
 use core::ffi::CStr;
 use core::ptr;
+use core::sync::atomic::{AtomicBool, AtomicU32, Ordering};
 
 use critical_section::Mutex;
 use heapless::Vec;
 use lf_model as model;
 use lf_model::{
-    Inbox, Instant, Interval, ModeId, Outside, ReactionContext, ReactionId, Schedulable, Tables, Tag, TriggerId,
+    Inbox, Instant, Interval, ModeId, Outside, PortId, ReactionContext, ReactionId, Schedulable, Tables, Tag, TriggerId,
 };
 
 use crate::ffi;
@@ -38,6 +39,8 @@ pub trait Bodies {
 /// Sets the parameters and the initial state of all reactors. Call it when the owner of the program is made.
 pub fn construct() {
     critical_section::with(|cs| *KNOWN.borrow_ref_mut(cs) = Known::NOTHING);
+    KNOWN_TAG.replace(Tag::NEVER);
+    CHANGED_DEADLINES.store(false, Ordering::Relaxed);
     ffi::lf_c_begin();
     ffi::lf_construct();
 }
@@ -110,6 +113,16 @@ pub(crate) fn with_running<R>(action: impl FnOnce(&mut Running<'_, '_>) -> R) ->
     Some(result)
 }
 
+/// Marks a port as present for the reaction that this thread runs. Returns its tag; `None` as
+/// [`with_running`].
+pub(crate) fn mark_present(port: PortId) -> Option<Tag> {
+    // SAFETY: `run` of this thread has passed it to C, and does not use it before it has removed it. There is no other
+    // user meanwhile, because nothing here leads back to C.
+    let running = unsafe { ffi::lf_c_running().cast::<Running<'_, '_>>().as_mut() }?;
+    running.ctx.mark_present(port);
+    Some(running.ctx.current_tag())
+}
+
 /// The program as threads and interrupts see it, from its first reaction on.
 #[derive(Clone, Copy)]
 pub(crate) struct Program {
@@ -136,6 +149,29 @@ impl Known {
 
 static KNOWN: Mutex<RefCell<Known>> = Mutex::new(RefCell::new(Known::NOTHING));
 
+/// The tag of [`KNOWN`], and whether that has changed deadlines: the event loop, which alone changes them, looks here
+/// before each reaction, because a critical section costs more than most bodies.
+static KNOWN_TAG: KnownTag = KnownTag([const { AtomicU32::new(0) }; 3]);
+static CHANGED_DEADLINES: AtomicBool = AtomicBool::new(false);
+
+/// A tag that one thread reads and writes. Not all processors have atomics of 64 bits.
+struct KnownTag([AtomicU32; 3]);
+
+impl KnownTag {
+    /// Returns whether the tag was another one.
+    fn replace(&self, tag: Tag) -> bool {
+        let time = tag.time.as_nanos().cast_unsigned();
+        // The two halves of the time.
+        #[expect(clippy::cast_possible_truncation)]
+        let words = [time as u32, (time >> 32) as u32, tag.microstep.0];
+        let is_other = self.0.iter().zip(words).any(|(known, word)| known.load(Ordering::Relaxed) != word);
+        if is_other {
+            self.0.iter().zip(words).for_each(|(known, word)| known.store(word, Ordering::Relaxed));
+        }
+        is_other
+    }
+}
+
 /// Returns the program, from its first reaction on.
 pub(crate) fn program() -> Option<Program> {
     critical_section::with(|cs| KNOWN.borrow_ref(cs).program)
@@ -146,30 +182,32 @@ pub(crate) fn physical_time() -> Instant {
     program().map_or_else(|| Instant::from_nanos(ffi::lf_c_clock()), |program| program.outside.physical_time())
 }
 
-/// Stores the state of the program. Returns whether the reaction is late for a deadline that a body has changed.
+/// Stores the state of the program, at the first reaction of a tag. Returns whether the reaction is late for a deadline
+/// that a body has changed.
 fn begin<B: Bodies>(reaction: ReactionId, ctx: &ReactionContext<'_>) -> Option<bool> {
-    let program = Program {
-        outside: ctx.outside(),
-        tables: ctx.tables(),
-        inbox: B::inbox,
-        start: ctx.get_start_time(),
-        tag: ctx.current_tag(),
-    };
-    let deadline = critical_section::with(|cs| {
-        let mut known = KNOWN.borrow_ref_mut(cs);
-        known.program = Some(program);
-        known.deadlines.iter().find(|changed| changed.0 == reaction).map(|changed| changed.1)
-    })?;
-    Some(is_late(ctx, deadline))
+    let tag = ctx.current_tag();
+    if KNOWN_TAG.replace(tag) {
+        let (outside, tables, start) = (ctx.outside(), ctx.tables(), ctx.get_start_time());
+        let program = Program { outside, tables, inbox: B::inbox, start, tag };
+        critical_section::with(|cs| KNOWN.borrow_ref_mut(cs).program = Some(program));
+    }
+    Some(is_late(ctx, changed_deadline(reaction)?))
 }
 
 /// Returns the current deadline of a reaction.
 pub(crate) fn deadline_of(reaction: ReactionId, ctx: &ReactionContext<'_>) -> Option<Interval> {
-    let changed = critical_section::with(|cs| {
+    changed_deadline(reaction).or(ctx.tables().reactions[usize::from(reaction.0)].deadline)
+}
+
+/// Returns the deadline that a body has given to a reaction.
+fn changed_deadline(reaction: ReactionId) -> Option<Interval> {
+    if !CHANGED_DEADLINES.load(Ordering::Relaxed) {
+        return None;
+    }
+    critical_section::with(|cs| {
         let known = KNOWN.borrow_ref(cs);
         known.deadlines.iter().find(|changed| changed.0 == reaction).map(|changed| changed.1)
-    });
-    changed.or(ctx.tables().reactions[usize::from(reaction.0)].deadline)
+    })
 }
 
 /// Changes the deadline of a reaction.
@@ -177,6 +215,7 @@ pub(crate) fn deadline_of(reaction: ReactionId, ctx: &ReactionContext<'_>) -> Op
 /// # Errors
 /// The maximum number, when as many have been changed.
 pub(crate) fn change_deadline(reaction: ReactionId, deadline: Interval) -> Result<(), usize> {
+    CHANGED_DEADLINES.store(true, Ordering::Relaxed);
     critical_section::with(|cs| {
         let mut known = KNOWN.borrow_ref_mut(cs);
         if let Some(changed) = known.deadlines.iter_mut().find(|changed| changed.0 == reaction) {

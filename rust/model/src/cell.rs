@@ -72,15 +72,6 @@ pub struct ScheduleContext<'a> {
     pub(crate) outside: &'a dyn Outside,
 }
 
-/// The engine's interface of a port.
-pub trait PortCell {
-    /// Returns whether it has a value at this tag.
-    fn is_present(&self) -> bool;
-
-    /// Drops the value, at the end of the tag.
-    fn clear(&mut self);
-}
-
 /// The engine's interface of a trigger's queue.
 pub trait TriggerCell {
     /// Makes the value of the event at `tag` visible to reactions; returns the tag of the next pending event.

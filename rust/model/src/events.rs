@@ -36,10 +36,19 @@ impl Events<'_> {
     pub(crate) fn set(&mut self, trigger: TriggerId, tag: Option<Tag>) {
         let leaf = usize::from(trigger.0);
         let Some(next) = self.next.get_mut(leaf) else { return };
-        *next = tag.unwrap_or(Tag::FOREVER);
+        let tag = tag.unwrap_or(Tag::FOREVER);
+        if *next == tag {
+            return;
+        }
+        *next = tag;
         let mut node = usize::midpoint(self.next.len(), leaf);
         while node >= 1 {
+            let before = self.winners[node];
             self.replay(node);
+            if self.winners[node] == before && before != trigger.0 {
+                // The earliest below this node is the same, with the same tag, and so are those above.
+                return;
+            }
             node /= 2;
         }
     }

@@ -54,7 +54,7 @@ mod watchdog;
 mod workers;
 
 pub use action::{LogicalAction, LogicalActionQueue, Timer};
-pub use cell::{Bounds, Placed, PortCell, Readable, Schedulable, ScheduleContext, TriggerCell, Undelivered};
+pub use cell::{Bounds, Placed, Readable, Schedulable, ScheduleContext, TriggerCell, Undelivered};
 pub use context::ReactionContext;
 #[cfg(feature = "traces")]
 pub use engine::EncodeEvent;

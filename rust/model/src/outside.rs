@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //! The parts of a participant that other threads may use.
 use core::cell::Cell;
-use core::sync::atomic::{AtomicUsize, Ordering};
+use core::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 
 use critical_section::Mutex;
 
@@ -28,19 +28,37 @@ pub trait Outside: Sync {
 #[derive(Debug)]
 pub struct Mailbox {
     pub(crate) links: AtomicUsize,
+    /// Whether the event loop has to look into the inboxes of physical actions, and at `stop`.
+    news: AtomicBool,
     stop: Mutex<Cell<Option<Instant>>>,
 }
 
 impl Mailbox {
     /// Returns an empty mailbox.
     pub const fn new() -> Self {
-        Self { links: AtomicUsize::new(0), stop: Mutex::new(Cell::new(None)) }
+        Self { links: AtomicUsize::new(0), news: AtomicBool::new(false), stop: Mutex::new(Cell::new(None)) }
     }
 
     /// Returns the number of living [`PhysicalLink`](crate::PhysicalLink)s: while there is one, an unfederated program
     /// without events does not end.
     pub fn links(&self) -> usize {
         self.links.load(Ordering::Acquire)
+    }
+
+    /// Makes the event loop look for events when it next drains them. A thread calls it after it has put one in.
+    pub(crate) fn announce(&self) {
+        self.news.store(true, Ordering::Release);
+    }
+
+    /// Returns whether something was announced since the last call. What is announced from then on counts for the next
+    /// call; it may have been seen already.
+    pub(crate) fn take_news(&self) -> bool {
+        // Not a swap: nearly all calls find nothing, and then only read.
+        let has_news = self.news.load(Ordering::Acquire);
+        if has_news {
+            self.news.store(false, Ordering::Release);
+        }
+        has_news
     }
 
     /// Returns the time at which a thread asked the program to stop, if one did since the last call.
@@ -53,6 +71,7 @@ impl Mailbox {
             let stop = self.stop.borrow(cs);
             stop.set(Some(stop.get().map_or(time, |other| other.min(time))));
         });
+        self.announce();
     }
 }
 

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
 //! The part of a ready reaction that runs.
-use crate::outside::Outside;
 use crate::tables::ReactionInfo;
 use crate::time::{Instant, Interval};
 
@@ -16,15 +15,15 @@ pub enum Part {
 }
 
 impl Part {
-    /// Returns the part that runs at this time: a handler of tardy inputs has no deadline.
-    pub(crate) fn of(info: &ReactionInfo, tardy: bool, time: Instant, outside: &dyn Outside) -> Self {
+    /// Returns the part that runs at this logical time: a handler of tardy inputs has no deadline. Only a deadline needs
+    /// physical time.
+    pub(crate) fn of(info: &ReactionInfo, tardy: bool, time: Instant, physical_time: impl FnOnce() -> Instant) -> Self {
         if tardy && info.tardy {
             return Self::Tardy;
         }
         // A deadline of zero is always missed, as in the C runtime.
-        let missed = info
-            .deadline
-            .is_some_and(|deadline| deadline <= Interval::ZERO || outside.physical_time() > time + deadline);
+        let missed =
+            info.deadline.is_some_and(|deadline| deadline <= Interval::ZERO || physical_time() > time + deadline);
         if missed { Self::MissedDeadline } else { Self::Body }
     }
 }

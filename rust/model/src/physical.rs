@@ -120,6 +120,7 @@ impl<T> PhysicalActionRef<T> {
 
     pub(crate) fn post(&self, outside: &dyn Outside, value: Option<T>, offset: Offset) -> Result<(), ScheduleError> {
         self.inbox.post(outside, offset.to_interval(), value)?;
+        outside.mailbox().announce();
         outside.wake();
         Ok(())
     }

@@ -4,7 +4,7 @@ use core::fmt;
 
 use heapless::vec::VecStorage;
 
-use crate::cell::{PortCell, Readable, TriggerCell, Undelivered, cell_by_view, mode_by_view};
+use crate::cell::{Readable, TriggerCell, Undelivered, cell_by_view, mode_by_view};
 use crate::modes::ModeCell;
 use crate::payload::{Native, Payload, PayloadError, Serializer};
 use crate::queue::{Event, Full, Owned, Queue, View};
@@ -21,6 +21,11 @@ impl<T> Port<T> {
     /// Returns an empty port; generated code makes one per entry of [`Tables::ports`](crate::Tables::ports).
     pub const fn new(id: PortId) -> Self {
         Self { id, value: None }
+    }
+
+    /// Drops the value, for [`Program::clear_port`](crate::Program::clear_port).
+    pub fn clear(&mut self) {
+        self.value = None;
     }
 
     /// Takes the value out, for ports whose values are stored elsewhere.
@@ -67,15 +72,6 @@ impl<T> Readable for Port<T> {
     }
     fn value(&self) -> Option<&T> {
         self.value.as_ref()
-    }
-}
-
-impl<T> PortCell for Port<T> {
-    fn is_present(&self) -> bool {
-        self.value.is_some()
-    }
-    fn clear(&mut self) {
-        self.value = None;
     }
 }
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 //! The engine's interface to the generated program.
-use crate::cell::{Placed, PortCell, TriggerCell, Undelivered};
+use crate::cell::{Placed, TriggerCell, Undelivered};
 use crate::context::ReactionContext;
 use crate::modes::ModeCells;
 use crate::payload::PayloadError;
@@ -35,10 +35,8 @@ pub trait Program {
     #[cfg(feature = "workers")]
     fn share(&mut self, _number: u16, _level: &mut crate::workers::Level<'_>) {}
 
-    /// Returns the port, to clear it at the end of a tag.
-    fn port(&mut self, _port: PortId) -> Option<&mut dyn PortCell> {
-        None
-    }
+    /// Makes a port that was set absent, at the end of a tag: `self.PORT.clear()`.
+    fn clear_port(&mut self, _port: PortId) {}
 
     /// Returns the trigger, to move its event's value to where reactions see it. Startup and shutdown have no cell.
     fn trigger(&mut self, _trigger: TriggerId) -> Option<&mut dyn TriggerCell> {

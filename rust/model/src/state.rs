@@ -107,10 +107,11 @@ impl Tardy<'_> {
         self.reactions.clear();
         self.intended.fill(Tag::NEVER);
     }
+}
 
-    pub(crate) fn contains(&self, reaction: ReactionId) -> bool {
-        !self.reactions.0.is_empty() && self.reactions.contains(reaction.0)
-    }
+/// Returns whether a reaction is marked as tardy. Programs whose inputs are never tardy have no marks.
+pub(crate) fn is_tardy(tardy: &Bits<'_>, reaction: ReactionId) -> bool {
+    !tardy.0.is_empty() && tardy.contains(reaction.0)
 }
 
 /// Marks reactions as tardy.

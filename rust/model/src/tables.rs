@@ -327,9 +327,14 @@ impl Tables {
         self.modes.is_none_or(|known| (known.hooks.runs)(known, modes, reaction, is_last))
     }
 
-    /// Stores the mode that a reaction has requested, if it has.
-    pub(crate) fn request_mode(&self, modes: &mut [ModeState], wanted: Option<Transition>) {
-        if let Some((known, wanted)) = self.modes.zip(wanted) {
+    /// Returns whether a trigger is in no mode, or in an active one.
+    pub(crate) fn is_active(&self, modes: &[ModeState], trigger: TriggerId) -> bool {
+        self.modes.is_none_or(|known| (known.hooks.is_active)(known, modes, trigger))
+    }
+
+    /// Stores the mode that a reaction has requested.
+    pub(crate) fn request_mode(&self, modes: &mut [ModeState], wanted: Transition) {
+        if let Some(known) = self.modes {
             (known.hooks.request)(known, modes, wanted);
         }
     }

@@ -18,7 +18,7 @@ use crate::ids::{ReactionId, TriggerId};
 use crate::modes::{ModeState, Transition};
 use crate::outside::Outside;
 use crate::part::Part;
-use crate::state::{Settings, State, Tardy};
+use crate::state::{Settings, State, is_tardy};
 use crate::tables::{Tables, words};
 #[cfg(feature = "traces")]
 use crate::time::Instant;
@@ -121,7 +121,7 @@ impl<'a> Worker<'a> {
         let Self { seen, notes, .. } = self;
         let info = &seen.tables.reactions[usize::from(job.reaction.0)];
         let (mut state, mut env) = (seen.state, WorkerEnv(seen.outside));
-        let part = Part::of(info, job.tardy, state.current.time, seen.outside);
+        let part = Part::of(info, job.tardy, state.current.time, || seen.outside.physical_time());
         let mut ctx = ReactionContext {
             tables: seen.tables,
             settings: seen.settings,
@@ -179,7 +179,8 @@ pub struct Level<'a> {
     pub(crate) events: Events<'a>,
     pub(crate) ready: Bits<'a>,
     pub(crate) ports: Bits<'a>,
-    pub(crate) tardy: Tardy<'a>,
+    pub(crate) tardy: Bits<'a>,
+    pub(crate) intended: &'a [Tag],
     pub(crate) modes: &'a mut [ModeState],
     pub(crate) outside: &'static dyn Outside,
     #[cfg(feature = "traces")]
@@ -208,14 +209,14 @@ impl Level<'_> {
         let jobs = &mut jobs[..count];
         for job in &mut *jobs {
             self.ready.remove(job.reaction.0);
-            job.tardy = self.tardy.contains(job.reaction);
+            job.tardy = is_tardy(&self.tardy, job.reaction);
         }
         let mut memory = [[0; WORDS]; COUNT];
         let seen = Seen {
             tables: self.tables,
             settings: self.settings,
             state: *self.state,
-            intended: self.tardy.intended,
+            intended: self.intended,
             outside: self.outside,
         };
         let mut workers = memory.each_mut().map(|memory| Worker::new(seen, memory));
@@ -227,7 +228,7 @@ impl Level<'_> {
         for Worker { notes, .. } in workers {
             self.ready.insert_all(&notes.ready);
             self.ports.insert_all(&notes.ports);
-            self.tardy.reactions.insert_all(&notes.tardy);
+            self.tardy.insert_all(&notes.tardy);
         }
         for job in jobs {
             self.take(&job.outcome);
@@ -256,7 +257,9 @@ impl Level<'_> {
         if let Some(error) = outcome.error {
             self.state.fail(error);
         }
-        self.tables.request_mode(self.modes, outcome.mode);
+        if let Some(mode) = outcome.mode {
+            self.tables.request_mode(self.modes, mode);
+        }
     }
 }
 

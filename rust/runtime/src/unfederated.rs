@@ -6,9 +6,7 @@ use core::fmt;
 use lf_coordination::Deadline;
 #[cfg(feature = "traces")]
 use lf_model::ReactionStep;
-#[cfg(feature = "traces")]
-use lf_model::time::Instant;
-use lf_model::time::Tag;
+use lf_model::time::{Instant, Tag};
 use lf_model::{Engine, Env, Outgoing, Outside, Program, Progress, SendError};
 
 use crate::error::RunError;
@@ -27,6 +25,8 @@ pub struct UnfederatedLoop<'a, 's, P> {
     world: IdleEnv,
     recording: Recording<'a>,
     asked_to_stop: bool,
+    /// The last reading of the platform's clock, which never runs backwards.
+    now: Instant,
 }
 
 impl<P> fmt::Debug for UnfederatedLoop<'_, '_, P> {
@@ -42,7 +42,7 @@ impl<'a, 's, P: Platform> UnfederatedLoop<'a, 's, P> {
         let start = world.0.physical_time();
         world.0.starts(start);
         engine.start(start);
-        Self { platform, program, engine, world, recording: Recording::OFF, asked_to_stop: false }
+        Self { platform, program, engine, world, recording: Recording::OFF, asked_to_stop: false, now: Instant::NEVER }
     }
 
     /// Tells what happens from now on.
@@ -84,7 +84,7 @@ impl<'a, 's, P: Platform> UnfederatedLoop<'a, 's, P> {
             let stops = self.engine.stop_if_idle(&self.world);
             return Turn::Wait(if stops { Deadline::Now } else { Deadline::Never });
         };
-        if !self.engine.settings().fast && !self.asked_to_stop && self.platform.now() < tag.time {
+        if !self.engine.settings().fast && !self.asked_to_stop && !self.has_come(tag.time) {
             return Turn::Wait(Deadline::At(tag.time));
         }
         match self.run_tag(tag) {
@@ -107,6 +107,14 @@ impl<'a, 's, P: Platform> UnfederatedLoop<'a, 's, P> {
             self.platform.wait(until, &mut |_, _| {});
             self.recording.note(self.platform, Event::WaitEnds);
         }
+    }
+
+    /// Returns whether a time has come. Tags of one time need one reading of the clock.
+    fn has_come(&mut self, time: Instant) -> bool {
+        if self.now < time {
+            self.now = self.platform.now();
+        }
+        self.now >= time
     }
 
     fn run_tag(&mut self, tag: Tag) -> Result<(), RunError> {

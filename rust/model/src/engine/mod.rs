@@ -18,6 +18,7 @@ use crate::env::Env;
 use crate::error::{DeliverError, ModelError};
 use crate::events::Events;
 use crate::modes::{ModeEvent, ModeState};
+use crate::outside::Mailbox;
 #[cfg(feature = "traces")]
 use crate::payload::PayloadError;
 use crate::program::Program;
@@ -249,6 +250,13 @@ impl<'s> Engine<'s> {
     /// Schedules the events of other threads. Call it whenever the event loop was woken, before `next_tag`.
     #[outlined]
     pub fn drain_physical(&mut self, program: &mut dyn Program, env: &dyn Env) {
+        let mailbox = env.outside().mailbox();
+        if mailbox.take_news() {
+            self.take_news(program, mailbox);
+        }
+    }
+
+    fn take_news(&mut self, program: &mut dyn Program, mailbox: &Mailbox) {
         let bounds = self.state.bounds();
         for (id, trigger) in (0..).map(TriggerId).zip(self.tables.triggers) {
             let TriggerKind::Physical(timing) = &trigger.kind else { continue };
@@ -260,10 +268,14 @@ impl<'s> Engine<'s> {
             }
             if let Some(cell) = program.trigger(id) {
                 cell.drain(timing, &bounds);
+                if !cell.has_room() {
+                    // More events may be in the inbox.
+                    mailbox.announce();
+                }
                 self.events.set(id, cell.pending());
             }
         }
-        if let Some(time) = env.outside().mailbox().take_stop() {
+        if let Some(time) = mailbox.take_stop() {
             let tag = Tag::at(time).max(self.state.current.next_microstep());
             self.state.request_stop(tag, self.settings.federated);
         }

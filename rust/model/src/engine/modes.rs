@@ -6,15 +6,11 @@ use super::Engine;
 use crate::bits::Bits;
 use crate::events::Events;
 use crate::modes::{Change, ModeEvent};
-use crate::tables::{ReactionId, TriggerId};
+use crate::tables::TriggerId;
 
 impl Engine<'_> {
-    pub(super) fn runs(&self, reaction: ReactionId) -> bool {
-        self.tables.runs(self.modes, reaction, self.state.is_last())
-    }
-
     pub(super) fn is_active(&self, trigger: TriggerId) -> bool {
-        self.tables.modes.is_none_or(|modes| (modes.hooks.is_active)(modes, self.modes, trigger))
+        self.tables.is_active(self.modes, trigger)
     }
 
     /// Handles an event of the modes, if there are any.

@@ -14,8 +14,8 @@ use crate::modes::ModeEvent;
 use crate::part::Part;
 use crate::program::Program;
 use crate::queue::Full;
-use crate::state::Phase;
-use crate::tables::{OutputId, PortId, ReactionId, ReactionKind, TriggerId, TriggerKind};
+use crate::state::{Phase, is_tardy};
+use crate::tables::{OutputId, PortId, ReactionId, ReactionInfo, ReactionKind, TriggerId, TriggerKind};
 use crate::time::{Interval, Tag};
 
 impl Engine<'_> {
@@ -64,42 +64,69 @@ impl Engine<'_> {
         if self.state.phase != Phase::InTag {
             return self.state.error.map_or(Progress::Complete, Progress::Failed);
         }
-        while let Some(first) = self.ready.first_from(0) {
-            let info = &self.tables.reactions[usize::from(first)];
+        let progress = self.run_reactions(program, env, max_level);
+        if progress != Progress::Complete {
+            return progress;
+        }
+        self.complete(program, env);
+        self.state.error.map_or(Progress::Complete, Progress::Failed)
+    }
+
+    /// Runs ready reactions. The tag is complete if none is left, or if one has failed.
+    fn run_reactions(&mut self, program: &mut dyn Program, env: &mut dyn Env, max_level: Option<u16>) -> Progress {
+        // One context serves all reactions.
+        let mut ctx = ReactionContext {
+            tables: self.tables,
+            settings: &self.settings,
+            state: &mut self.state,
+            events: Events { next: self.events.next, winners: self.events.winners },
+            ready: Bits(self.ready.0),
+            ports: Bits(self.ports.0),
+            tardy: Bits(self.tardy.reactions.0),
+            intended: self.tardy.intended,
+            inherits_tardy: false,
+            mode: None,
+            env,
+        };
+        // A reaction triggers only reactions of higher levels, so that no ready reaction is before one that has run.
+        let mut from = 0;
+        while let Some(first) = ctx.ready.first_from(from) {
+            from = first;
+            let info = &ctx.tables.reactions[usize::from(first)];
             if let Some(level) = max_level.filter(|limit| info.level >= *limit) {
                 return Progress::LevelLimit { level };
             }
-            if !self.runs(ReactionId(first)) {
-                self.ready.remove(first);
+            if !ctx.tables.runs(self.modes, ReactionId(first), ctx.state.is_last()) {
+                ctx.ready.remove(first);
                 continue;
             }
             #[cfg(feature = "workers")]
-            let has_run = self.share_level(program, env, first);
+            let has_run = ctx.share_level(program, self.modes, first);
             #[cfg(not(feature = "workers"))]
             let has_run = false;
             match info.kind {
                 _ if has_run => {}
                 ReactionKind::Send(output) => {
-                    if !self.send(program, env, output) {
+                    if !ctx.send(program, output) {
                         return Progress::OutputFull { output };
                     }
-                    self.ready.remove(first);
+                    ctx.ready.remove(first);
                 }
                 ReactionKind::Body => {
-                    self.ready.remove(first);
-                    self.run(program, env, ReactionId(first));
+                    ctx.ready.remove(first);
+                    ctx.run(program, ReactionId(first), info);
+                    if let Some(mode) = ctx.mode.take() {
+                        ctx.tables.request_mode(self.modes, mode);
+                    }
                 }
             }
-            self.state.untouched = info.level.saturating_add(1);
-            if self.state.error.is_some() {
-                break;
+            ctx.state.untouched = info.level.saturating_add(1);
+            if ctx.state.error.is_some() {
+                return Progress::Complete;
             }
         }
-        if let Some(level) = max_level.filter(|_| self.state.error.is_none()) {
-            return Progress::LevelLimit { level };
-        }
-        self.complete(program, env);
-        self.state.error.map_or(Progress::Complete, Progress::Failed)
+        debug_assert!(ctx.ready.first_from(0).is_none(), "a reaction has triggered one that is before it");
+        max_level.map_or(Progress::Complete, |level| Progress::LevelLimit { level })
     }
 
     pub(super) fn activate(&mut self, program: &mut dyn Program, id: TriggerId) {
@@ -143,79 +170,18 @@ impl Engine<'_> {
         }
     }
 
-    #[outlined]
-    fn run(&mut self, program: &mut dyn Program, env: &mut dyn Env, id: ReactionId) {
-        let info = &self.tables.reactions[usize::from(id.0)];
-        let tardy = self.tardy.contains(id);
-        let part = Part::of(info, tardy, self.state.current.time, env.outside());
-        #[cfg(feature = "traces")]
-        let tells_steps = self.state.tells_steps;
-        let mut ctx = ReactionContext {
-            tables: self.tables,
-            settings: &self.settings,
-            state: &mut self.state,
-            events: Events { next: self.events.next, winners: self.events.winners },
-            ready: Bits(self.ready.0),
-            ports: Bits(self.ports.0),
-            tardy: Bits(self.tardy.reactions.0),
-            intended: self.tardy.intended,
-            // A handler has dealt with it.
-            inherits_tardy: tardy && !info.tardy,
-            mode: None,
-            env,
-        };
-        #[cfg(feature = "traces")]
-        if tells_steps {
-            ctx.env.step(ReactionStep::Begins(id, part), None);
-        }
-        match part {
-            Part::Body => program.react(id, &mut ctx),
-            Part::MissedDeadline => program.miss_deadline(id, &mut ctx),
-            Part::Tardy => program.handle_tardy(id, &mut ctx),
-        }
-        #[cfg(feature = "traces")]
-        if tells_steps {
-            ctx.env.step(ReactionStep::Ends(id), None);
-        }
-        let mode = ctx.mode;
-        self.tables.request_mode(self.modes, mode);
-    }
-
-    /// Sends the value of an output, or its absence. Returns whether it was sent, or has no receiver.
-    #[outlined]
-    fn send(&mut self, program: &mut dyn Program, env: &mut dyn Env, id: OutputId) -> bool {
-        let output = &self.tables.outputs[usize::from(id.0)];
-        let tag = self.state.current.delayed(output.delay);
-        if tag > self.state.stop || !tag.is_finite() {
-            return true;
-        }
-        let result = if self.ports.contains(output.source.0) {
-            env.send(&Outgoing { output, tag, encode: &|bytes| program.encode(id, bytes) })
-        } else {
-            env.send_absent(output, tag)
-        };
-        match result {
-            Ok(()) => true,
-            Err(SendError::NoRoom) => false,
-            Err(SendError::Payload(error)) => {
-                self.state.fail(ModelError::Encode { output: output.name, error });
-                true
-            }
-        }
-    }
-
     /// Closes the tag: delayed connections take their values, and present values become absent.
     #[outlined]
     fn complete(&mut self, program: &mut dyn Program, env: &dyn Env) {
-        while let Some(port) = self.ports.first_from(0) {
+        let mut from = 0;
+        while let Some(port) = self.ports.first_from(from) {
+            from = port;
             let info = &self.tables.ports[usize::from(port)];
             for delay in info.delays {
                 self.capture(program, env, *delay);
             }
             self.ports.remove(port);
-            if let Some(cell) = program.port(PortId(port)) {
-                cell.clear();
-            }
+            program.clear_port(PortId(port));
         }
         while let Some(trigger) = self.active.pop_first() {
             if let Some(cell) = program.trigger(TriggerId(trigger)) {
@@ -246,5 +212,53 @@ impl Engine<'_> {
             self.state.fail(ModelError::DelayFull { connection, capacity });
         }
         self.events.set(id, program.trigger(id).and_then(|cell| cell.pending()));
+    }
+}
+
+impl ReactionContext<'_> {
+    /// Runs the body or a handler of a reaction.
+    fn run(&mut self, program: &mut dyn Program, id: ReactionId, info: &ReactionInfo) {
+        let tardy = is_tardy(&self.tardy, id);
+        let part = Part::of(info, tardy, self.state.current.time, || self.env.outside().physical_time());
+        // A handler has dealt with it.
+        self.inherits_tardy = tardy && !info.tardy;
+        #[cfg(feature = "traces")]
+        let tells_steps = self.state.tells_steps;
+        #[cfg(feature = "traces")]
+        if tells_steps {
+            self.env.step(ReactionStep::Begins(id, part), None);
+        }
+        match part {
+            Part::Body => program.react(id, self),
+            Part::MissedDeadline => program.miss_deadline(id, self),
+            Part::Tardy => program.handle_tardy(id, self),
+        }
+        #[cfg(feature = "traces")]
+        if tells_steps {
+            self.env.step(ReactionStep::Ends(id), None);
+        }
+    }
+
+    /// Sends the value of an output, or its absence. Returns whether it was sent, or has no receiver.
+    #[outlined]
+    fn send(&mut self, program: &mut dyn Program, id: OutputId) -> bool {
+        let output = &self.tables.outputs[usize::from(id.0)];
+        let tag = self.state.current.delayed(output.delay);
+        if tag > self.state.stop || !tag.is_finite() {
+            return true;
+        }
+        let result = if self.ports.contains(output.source.0) {
+            self.env.send(&Outgoing { output, tag, encode: &|bytes| program.encode(id, bytes) })
+        } else {
+            self.env.send_absent(output, tag)
+        };
+        match result {
+            Ok(()) => true,
+            Err(SendError::NoRoom) => false,
+            Err(SendError::Payload(error)) => {
+                self.state.fail(ModelError::Encode { output: output.name, error });
+                true
+            }
+        }
     }
 }

@@ -1,18 +1,17 @@
 // SPDX-License-Identifier: Apache-2.0
 //! A level whose reactions run side by side.
-use super::Engine;
 use crate::bits::Bits;
-use crate::env::Env;
+use crate::context::ReactionContext;
 use crate::events::Events;
+use crate::modes::ModeState;
 use crate::program::Program;
-use crate::state::Tardy;
 use crate::tables::ReactionKind;
 use crate::workers::{ASKED, Level};
 
-impl Engine<'_> {
+impl ReactionContext<'_> {
     /// Runs the reactions of a level side by side, if the program has workers and several reactions are ready, the
     /// first of which is this one. Returns whether that one has run; the others run one by one.
-    pub(super) fn share_level(&mut self, program: &mut dyn Program, env: &mut dyn Env, first: u16) -> bool {
+    pub(super) fn share_level(&mut self, program: &mut dyn Program, modes: &mut [ModeState], first: u16) -> bool {
         if self.tables.workers < 2 {
             return false;
         }
@@ -24,21 +23,22 @@ impl Engine<'_> {
         }
         let mut level = Level {
             tables: self.tables,
-            settings: &self.settings,
-            state: &mut self.state,
+            settings: self.settings,
+            state: &mut *self.state,
             events: Events { next: self.events.next, winners: self.events.winners },
             ready: Bits(self.ready.0),
             ports: Bits(self.ports.0),
-            tardy: Tardy { reactions: Bits(self.tardy.reactions.0), intended: self.tardy.intended },
-            modes: self.modes,
-            outside: env.outside(),
+            tardy: Bits(self.tardy.0),
+            intended: self.intended,
+            modes: &mut *modes,
+            outside: self.env.outside(),
             #[cfg(feature = "traces")]
-            env,
+            env: &mut *self.env,
         };
         program.share(number, &mut level);
         while let Some((ASKED, action)) = self.events.earliest() {
             // Reactions in other modes share the job, and the actions of those are not active.
-            let cell = if self.is_active(action) { program.trigger(action) } else { None };
+            let cell = if self.tables.is_active(modes, action) { program.trigger(action) } else { None };
             self.events.set(action, cell.and_then(|cell| cell.pending()));
         }
         !self.ready.contains(first)

@@ -6,9 +6,9 @@
 use lf_model::{
     ActionTiming, DeliverError, Delivery, Engine, Full, InputId, Instant, Interval, LogicalActionQueue, ModeCell,
     ModeCells, ModeEvents, ModeId, ModeInfo, ModeTrigger, ModelError, Modes, NetworkInput, NetworkOutput, OutputId,
-    PayloadError, PhysicalActionQueue, PhysicalInbox, Placed, Policy, Port, PortCell, PortId, PortInfo, Program,
-    Progress, QueuedPort, ReactionContext, ReactionId, ReactionInfo, ReactionKind, Settings, Storage, Tables, Tag,
-    TardyInput, Timer, TriggerCell, TriggerId, TriggerInfo, TriggerKind, Undelivered, Watchdog,
+    PayloadError, PhysicalActionQueue, PhysicalInbox, Placed, Policy, Port, PortId, PortInfo, Program, Progress,
+    QueuedPort, ReactionContext, ReactionId, ReactionInfo, ReactionKind, Settings, Storage, Tables, Tag, TardyInput,
+    Timer, TriggerCell, TriggerId, TriggerInfo, TriggerKind, Undelivered, Watchdog,
 };
 
 use lf_testkit::host::{Clock, Host};
@@ -430,11 +430,11 @@ impl Program for BenchProgram {
         (self.reactions[usize::from(reaction.0)].tardy.as_mut().unwrap())(&mut self.cells, ctx);
     }
 
-    fn port(&mut self, port: PortId) -> Option<&mut dyn PortCell> {
+    fn clear_port(&mut self, port: PortId) {
         match port.0 {
-            3 => Some(&mut self.cells.delayed.port),
-            4 => Some(&mut self.cells.input.port),
-            index => Some(&mut self.cells.ports[usize::from(index)]),
+            3 => self.cells.delayed.port.clear(),
+            4 => self.cells.input.port.clear(),
+            index => self.cells.ports[usize::from(index)].clear(),
         }
     }
 

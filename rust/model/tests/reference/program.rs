@@ -3,8 +3,8 @@
 
 use lf_model::{
     ActionTiming, Full, InputId, Instant, Interval, LogicalActionQueue, NetworkInput, NetworkOutput, Offset, OutputId,
-    PayloadError, Policy, Port, PortCell, PortId, PortInfo, Program, QueuedPort, ReactionContext, ReactionId,
-    ReactionInfo, ReactionKind, Tables, Tag, Timer, TriggerCell, TriggerId, TriggerInfo, TriggerKind, Undelivered,
+    PayloadError, Policy, Port, PortId, PortInfo, Program, QueuedPort, ReactionContext, ReactionId, ReactionInfo,
+    ReactionKind, Tables, Tag, Timer, TriggerCell, TriggerId, TriggerInfo, TriggerKind, Undelivered,
 };
 
 use super::{
@@ -152,13 +152,13 @@ impl Program for RandomProgram {
         assert_eq!(ctx.get_start_time(), Instant::from_nanos(START));
     }
 
-    fn port(&mut self, port: PortId) -> Option<&mut dyn PortCell> {
+    fn clear_port(&mut self, port: PortId) {
         let index = usize::from(port.0);
-        Some(match index {
-            0..PORTS => &mut self.ports[index],
-            _ if index < 2 * PORTS => &mut self.delayed[index - PORTS].port,
-            _ => &mut self.inputs[index - 2 * PORTS].port,
-        })
+        match index {
+            0..PORTS => self.ports[index].clear(),
+            _ if index < 2 * PORTS => self.delayed[index - PORTS].port.clear(),
+            _ => self.inputs[index - 2 * PORTS].port.clear(),
+        }
     }
 
     fn trigger(&mut self, trigger: TriggerId) -> Option<&mut dyn TriggerCell> {

@@ -9,7 +9,7 @@ use lf_model::prelude::Asap;
 use lf_model::time::{Interval, Tag};
 use lf_model::{
     ActionTiming, InputId, NetworkInput, NetworkOutput, OutputId, PayloadError, PhysicalActionQueue, PhysicalInbox,
-    Placed, Port, PortCell, PortId, PortInfo, Program, ReactionContext, ReactionId, ReactionInfo, ReactionKind, Tables,
+    Placed, Port, PortId, PortInfo, Program, ReactionContext, ReactionId, ReactionInfo, ReactionKind, Tables,
     TardyInput, Timer, TriggerCell, TriggerId, TriggerInfo, TriggerKind, Undelivered,
 };
 
@@ -273,10 +273,10 @@ impl<const N: usize> Program for Node<N> {
         }
     }
 
-    fn port(&mut self, port: PortId) -> Option<&mut dyn PortCell> {
+    fn clear_port(&mut self, port: PortId) {
         match port.0.checked_sub(FIRST_INPUT_PORT) {
-            None => Some(&mut self.output),
-            Some(input) => self.inputs.get_mut(usize::from(input)).map(|input| &mut input.port as &mut dyn PortCell),
+            None => self.output.clear(),
+            Some(input) => self.inputs[usize::from(input)].port.clear(),
         }
     }
 

@@ -15,7 +15,7 @@ use std::mem;
 
 use lf_model::time::Tag;
 use lf_model::{
-    Full, InputId, Job, Level, ModeCell, ModeCells, OutputId, Part, PayloadError, Placed, PortCell, PortId, Program,
+    Full, InputId, Job, Level, ModeCell, ModeCells, OutputId, Part, PayloadError, Placed, PortId, Program,
     ReactionContext, ReactionId, Readable, Tables, TriggerCell, TriggerId, Undelivered,
 };
 
@@ -187,8 +187,10 @@ impl Program for Scripted {
         }
     }
 
-    fn port(&mut self, port: PortId) -> Option<&mut dyn PortCell> {
-        self.memory.port_mut(usize::from(port.0)).map(|port| port as &mut dyn PortCell)
+    fn clear_port(&mut self, port: PortId) {
+        if let Some(port) = self.memory.port_mut(usize::from(port.0)) {
+            port.clear();
+        }
     }
 
     fn trigger(&mut self, trigger: TriggerId) -> Option<&mut dyn TriggerCell> {

@@ -13,7 +13,7 @@ const MISS: [&str; 3] =
 const TARDY: [&str; 3] =
     ["handle_tardy(&mut self, reaction: ReactionId, ctx: &mut ReactionContext<'_>)", "reaction", "{}"];
 const SHARE: [&str; 3] = ["share(&mut self, number: u16, level: &mut Level<'_>)", "number", "{}"];
-const PORT: [&str; 3] = ["port(&mut self, port: PortId) -> Option<&mut dyn PortCell>", "port", "None,"];
+const CLEAR_PORT: [&str; 3] = ["clear_port(&mut self, port: PortId)", "port", "{}"];
 const TRIGGER: [&str; 3] =
     ["trigger(&mut self, trigger: TriggerId) -> Option<&mut dyn TriggerCell>", "trigger", "None,"];
 const IN_MODE: [&str; 3] = ["in_mode(&mut self, trigger: TriggerId) -> Option<&mut dyn ModeCell>", "trigger", "None,"];
@@ -42,8 +42,7 @@ impl FederateModule<'_> {
         let tables = &self.owner.tables;
         let trigger = |index: usize| &self.owner.symbols.triggers[index];
         let arms = |part: ReactionPart| self.bodies.reactions(&self.owner, part);
-        let ports =
-            (0..tables.ports.len()).map(|id| format!("PortId({id}) => Some(&mut {})", self.owner.port_place(id)));
+        let clears = (0..tables.ports.len()).map(|id| format!("PortId({id}) => {}.clear()", self.owner.port_place(id)));
         let triggers = tables.triggers.iter().enumerate().filter(|(_, row)| row.cell != Cell::None);
         let triggers = triggers.map(|(id, _)| format!("TriggerId({id}) => Some(&mut self.{})", trigger(id)));
         let is_queue = |row: &TriggerRow<'_>| row.mode.is_some() && row.cell != Cell::Timer;
@@ -78,7 +77,7 @@ impl FederateModule<'_> {
                 (MISS, arms(ReactionPart::MissedDeadline)),
                 (TARDY, if tables.has_tardy_inputs() { arms(ReactionPart::Tardy) } else { Vec::new() }),
                 (SHARE, self.bodies.shares(&self.owner)),
-                (PORT, ports.collect()),
+                (CLEAR_PORT, clears.collect()),
                 (TRIGGER, triggers.collect()),
                 (CAPTURE, captures.collect()),
                 (ENCODE, encodes.collect()),
