@@ -11,7 +11,6 @@ mod tardy;
 #[cfg(feature = "workers")]
 mod workers;
 
-
 use crate::bits::Bits;
 use crate::env::Env;
 use crate::error::{DeliverError, ModelError};
