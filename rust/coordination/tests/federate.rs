@@ -3,8 +3,8 @@
 //! shipped image that has what they need.
 #![allow(clippy::unwrap_used, reason = "a failed unwrap in a helper is that test's failure")]
 
-#[path = "../federate_support/mod.rs"]
 mod federate_support;
+#[path = "federate/needs.rs"]
 mod needs;
 
 /// Declares the dialogues of a profile, and what they drive there.
@@ -23,22 +23,22 @@ macro_rules! dialogues {
     };
 }
 
-#[path = "."]
+#[path = "federate"]
 mod all {
     dialogues!(lf_coordination::federate::All: cycles, decentralized, handshake, peers, running);
 }
 
-#[path = "."]
+#[path = "federate"]
 mod centralized {
     dialogues!(lf_testkit::profiles::Centralized: cycles, handshake, running);
 }
 
-#[path = "."]
+#[path = "federate"]
 mod decentralized {
     dialogues!(lf_testkit::profiles::Decentralized: decentralized, peers);
 }
 
-#[path = "."]
+#[path = "federate"]
 mod decentralized_source {
     dialogues!(lf_testkit::profiles::DecentralizedSource: decentralized);
 }
