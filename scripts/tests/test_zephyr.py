@@ -38,8 +38,8 @@ ALLOCATOR = re.compile(
 )
 # Parts of mangled names: SHA-256, the event loop's connections past the RTI, and traces.
 UNUSED = re.compile(
-    r"4sha2|10lf_runtime8federate(?:5peers|7inbound|8outbound|12accept_queue|9from_peer)|10lf_runtime5trace|9lf_zephyr5trace"
-    r"|lf_trace_print"
+    r"4sha2|10lf_runtime8federate(?:5peers|7inbound|8outbound|12accept_queue|9from_peer)|10lf_runtime5trace"
+    r"|9lf_zephyr5trace|lf_trace_print"
 )
 # Images of the boards that QEMU plays. Those that are the same in several deployments are built once here.
 BOARDS = BUILD / "boards"

@@ -19,8 +19,8 @@ use syn::{Attribute, Data, DataEnum, DeriveInput, Error, Fields, GenericParam, P
 ///
 /// LLVM inlines a function that is called once, and one that looks smaller than its call. Both make an image larger
 /// where the copy needs registers that its surroundings need too, as numbers of 64 bits do, which take two each. Use it
-/// only where an image becomes smaller by at least 100 bytes; what the present uses save, by the parts that they are
-/// in, is in `docs/internals/flash.md`. On a computer the function is inlined as usual, which is faster.
+/// only where images become smaller by it: what the present uses save is in `docs/internals/flash.md`. On a computer
+/// the function is inlined as usual, which is faster.
 #[proc_macro_attribute]
 pub fn outlined(_: proc_macro::TokenStream, function: proc_macro::TokenStream) -> proc_macro::TokenStream {
     let function = TokenStream::from(function);

@@ -3,7 +3,10 @@
 
 use super::{Config, Federate, config};
 use crate::federate_support::dialogue::{DOWNSTREAM, NOW, UPSTREAM, accepted, connected, drain};
-use lf_coordination::federate::{CONNECT_RETRY, CONNECT_TIME_OUT, ClockSync, ConfigError, ConnectRetry, ConnectStep, Disconnected, Event, FederateError, Phase};
+use lf_coordination::federate::{
+    CONNECT_RETRY, CONNECT_TIME_OUT, ClockSync, ConfigError, ConnectRetry, ConnectStep, Disconnected, Event,
+    FederateError, Phase,
+};
 use lf_coordination::{Deadline, FederateId};
 use lf_model::time::Interval;
 use lf_wire::{ADDRESS_PORT_UNKNOWN, Message, RejectCode, UDP_PORT_CLOCK_SYNC_OFF};

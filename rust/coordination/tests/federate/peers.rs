@@ -4,7 +4,9 @@
 use std::net::{Ipv4Addr, Ipv6Addr};
 
 use super::{Config, Federate, Profile};
-use lf_coordination::federate::{ADDRESS_RETRY, CONNECT_RETRY, CONNECT_TIME_OUT, ClockSync, Event, FederateError, Needs, Phase};
+use lf_coordination::federate::{
+    ADDRESS_RETRY, CONNECT_RETRY, CONNECT_TIME_OUT, ClockSync, Event, FederateError, Needs, Phase,
+};
 use lf_coordination::{Deadline, Endpoint, FederateId, IpAddress};
 use lf_model::time::{Instant, Interval};
 use lf_testkit::golden::Step;

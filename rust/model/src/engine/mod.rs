@@ -11,8 +11,6 @@ mod tardy;
 #[cfg(feature = "workers")]
 mod workers;
 
-use lf_derive::outlined;
-
 use crate::bits::Bits;
 use crate::env::Env;
 use crate::error::{DeliverError, ModelError};
@@ -210,7 +208,6 @@ impl<'s> Engine<'s> {
     }
 
     /// Sets the time of the first tag, and with it that of timers and timeout.
-    #[outlined]
     pub fn start(&mut self, start: Instant) {
         self.state.start = start;
         self.state.current = Tag::at(start).before();
@@ -248,7 +245,6 @@ impl<'s> Engine<'s> {
     }
 
     /// Schedules the events of other threads. Call it whenever the event loop was woken, before `next_tag`.
-    #[outlined]
     pub fn drain_physical(&mut self, program: &mut dyn Program, env: &dyn Env) {
         let mailbox = env.outside().mailbox();
         if mailbox.take_news() {
@@ -288,7 +284,6 @@ impl<'s> Engine<'s> {
     ///
     /// # Errors
     /// [`DeliverError::Full`] asks to wait, and to try again with the same message; the others are fatal.
-    #[outlined]
     pub fn deliver(
         &mut self,
         program: &mut dyn Program,

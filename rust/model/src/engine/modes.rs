@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
 //! The engine's access to modes.
-use lf_derive::outlined;
 
 use super::Engine;
 use crate::bits::Bits;
@@ -14,7 +13,6 @@ impl Engine<'_> {
     }
 
     /// Handles an event of the modes, if there are any.
-    #[outlined]
     pub(super) fn modes_at(&mut self, event: ModeEvent<'_>) {
         let Some(modes) = self.tables.modes else { return };
         let mut change = Change {

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
 //! The life of a tag: it begins, its reactions run, and it ends.
-use lf_derive::outlined;
 
 use super::{Engine, Progress};
 use crate::bits::Bits;
@@ -24,7 +23,6 @@ impl Engine<'_> {
     ///
     /// # Errors
     /// When it is not the time for this tag.
-    #[outlined]
     pub fn begin(&mut self, program: &mut dyn Program, tag: Tag) -> Result<(), ModelError> {
         if self.state.phase != Phase::BetweenTags {
             return Err(ModelError::NotReady { tag });
@@ -59,7 +57,6 @@ impl Engine<'_> {
     ///
     /// With `max_level`, only reactions below that level run, and the tag is not completed, because reactions from that
     /// level on see inputs that are not known yet. Without an open tag it returns [`Progress::Complete`].
-    #[outlined]
     pub fn advance(&mut self, program: &mut dyn Program, env: &mut dyn Env, max_level: Option<u16>) -> Progress {
         if self.state.phase != Phase::InTag {
             return self.state.error.map_or(Progress::Complete, Progress::Failed);
@@ -171,7 +168,6 @@ impl Engine<'_> {
     }
 
     /// Closes the tag: delayed connections take their values, and present values become absent.
-    #[outlined]
     fn complete(&mut self, program: &mut dyn Program, env: &dyn Env) {
         let mut from = 0;
         while let Some(port) = self.ports.first_from(from) {
@@ -196,7 +192,6 @@ impl Engine<'_> {
         }
     }
 
-    #[outlined]
     fn capture(&mut self, program: &mut dyn Program, env: &dyn Env, id: TriggerId) {
         let info = &self.tables.triggers[usize::from(id.0)];
         let (fills, tag) = match info.kind {
@@ -240,7 +235,6 @@ impl ReactionContext<'_> {
     }
 
     /// Sends the value of an output, or its absence. Returns whether it was sent, or has no receiver.
-    #[outlined]
     fn send(&mut self, program: &mut dyn Program, id: OutputId) -> bool {
         let output = &self.tables.outputs[usize::from(id.0)];
         let tag = self.state.current.delayed(output.delay);

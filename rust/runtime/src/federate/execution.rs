@@ -9,7 +9,6 @@ use core::fmt;
 
 use lf_coordination::federate::{Awaited, Coordination, Federate, Needs, Phase};
 use lf_coordination::{Deadline, to_wire};
-use lf_derive::outlined;
 #[cfg(feature = "traces")]
 use lf_model::ReactionStep;
 use lf_model::time::{Instant, Interval, Tag};
@@ -116,7 +115,6 @@ impl<'a, 's, N: Needs> Execution<'a, 's, N> {
     }
 
     /// Stores the reason why this federate cannot go on.
-    #[outlined]
     pub(super) fn fail(&mut self, error: RunError) -> Failed {
         self.failure = Some(error);
         Failed
@@ -133,7 +131,6 @@ impl<'a, 's, N: Needs> Execution<'a, 's, N> {
     }
 
     /// Starts the federation at this physical time.
-    #[outlined]
     pub(super) fn start(&mut self, start: Instant) {
         log::debug!("the federation starts");
         self.engine.start(start);
@@ -177,7 +174,6 @@ impl<'a, 's, N: Needs> Execution<'a, 's, N> {
 
     /// With centralized coordination, announces the next tag to the RTI and returns it; `None` when there is none. The
     /// earliest message that is `held` counts like those in the queues.
-    #[outlined]
     pub(super) fn announce(&mut self, now: Instant, held: Tag) -> Option<Tag> {
         let event = self.engine.next_tag();
         // In a cycle without delay others may wait for this federate at a tag at which it has no event.
@@ -206,7 +202,6 @@ impl<'a, 's, N: Needs> Execution<'a, 's, N> {
     }
 
     /// Handles that there is no event. When none can come any more, the next microstep is the last tag.
-    #[outlined]
     pub(super) fn idle(&mut self, now: Instant, held: Tag, outside: &dyn Outside, can_receive: bool) -> Advance {
         // Without an event, neither the program nor one of its threads nor another federate can make a new one.
         let has_source = self.engine.settings().keepalive || outside.mailbox().links() > 0 || can_receive;

@@ -11,7 +11,6 @@
 
 use lf_coordination::federate::{Event, FederateError, Needs};
 use lf_coordination::{Endpoint, FederateId, from_wire, to_wire};
-use lf_derive::outlined;
 use lf_model::time::{EventTag, Instant, Tag};
 use lf_model::{DeliverError, Engine};
 use lf_wire::{DecodeError, Message, MessageType};
@@ -105,7 +104,6 @@ impl<P: Platform, N: Needs> Policy for FromRti<'_, '_, '_, P, N> {
         self.handle(message)
     }
 
-    #[outlined]
     fn refuse(&mut self, bytes: &[u8], error: DecodeError) -> Failed {
         let phase = self.execution.phase();
         if let DecodeError::Unexpected { message } = error {
@@ -117,7 +115,6 @@ impl<P: Platform, N: Needs> Policy for FromRti<'_, '_, '_, P, N> {
 }
 
 impl<P: Platform, N: Needs> FromRti<'_, '_, '_, P, N> {
-    #[outlined]
     fn handle(&mut self, message: Message<'_>) -> Result<Disposition, Failed> {
         self.recording.note_received(self.platform, &message, RTI);
         let result = self.execution.machine.handle_message(self.now, message);
@@ -174,7 +171,6 @@ impl<P: Platform, N: Needs> FromRti<'_, '_, '_, P, N> {
         }
     }
 
-    #[outlined]
     fn deliver(&mut self, port: u16, tag: Tag, payload: &[u8]) -> Result<(), Failed> {
         let Execution { engine, program, .. } = &mut *self.execution;
         let start = engine.start_time();

@@ -6,7 +6,6 @@
 
 use lf_coordination::federate::{ConnectRetry, ConnectStep, Federate, FederateError, Needs};
 use lf_coordination::{Deadline, Endpoint, IpAddress};
-use lf_derive::outlined;
 use lf_model::time::{Instant, Interval};
 use lf_wire::{Limits, OutBuffer, RejectCode};
 
@@ -97,7 +96,6 @@ impl<'a, 's> Session<'a, 's> {
     ///
     /// # Errors
     /// When the time for it is over.
-    #[outlined]
     pub(super) fn establish<P: Platform>(&mut self, platform: &mut P) -> Result<bool, Failed> {
         match self.attempt {
             Attempt::Due(_) => self.attempt_again(platform).map(|()| false),
@@ -152,7 +150,6 @@ impl<'a, 's> Session<'a, 's> {
 
     /// Drops a connection over which the RTI has refused this federate because its id is in use, and tries again as
     /// long as the RTI may take to detect that a federate is gone, from the first refusal on.
-    #[outlined]
     pub(super) fn ask_again<P: Platform>(&mut self, platform: &mut P) {
         if self.refusal == Refusal::Never {
             self.retry.renew(platform.now());
@@ -178,14 +175,12 @@ impl<'a, 's> Session<'a, 's> {
     }
 
     /// Reads once, if there is something to read, for [`Receiver::next`]. Returns `true` when the connection has ended.
-    #[outlined]
     pub(super) fn fill<P: Platform>(&mut self, platform: &mut P) -> bool {
         self.receiver.resume();
         self.receiver.connection.fill(platform) == Reading::End
     }
 
     /// Moves the machine's messages into the output buffer, and writes it.
-    #[outlined]
     pub(super) fn transmit<P: Platform>(
         &mut self,
         platform: &mut P,
@@ -238,7 +233,6 @@ impl<'a, 's> Session<'a, 's> {
     ///
     /// A socket that is closed with unread bytes resets the connection, and the last messages may be lost. So the RTI's
     /// last messages are read.
-    #[outlined]
     pub(super) fn leave<P: Platform>(
         &mut self,
         platform: &mut P,

@@ -6,7 +6,6 @@
 
 use lf_coordination::Deadline;
 use lf_coordination::federate::Needs;
-use lf_derive::outlined;
 use lf_model::time::{Instant, Interval, Tag};
 use log::Level;
 
@@ -38,7 +37,6 @@ impl Waiting {
     /// start.
     ///
     /// A wait counts from its first record, but before the time of its tag a federate waits for that only.
-    #[outlined]
     pub(super) fn note(
         &mut self,
         now: Instant,
@@ -73,7 +71,6 @@ impl Waiting {
 
 /// Returns what this federate waits for, if it is not just the time: after `advance`, with `peer`, the federate that
 /// has to accept what has no room.
-#[outlined]
 pub(super) fn reason(execution: &Execution<'_, '_, impl Needs>, advance: Advance, peer: Option<u16>) -> Option<Reason> {
     let tag = execution.tag_in_question()?;
     let unknown = || execution.unknown_input(tag).map(|input| Reason::Input(tag, execution.name_of(input)));

@@ -19,8 +19,8 @@ pub fn decode<'a>(bytes: &'a [u8], limits: &Limits) -> Result<Decoded<'a>, Decod
     decode_expected(bytes, limits, |_| true)
 }
 
-/// Decodes the message at the beginning of `bytes`, if its type is expected. If the expected types are constant, there is
-/// no code for others.
+/// Decodes the message at the beginning of `bytes`, if its type is expected. If the expected types are constant, there
+/// is no code for others.
 ///
 /// # Errors
 /// Those of [`decode`]; and [`DecodeError::Unexpected`].
