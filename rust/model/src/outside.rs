@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //! The parts of a participant that other threads may use.
 use core::cell::Cell;
-use core::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
+use core::sync::atomic::{AtomicBool, AtomicUsize, Ordering, fence};
 
 use critical_section::Mutex;
 
@@ -28,15 +28,15 @@ pub trait Outside: Sync {
 #[derive(Debug)]
 pub struct Mailbox {
     pub(crate) links: AtomicUsize,
-    /// Whether the event loop has to look into the inboxes of physical actions, and at `stop`.
-    news: AtomicBool,
+    /// Whether the event loop has looked into the inboxes of physical actions, and at `stop`, since the last change.
+    seen: AtomicBool,
     stop: Mutex<Cell<Option<Instant>>>,
 }
 
 impl Mailbox {
     /// Returns an empty mailbox.
     pub const fn new() -> Self {
-        Self { links: AtomicUsize::new(0), news: AtomicBool::new(false), stop: Mutex::new(Cell::new(None)) }
+        Self { links: AtomicUsize::new(0), seen: AtomicBool::new(false), stop: Mutex::new(Cell::new(None)) }
     }
 
     /// Returns the number of living [`PhysicalLink`](crate::PhysicalLink)s: while there is one, an unfederated program
@@ -45,18 +45,22 @@ impl Mailbox {
         self.links.load(Ordering::Acquire)
     }
 
-    /// Makes the event loop look for events when it next drains them. A thread calls it after it has put one in.
+    /// Makes the event loop look for events when it next drains them. A thread calls it while the event loop cannot
+    /// take events out, and before it reads the clock.
     pub(crate) fn announce(&self) {
-        self.news.store(true, Ordering::Release);
+        self.seen.store(false, Ordering::Release);
+        // With that of `take_news`: if the event loop has read a later time than the thread will, it sees this.
+        fence(Ordering::SeqCst);
     }
 
-    /// Returns whether something was announced since the last call. What is announced from then on counts for the next
-    /// call; it may have been seen already.
+    /// Returns whether something was announced since the last call, or this is the first call. What is announced from
+    /// then on counts for the next call; it may have been seen already.
     pub(crate) fn take_news(&self) -> bool {
+        fence(Ordering::SeqCst);
         // Not a swap: nearly all calls find nothing, and then only read.
-        let has_news = self.news.load(Ordering::Acquire);
+        let has_news = !self.seen.load(Ordering::Acquire);
         if has_news {
-            self.news.store(false, Ordering::Release);
+            self.seen.store(true, Ordering::Release);
         }
         has_news
     }

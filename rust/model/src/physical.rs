@@ -83,6 +83,8 @@ impl<T: Send, const N: usize> Inbox<T> for PhysicalInbox<T, N> {
         // The value that did not fit is dropped outside the critical section, because its `drop` may be the user's
         // code.
         let rejected = critical_section::with(|cs| {
+            // Before the clock is read: an event loop that reads a later time after this then looks into the inbox.
+            outside.mailbox().announce();
             let time = outside.physical_time() + offset;
             self.0.borrow_ref_mut(cs).push_back(Posted { time, value }).err()
         });
@@ -120,7 +122,6 @@ impl<T> PhysicalActionRef<T> {
 
     pub(crate) fn post(&self, outside: &dyn Outside, value: Option<T>, offset: Offset) -> Result<(), ScheduleError> {
         self.inbox.post(outside, offset.to_interval(), value)?;
-        outside.mailbox().announce();
         outside.wake();
         Ok(())
     }
