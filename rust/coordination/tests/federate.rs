@@ -2,6 +2,7 @@
 //! Dialogues with a federate, each named after what it proves. They run with all capabilities, and in each profile of a
 //! shipped image that has what they need.
 #![allow(clippy::unwrap_used, reason = "a failed unwrap in a helper is that test's failure")]
+#![allow(clippy::duplicate_mod, reason = "each profile is a compilation of the same dialogues of its own")]
 
 mod federate_support;
 #[path = "federate/needs.rs"]
