@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Dialogues with a federate, each named after what it proves. They run with all capabilities, and in each profile of a
 //! shipped image that has what they need.
+#![allow(clippy::duplicate_mod, reason = "each profile is a compilation of the same dialogues of its own")]
 
 mod needs;
 
