@@ -55,7 +55,7 @@ impl Arguments {
     /// Parses a command line, the program's name first; values of parameters go to the program itself.
     ///
     /// # Errors
-    /// What is wrong with it, as a phrase.
+    /// The error, as a phrase.
     pub(crate) fn parse(
         line: impl IntoIterator<Item = OsString, IntoIter: 'static>,
         federated: bool,

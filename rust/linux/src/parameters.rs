@@ -62,7 +62,7 @@ impl Parameters {
     /// Sets a parameter to the next value on the command line.
     ///
     /// # Errors
-    /// What is wrong with it, as a phrase.
+    /// The error, as a phrase.
     pub(crate) fn take(&self, position: usize, parser: &mut lexopt::Parser) -> Result<(), UsageError> {
         let Parameter { name, ty, kind, .. } = self.rows[position];
         let wrong = |reason: String| UsageError(format!("--{name}: {reason}"));

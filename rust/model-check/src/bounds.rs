@@ -52,7 +52,7 @@ pub enum Fault {
     DelaysTooLong,
     /// No federate sends LTC.
     NoCompletion,
-    /// No federate sends PORT_ABSENT.
+    /// No federate sends `PORT_ABSENT`.
     NoAbsence,
     /// A federate sends a message after it has announced its next event.
     LateMessages,

@@ -7,8 +7,8 @@ use lf_model::time::Tag;
 
 use crate::bounds::Fault;
 use crate::graph::FEDERATES_MAX;
-use crate::moment::{Moment, Moments, Short, next_tag};
-use crate::words::{Broken, Down, Up};
+use crate::messages::{ToFederate, ToRti, Violation};
+use crate::small_tag::{Short, SmallTag, SmallTags, next_tag};
 use crate::world::World;
 
 /// The state of one federate.
@@ -17,13 +17,13 @@ pub(crate) struct Federate {
     /// Whether it is lost, or not part of the graph.
     pub(crate) gone: bool,
     /// Its next local event.
-    own: Option<Moment>,
+    own: Option<SmallTag>,
     /// The tags of messages that have arrived and wait for their reactions.
-    inputs: Moments,
+    inputs: SmallTags,
     /// The last completed tag.
-    completed: Option<Moment>,
+    completed: Option<SmallTag>,
     /// The open tag: reactions that may cause messages within the cycle have run, others wait.
-    open: Option<Moment>,
+    open: Option<SmallTag>,
     /// The last granted tag; a PTAG implies a grant of all tags before it.
     granted: Tag,
     provisional: Tag,
@@ -55,11 +55,11 @@ pub(crate) enum Phase {
 impl Federate {
     /// Returns a federate that has announced its first event, at the start.
     pub(crate) fn new(gone: bool) -> Self {
-        let first = Moment::FIRST;
+        let first = SmallTag::FIRST;
         Self {
             gone,
             own: (!gone).then_some(first),
-            inputs: Moments::default(),
+            inputs: SmallTags::default(),
             completed: None,
             open: None,
             granted: Tag::NEVER,
@@ -75,11 +75,11 @@ impl Federate {
     }
 
     /// Returns whether a reaction can schedule a further local event after this tag.
-    pub(crate) fn may_plan(&self, at: Moment) -> bool {
+    pub(crate) fn may_plan(&self, at: SmallTag) -> bool {
         self.is_triggered(at) && self.own.is_none_or(|own| own <= at)
     }
 
-    fn next(&self) -> Option<Moment> {
+    fn next(&self) -> Option<SmallTag> {
         match (self.own, self.inputs.first()) {
             (Some(own), Some(input)) => Some(own.min(input)),
             (own, input) => own.or(input),
@@ -87,12 +87,12 @@ impl Federate {
     }
 
     /// Returns the step that it can take by itself now, if any.
-    pub(crate) fn can_run(&self, id: usize, world: &World) -> Option<(Moment, Phase)> {
+    pub(crate) fn can_run(&self, id: usize, world: &World) -> Option<(SmallTag, Phase)> {
         if self.gone {
             return None;
         }
         let next = self.next();
-        let provisional = world.moment(self.provisional).filter(|tag| self.completed.is_none_or(|done| *tag > done));
+        let provisional = world.small_tag(self.provisional).filter(|tag| self.completed.is_none_or(|done| *tag > done));
         // It begins a provisionally granted tag even without an event, because others wait for its answer.
         let tag = self.open.or_else(|| provisional.filter(|tag| next.is_none_or(|next| *tag <= next))).or(next)?;
         if !world.has_upstream(id) || tag.tag() <= self.granted {
@@ -114,7 +114,7 @@ impl Federate {
 
     /// Returns whether something is known to be present at this tag. Otherwise no reaction runs, and the federate goes
     /// through the tag only to report that it sends nothing.
-    pub(crate) fn is_triggered(&self, at: Moment) -> bool {
+    pub(crate) fn is_triggered(&self, at: SmallTag) -> bool {
         self.own == Some(at) || self.inputs.contains(at)
     }
 
@@ -131,11 +131,11 @@ impl Federate {
     pub(crate) fn run(
         &mut self,
         id: usize,
-        (at, phase): (Moment, Phase),
+        (at, phase): (SmallTag, Phase),
         sends: u8,
-        plan: Option<Moment>,
+        plan: Option<SmallTag>,
         world: &World,
-    ) -> Vec<Up> {
+    ) -> Vec<ToRti> {
         let mut said = Vec::new();
         for (to, delay) in world.graph.downstream(id) {
             if !self.may_send(id, phase, world, to) {
@@ -144,10 +144,10 @@ impl Federate {
             let number = u8::try_from(to).unwrap_or(u8::MAX);
             if sends >> to & 1 == 1 {
                 let at = delay.after(at);
-                said.push(Up::Message { to: number, at });
+                said.push(ToRti::Message { to: number, at });
                 self.next.downstream = self.next.downstream.map(|tag| tag.min(at.tag()));
             } else if world.is_awaited(id, to) && world.bounds.fault != Some(Fault::NoAbsence) {
-                said.push(Up::Absent { to: number, at });
+                said.push(ToRti::Absent { to: number, at });
             }
         }
         match phase {
@@ -167,7 +167,7 @@ impl Federate {
         said
     }
 
-    fn complete(&mut self, id: usize, at: Moment, plan: Option<Moment>, world: &World) -> Vec<Up> {
+    fn complete(&mut self, id: usize, at: SmallTag, plan: Option<SmallTag>, world: &World) -> Vec<ToRti> {
         let mut said = Vec::new();
         self.open = None;
         self.completed = Some(at);
@@ -179,55 +179,55 @@ impl Federate {
             self.own = plan;
         }
         if (had_input || self.provisional == at.tag()) && world.bounds.fault != Some(Fault::NoCompletion) {
-            said.push(Up::Complete(at));
+            said.push(ToRti::Complete(at));
         }
         said.extend(self.announce(id, world));
         said
     }
 
     /// Handles a message from the RTI.
-    pub(crate) fn hear(&mut self, id: usize, message: Down, world: &World) -> (Vec<Up>, Option<Broken>) {
+    pub(crate) fn hear(&mut self, id: usize, message: ToFederate, world: &World) -> (Vec<ToRti>, Option<Violation>) {
         if self.gone {
             return (Vec::new(), None);
         }
         let federate = u8::try_from(id).unwrap_or(u8::MAX);
         let mut said = Vec::new();
-        let broken = match message {
-            Down::Grant(tag) => {
+        let violation = match message {
+            ToFederate::Grant(tag) => {
                 let old = tag <= self.granted || tag < self.provisional;
                 self.granted = tag.min(world.end());
-                old.then_some(Broken::OldGrant { federate, tag })
+                old.then_some(Violation::OldGrant { federate, tag })
             }
-            Down::Provisional(tag) => {
+            ToFederate::Provisional(tag) => {
                 let old = tag <= self.granted || tag <= self.provisional;
                 self.provisional = tag;
                 // No earlier message can arrive any more.
                 self.granted = self.granted.max(tag.before());
-                if let Some(past) = world.moment(tag).filter(|tag| self.completed.is_some_and(|done| *tag <= done)) {
-                    said.push(Up::Complete(past));
+                if let Some(past) = world.small_tag(tag).filter(|tag| self.completed.is_some_and(|done| *tag <= done)) {
+                    said.push(ToRti::Complete(past));
                 }
                 let needless = world.awaited(id).next().is_none();
                 needless
-                    .then_some(Broken::NeedlessProvisional { federate, tag })
-                    .or(old.then_some(Broken::OldGrant { federate, tag }))
+                    .then_some(Violation::NeedlessProvisional { federate, tag })
+                    .or(old.then_some(Violation::OldGrant { federate, tag }))
             }
-            Down::DownstreamNext(tag) => {
+            ToFederate::DownstreamNext(tag) => {
                 self.next.downstream = Some(tag);
                 if let Some(skipped) = self.next.skipped.filter(|skipped| tag < *skipped) {
                     said.extend(self.next.tell(skipped));
                 }
                 None
             }
-            Down::Message { from, tag } => {
-                let broken = self.too_late(id, from, tag, world);
-                if let (None, Some(moment)) = (broken, world.moment(tag)) {
-                    self.inputs.insert(moment);
+            ToFederate::Message { from, tag } => {
+                let violation = self.too_late(id, from, tag, world);
+                if let (None, Some(small)) = (violation, world.small_tag(tag)) {
+                    self.inputs.insert(small);
                     self.now_known(id, from, tag, world);
                     self.next.lowered(tag);
                 }
-                broken
+                violation
             }
-            Down::Absent { from, tag } => {
+            ToFederate::Absent { from, tag } => {
                 self.now_known(id, from, tag, world);
                 None
             }
@@ -235,17 +235,17 @@ impl Federate {
         if self.open.is_none() {
             said.extend(self.announce(id, world));
         }
-        (said, broken)
+        (said, violation)
     }
 
-    fn too_late(&self, id: usize, from: u8, tag: Tag, world: &World) -> Option<Broken> {
+    fn too_late(&self, id: usize, from: u8, tag: Tag, world: &World) -> Option<Violation> {
         let federate = u8::try_from(id).unwrap_or(u8::MAX);
         if tag <= self.granted || self.completed.is_some_and(|done| tag <= done.tag()) {
-            return Some(Broken::AfterGrant { federate, from, tag });
+            return Some(Violation::AfterGrant { federate, from, tag });
         }
         let from_index = usize::from(from);
         let expected = tag == self.provisional && world.is_awaited(from_index, id) && self.known[from_index] < tag;
-        (tag <= self.provisional && !expected).then_some(Broken::AfterProvisional { federate, from, tag })
+        (tag <= self.provisional && !expected).then_some(Violation::AfterProvisional { federate, from, tag })
     }
 
     fn now_known(&mut self, id: usize, from: u8, tag: Tag, world: &World) {
@@ -256,7 +256,7 @@ impl Federate {
     }
 
     /// Returns a NET for its next event, if the rules demand one.
-    fn announce(&mut self, id: usize, world: &World) -> Option<Up> {
+    fn announce(&mut self, id: usize, world: &World) -> Option<ToRti> {
         let next = next_tag(self.next());
         let needed = match self.next.downstream {
             downstream if next <= self.granted => {
@@ -290,11 +290,11 @@ impl fmt::Debug for Federate {
 }
 
 impl NextEventRules {
-    fn tell(&mut self, next: Tag) -> Option<Up> {
+    fn tell(&mut self, next: Tag) -> Option<ToRti> {
         self.skipped = None;
         let told = self.certain && self.sent == next;
         (self.sent, self.certain) = (next, true);
-        (!told).then_some(Up::Next(next))
+        (!told).then_some(ToRti::Next(next))
     }
 
     /// Notes a received message: the RTI takes its tag for the next event, if it is earlier.

@@ -6,7 +6,7 @@ use std::fmt;
 use lf_testkit::random::combine;
 use lf_wire::DELAY_NONE;
 
-use crate::moment::Moment;
+use crate::small_tag::SmallTag;
 
 /// The maximum number of federates of a graph.
 pub const FEDERATES_MAX: usize = 4;
@@ -32,12 +32,12 @@ impl Delay {
         }
     }
 
-    /// Returns the tag at which a message sent at `moment` arrives.
-    pub(crate) fn after(self, moment: Moment) -> Moment {
+    /// Returns the tag at which a message sent at this tag arrives.
+    pub(crate) fn after(self, sent: SmallTag) -> SmallTag {
         match self {
-            Self::Zero => moment,
-            Self::Microstep => Moment::new(moment.time(), moment.microstep() + 1),
-            Self::Tick => Moment::new(moment.time() + 1, 0),
+            Self::Zero => sent,
+            Self::Microstep => SmallTag::new(sent.time(), sent.microstep() + 1),
+            Self::Tick => SmallTag::new(sent.time() + 1, 0),
         }
     }
 }

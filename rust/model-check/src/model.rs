@@ -6,17 +6,17 @@ use stateright::Property;
 use crate::bounds::Bounds;
 use crate::federate::Federate;
 use crate::graph::{FEDERATES_MAX, Graph};
-use crate::moment::{Moment, next_tag};
+use crate::messages::ToRti;
 use crate::reduction;
 use crate::rti::Suspension;
+use crate::small_tag::{SmallTag, next_tag};
 use crate::state::State;
 use crate::step::Action;
-use crate::words::Up;
 use crate::world::World;
 
-/// Name of the property that no promise is broken.
-pub(crate) const SAFETY: &str = "no promise is broken";
-/// Name of the property that all events are handled.
+/// The name of the property that there is no violation.
+pub(crate) const SAFETY: &str = "no violation";
+/// The name of the property that all events are handled.
 pub(crate) const LIVENESS: &str = "every event is handled";
 
 /// All behaviors of one federation. See the [crate's description](crate).
@@ -48,9 +48,9 @@ impl stateright::Model for Model {
     fn init_states(&self) -> Vec<State> {
         let World { graph, bounds, .. } = &self.world;
         let federates = std::array::from_fn(|id| Federate::new(id >= graph.federates()));
-        let mut up: [Vec<Up>; FEDERATES_MAX] = Default::default();
+        let mut up: [Vec<ToRti>; FEDERATES_MAX] = Default::default();
         for up in &mut up[..graph.federates()] {
-            up.push(Up::Next(next_tag(Some(Moment::FIRST))));
+            up.push(ToRti::Next(next_tag(Some(SmallTag::FIRST))));
         }
         let rti = Suspension::started(graph, bounds);
         vec![State {
@@ -61,12 +61,12 @@ impl stateright::Model for Model {
             own_events_left: bounds.own_events_max,
             messages_left: bounds.messages_max,
             losses_left: bounds.losses_max,
-            broken: None,
+            violation: None,
         }]
     }
 
     fn actions(&self, state: &State, actions: &mut Vec<Action>) {
-        if state.broken.is_none() {
+        if state.violation.is_none() {
             reduction::actions(&self.world, state, actions);
         }
     }
@@ -85,7 +85,7 @@ impl stateright::Model for Model {
                         down.extend(said);
                     }
                 }
-                next.broken = outlet.broken;
+                next.violation = outlet.violation;
                 return Some(next);
             }
             _ => state.clone(),
@@ -94,9 +94,9 @@ impl stateright::Model for Model {
             Action::Hear(id) => {
                 let id = usize::from(id);
                 let message = state.down[id].remove(0);
-                let (said, broken) = state.federates[id].hear(id, message, &self.world);
+                let (said, violation) = state.federates[id].hear(id, message, &self.world);
                 state.up[id].extend(said);
-                state.broken = broken;
+                state.violation = violation;
             }
             Action::Run { federate, sends, plan } => {
                 let id = usize::from(federate);
@@ -110,7 +110,7 @@ impl stateright::Model for Model {
                 let id = usize::from(id);
                 state.federates[id] = Federate::new(true);
                 state.down[id].clear();
-                state.up[id].push(Up::End);
+                state.up[id].push(ToRti::End);
                 state.losses_left -= 1;
             }
             Action::Rti(_) => return None,
@@ -120,8 +120,8 @@ impl stateright::Model for Model {
 
     fn properties(&self) -> Vec<Property<Self>> {
         vec![
-            Property::always(SAFETY, |_, state: &State| state.broken.is_none()),
-            Property::eventually(LIVENESS, |_, state: &State| state.broken.is_some() || state.is_done()),
+            Property::always(SAFETY, |_, state: &State| state.violation.is_none()),
+            Property::eventually(LIVENESS, |_, state: &State| state.violation.is_some() || state.is_done()),
         ]
     }
 }

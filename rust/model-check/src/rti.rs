@@ -14,8 +14,8 @@ use lf_wire::Message;
 
 use crate::bounds::{Bounds, Fault};
 use crate::graph::{Delay, Graph};
-use crate::moment::START;
-use crate::words::{Broken, Down, Up};
+use crate::messages::{ToFederate, ToRti, Violation};
+use crate::small_tag::START;
 
 const FEDERATION_ID: &[u8] = b"model";
 /// Messages carry no payload, because the RTI does not look at it.
@@ -103,22 +103,22 @@ impl Suspension {
 
     /// Lets the RTI read the next message of a federate. Returns `None` if the message has to wait, else the RTI's new
     /// state and the messages that it sent.
-    pub(crate) fn hear(&self, from: usize, message: Up, bounds: &Bounds) -> Option<(Self, Collected)> {
+    pub(crate) fn hear(&self, from: usize, message: ToRti, bounds: &Bounds) -> Option<(Self, Collected)> {
         let mut contents = Contents::clone(&self.contents);
         let mut outlet = Collected::new(contents.memory.federates());
         let bytes = match message {
-            Up::Next(tag) => encoded(&Message::NextEventTag(to_wire(tag))),
-            Up::Complete(at) => encoded(&Message::LatestTagComplete(to_wire(at.tag()))),
-            Up::Message { to, at } => encoded(&Message::TaggedMessage {
+            ToRti::Next(tag) => encoded(&Message::NextEventTag(to_wire(tag))),
+            ToRti::Complete(at) => encoded(&Message::LatestTagComplete(to_wire(at.tag()))),
+            ToRti::Message { to, at } => encoded(&Message::TaggedMessage {
                 port: number(from),
                 federate: to.into(),
                 tag: to_wire(at.tag()),
                 payload: &[],
             }),
-            Up::Absent { to, at } => {
+            ToRti::Absent { to, at } => {
                 encoded(&Message::PortAbsent { port: number(from), federate: to.into(), tag: to_wire(at.tag()) })
             }
-            Up::End => {
+            ToRti::End => {
                 contents.with(bounds, |rti| rti.handle_disconnect(NOW, ConnectionId(from), &mut outlet));
                 return Some((contents.suspend(), outlet));
             }
@@ -129,7 +129,7 @@ impl Suspension {
             // Nothing has changed, so this is no step.
             Verdict::Held(_) | Verdict::HeldReadOn(_) => None,
             Verdict::Consumed(_) | Verdict::Incomplete(_) | Verdict::Blocked(_) | Verdict::Closed => {
-                outlet.broken = Some(Broken::Refused { from: from.try_into().unwrap_or(u8::MAX) });
+                outlet.violation = Some(Violation::Refused { from: from.try_into().unwrap_or(u8::MAX) });
                 Some((contents.suspend(), outlet))
             }
         }
@@ -158,13 +158,13 @@ impl std::fmt::Debug for Suspension {
 
 /// The messages of the RTI to each federate.
 pub(crate) struct Collected {
-    pub(crate) said: Vec<Vec<Down>>,
-    pub(crate) broken: Option<Broken>,
+    pub(crate) said: Vec<Vec<ToFederate>>,
+    pub(crate) violation: Option<Violation>,
 }
 
 impl Collected {
     fn new(federates: usize) -> Self {
-        Self { said: vec![Vec::new(); federates], broken: None }
+        Self { said: vec![Vec::new(); federates], violation: None }
     }
 }
 
@@ -176,11 +176,11 @@ impl Outlet for Collected {
     fn send(&mut self, ConnectionId(to): ConnectionId, message: &Message<'_>) {
         let sender = |port: u16| u8::try_from(port).unwrap_or(u8::MAX);
         let said = match *message {
-            Message::TagGrant(tag) => Down::Grant(from_wire(tag)),
-            Message::ProvisionalTagGrant(tag) => Down::Provisional(from_wire(tag)),
-            Message::DownstreamNextEventTag(tag) => Down::DownstreamNext(from_wire(tag)),
-            Message::TaggedMessage { port, tag, .. } => Down::Message { from: sender(port), tag: from_wire(tag) },
-            Message::PortAbsent { port, tag, .. } => Down::Absent { from: sender(port), tag: from_wire(tag) },
+            Message::TagGrant(tag) => ToFederate::Grant(from_wire(tag)),
+            Message::ProvisionalTagGrant(tag) => ToFederate::Provisional(from_wire(tag)),
+            Message::DownstreamNextEventTag(tag) => ToFederate::DownstreamNext(from_wire(tag)),
+            Message::TaggedMessage { port, tag, .. } => ToFederate::Message { from: sender(port), tag: from_wire(tag) },
+            Message::PortAbsent { port, tag, .. } => ToFederate::Absent { from: sender(port), tag: from_wire(tag) },
             // The handshake is the same for all.
             _ => return,
         };
@@ -190,16 +190,16 @@ impl Outlet for Collected {
     fn half_close(&mut self, _: ConnectionId) {}
 
     fn close(&mut self, ConnectionId(of): ConnectionId) {
-        self.broken = Some(Broken::Expelled { federate: of.try_into().unwrap_or(u8::MAX) });
+        self.violation = Some(Violation::Expelled { federate: of.try_into().unwrap_or(u8::MAX) });
     }
 
     fn log(&mut self, event: RtiEvent<'_>) {
         match event {
             RtiEvent::InTransitFull(federate) => {
-                self.broken = Some(Broken::InTransitFull { federate: federate.0.try_into().unwrap_or(u8::MAX) });
+                self.violation = Some(Violation::InTransitFull { federate: federate.0.try_into().unwrap_or(u8::MAX) });
             }
             RtiEvent::Late { to, .. } => {
-                self.broken = Some(Broken::CalledLate { federate: to.0.try_into().unwrap_or(u8::MAX) });
+                self.violation = Some(Violation::CalledLate { federate: to.0.try_into().unwrap_or(u8::MAX) });
             }
             _ => {}
         }

@@ -5,8 +5,8 @@ use std::fmt;
 
 use crate::federate::Federate;
 use crate::graph::FEDERATES_MAX;
+use crate::messages::{ToFederate, ToRti, Violation};
 use crate::rti::Suspension;
-use crate::words::{Broken, Down, Up};
 
 /// One state.
 #[derive(Clone, PartialEq, Eq, Hash)]
@@ -14,22 +14,22 @@ pub struct State {
     pub(crate) rti: Suspension,
     pub(crate) federates: [Federate; FEDERATES_MAX],
     /// The messages to the RTI, in order.
-    pub(crate) up: [Vec<Up>; FEDERATES_MAX],
+    pub(crate) up: [Vec<ToRti>; FEDERATES_MAX],
     /// The messages from the RTI, in order.
-    pub(crate) down: [Vec<Down>; FEDERATES_MAX],
+    pub(crate) down: [Vec<ToFederate>; FEDERATES_MAX],
     /// The local events that the federates can still schedule.
     pub(crate) own_events_left: u8,
     /// The messages that they can still send.
     pub(crate) messages_left: u8,
     /// The losses that can still occur.
     pub(crate) losses_left: u8,
-    pub(crate) broken: Option<Broken>,
+    pub(crate) violation: Option<Violation>,
 }
 
 impl State {
     /// Returns the first violation on the path to this state.
-    pub fn broken(&self) -> Option<Broken> {
-        self.broken
+    pub fn violation(&self) -> Option<Violation> {
+        self.violation
     }
 
     /// Returns whether no work is left: no event, and no message in transit.
@@ -47,8 +47,8 @@ impl fmt::Debug for State {
                 writeln!(f, "  to the RTI: {:?}, from it: {:?}", self.up[id], self.down[id])?;
             }
         }
-        if let Some(broken) = self.broken {
-            writeln!(f, "broken: {broken:?}")?;
+        if let Some(violation) = self.violation {
+            writeln!(f, "violation: {violation:?}")?;
         }
         Ok(())
     }

@@ -5,7 +5,7 @@ use std::fmt;
 
 use crate::federate::Phase;
 use crate::graph::{Delay, FEDERATES_MAX};
-use crate::moment::Moment;
+use crate::small_tag::SmallTag;
 use crate::state::State;
 use crate::world::World;
 
@@ -23,7 +23,7 @@ pub enum Action {
         /// The federates that get a message, as bits.
         sends: u8,
         /// The next local event that it schedules.
-        plan: Option<Moment>,
+        plan: Option<SmallTag>,
     },
     /// A federate is lost: its connection ends.
     Lose(u8),

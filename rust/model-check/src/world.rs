@@ -5,7 +5,7 @@ use lf_model::time::Tag;
 
 use crate::bounds::Bounds;
 use crate::graph::{Delay, FEDERATES_MAX, Graph};
-use crate::moment::{Moment, START};
+use crate::small_tag::{START, SmallTag};
 
 /// A federation without its state.
 #[derive(Clone, Debug)]
@@ -35,21 +35,21 @@ impl World {
         self.ranks[id]
     }
 
-    /// Returns this tag as a moment, if it is within the bounds.
-    pub(crate) fn moment(&self, tag: Tag) -> Option<Moment> {
+    /// Returns this tag as a small tag, if it is within the bounds.
+    pub(crate) fn small_tag(&self, tag: Tag) -> Option<SmallTag> {
         let Bounds { time_max, microstep_max, .. } = self.bounds;
         let time = u8::try_from(tag.time.as_nanos().checked_sub(START.as_nanos())?).ok()?;
         let microstep = u8::try_from(tag.microstep.0).ok()?;
-        (time <= time_max && microstep <= microstep_max).then(|| Moment::new(time, microstep))
+        (time <= time_max && microstep <= microstep_max).then(|| SmallTag::new(time, microstep))
     }
 
     /// Returns the tag that stands for all tags beyond the bounds, which are equivalent.
     pub(crate) fn end(&self) -> Tag {
-        Moment::new(self.bounds.time_max + 1, 0).tag()
+        SmallTag::new(self.bounds.time_max + 1, 0).tag()
     }
 
     /// Returns the tag at which a message sent at `at` arrives, if it is within the bounds.
-    pub(crate) fn arrival(&self, delay: Delay, at: Moment) -> Option<Moment> {
+    pub(crate) fn arrival(&self, delay: Delay, at: SmallTag) -> Option<SmallTag> {
         let within = match delay {
             Delay::Zero => true,
             Delay::Microstep => at.microstep() < self.bounds.microstep_max,

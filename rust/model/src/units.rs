@@ -58,7 +58,7 @@ impl fmt::Display for TimeError<'_> {
 /// Converts a number of units to nanoseconds, `("1.5", "ms")`; fractions of a nanosecond are cut off.
 ///
 /// # Errors
-/// What is wrong with one of the two, or with both together.
+/// The error of one of the two, or of both together.
 pub fn nanoseconds<'a>(number: &'a str, unit: &'a str) -> Result<i64, TimeError<'a>> {
     let (whole, fraction) = number.split_once('.').unwrap_or((number, ""));
     if whole.is_empty() || !whole.bytes().chain(fraction.bytes()).all(|byte| byte.is_ascii_digit()) {

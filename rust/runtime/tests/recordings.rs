@@ -127,8 +127,8 @@ impl Tester {
         frame.bytes.fill_with(time.to_le_bytes())
     }
 
-    /// Receives a frame. The recorded federate is of LF 0.12. In 0.13, and in our federate, one more byte says whether a
-    /// federate is transient; that byte is not compared.
+    /// Receives a frame. The recorded federate is of LF 0.12. In 0.13, and in our federate, one more byte says whether
+    /// a federate is transient; that byte is not compared.
     fn receive(&mut self, frame: &Frame, at: &str) {
         const ADVERTISEMENT: u8 = 15;
         const WITH_KIND: [u8; 2] = [13, 16];

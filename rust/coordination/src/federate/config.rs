@@ -174,7 +174,7 @@ impl<'a, N: Needs> Config<'a, N> {
     /// Checks that a federate can work with this configuration.
     ///
     /// # Errors
-    /// What is wrong, in a sentence.
+    /// The invalid setting, in a sentence.
     pub fn check(&self) -> Result<(), ConfigError> {
         if self.federation_id.len() > FEDERATION_ID_BYTES_MAX {
             return Err(ConfigError::FederationIdTooLong { bytes: self.federation_id.len() });

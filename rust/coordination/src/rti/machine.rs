@@ -50,7 +50,7 @@ impl<'s> Rti<'s> {
     /// Returns an RTI for as many federates as the storage has slots.
     ///
     /// # Errors
-    /// What is wrong with the configuration or with the storage, in a sentence.
+    /// The error of the configuration or of the storage, in a sentence.
     pub fn new(config: Config<'s>, storage: RtiStorage<'s>) -> Result<Self, SetupError> {
         config.check()?;
         storage.check()?;

@@ -116,10 +116,7 @@ impl fmt::Display for Violation {
                 write!(f, "f{federate} was granted {granted} after {before}")
             }
             Self::Deadlock { waiting, now_ns } => {
-                write!(
-                    f,
-                    "at {now_ns} ns no participant can go on, and these wait (0 is the RTI, 1 is f0): {waiting:?}"
-                )
+                write!(f, "at {now_ns} ns nothing can run, and these wait (0 is the RTI, 1 is f0): {waiting:?}")
             }
             Self::NoEnd { running, now_ns, turns } => {
                 write!(f, "at {now_ns} ns, after {turns} turns, these still run (0 is the RTI, 1 is f0): {running:?}")

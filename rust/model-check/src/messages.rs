@@ -5,26 +5,26 @@ use std::fmt;
 
 use lf_model::time::Tag;
 
-use crate::moment::{Moment, Short};
+use crate::small_tag::{Short, SmallTag};
 
 /// A message of a federate to the RTI.
 #[derive(Clone, Copy, PartialEq, Eq, Hash)]
-pub(crate) enum Up {
+pub(crate) enum ToRti {
     /// NET.
     Next(Tag),
     /// LTC.
-    Complete(Moment),
+    Complete(SmallTag),
     /// A tagged message.
-    Message { to: u8, at: Moment },
+    Message { to: u8, at: SmallTag },
     /// `PORT_ABSENT`.
-    Absent { to: u8, at: Moment },
+    Absent { to: u8, at: SmallTag },
     /// The connection has ended.
     End,
 }
 
 /// A message of the RTI to a federate.
 #[derive(Clone, Copy, PartialEq, Eq, Hash)]
-pub(crate) enum Down {
+pub(crate) enum ToFederate {
     /// TAG.
     Grant(Tag),
     /// PTAG.
@@ -39,7 +39,7 @@ pub(crate) enum Down {
 
 /// A violation of the protocol.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub enum Broken {
+pub enum Violation {
     /// A message came for a tag that its receiver had been granted.
     AfterGrant {
         /// The receiver.
@@ -94,7 +94,7 @@ pub enum Broken {
     },
 }
 
-impl fmt::Debug for Up {
+impl fmt::Debug for ToRti {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::Next(tag) => write!(f, "NET {:?}", Short(*tag)),
@@ -106,7 +106,7 @@ impl fmt::Debug for Up {
     }
 }
 
-impl fmt::Debug for Down {
+impl fmt::Debug for ToFederate {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::Grant(tag) => write!(f, "TAG {:?}", Short(*tag)),

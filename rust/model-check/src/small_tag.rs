@@ -11,9 +11,9 @@ const MICROSTEPS: u8 = 4;
 
 /// A tag within the bounds. Later ones are greater.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
-pub struct Moment(u8);
+pub struct SmallTag(u8);
 
-impl Moment {
+impl SmallTag {
     /// The first tag.
     pub const FIRST: Self = Self(0);
 
@@ -42,13 +42,13 @@ impl Moment {
     }
 }
 
-impl std::fmt::Debug for Moment {
+impl std::fmt::Debug for SmallTag {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         write!(f, "({}, {})", self.time(), self.microstep())
     }
 }
 
-/// A tag in readable form: as a moment, if it is near one.
+/// A tag in readable form: relative to the start.
 #[derive(Clone, Copy)]
 pub(crate) struct Short(pub(crate) Tag);
 
@@ -65,36 +65,36 @@ impl std::fmt::Debug for Short {
 
 /// A set of tags.
 #[derive(Clone, Copy, Default, PartialEq, Eq, Hash)]
-pub(crate) struct Moments(u16);
+pub(crate) struct SmallTags(u16);
 
-impl Moments {
-    pub(crate) fn insert(&mut self, moment: Moment) {
-        self.0 |= moment.bit();
+impl SmallTags {
+    pub(crate) fn insert(&mut self, tag: SmallTag) {
+        self.0 |= tag.bit();
     }
 
     /// Removes a tag, and returns whether it was in the set.
-    pub(crate) fn remove(&mut self, moment: Moment) -> bool {
-        let there = self.0 & moment.bit() != 0;
-        self.0 &= !moment.bit();
+    pub(crate) fn remove(&mut self, tag: SmallTag) -> bool {
+        let there = self.0 & tag.bit() != 0;
+        self.0 &= !tag.bit();
         there
     }
 
-    pub(crate) fn contains(self, moment: Moment) -> bool {
-        self.0 & moment.bit() != 0
+    pub(crate) fn contains(self, tag: SmallTag) -> bool {
+        self.0 & tag.bit() != 0
     }
 
-    pub(crate) fn first(self) -> Option<Moment> {
-        (self.0 != 0).then(|| Moment(u8::try_from(self.0.trailing_zeros()).unwrap_or(u8::MAX)))
+    pub(crate) fn first(self) -> Option<SmallTag> {
+        (self.0 != 0).then(|| SmallTag(u8::try_from(self.0.trailing_zeros()).unwrap_or(u8::MAX)))
     }
 }
 
-impl std::fmt::Debug for Moments {
+impl std::fmt::Debug for SmallTags {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        f.debug_list().entries((0..16).map(Moment).filter(|moment| self.0 & moment.bit() != 0)).finish()
+        f.debug_list().entries((0..16).map(SmallTag).filter(|tag| self.0 & tag.bit() != 0)).finish()
     }
 }
 
 /// Returns the tag to announce for a next event; FOREVER without one, because NEVER would mean unknown.
-pub(crate) fn next_tag(next: Option<Moment>) -> Tag {
-    next.map_or(Tag::FOREVER, Moment::tag)
+pub(crate) fn next_tag(next: Option<SmallTag>) -> Tag {
+    next.map_or(Tag::FOREVER, SmallTag::tag)
 }
