@@ -8,6 +8,7 @@
 //!
 //! One thread runs an event loop, and one program is in a process: its ports are C's global variables.
 #![no_std]
+#![expect(unsafe_code, reason = "bodies and cells in C; each block says why it is sound")]
 
 mod api;
 mod ffi;

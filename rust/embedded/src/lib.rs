@@ -6,7 +6,6 @@
 //! declares the program of an image with [`run!`], and supplies its settings: the federation to join, the RTI's
 //! address, and the minimum sizes of buffers.
 #![no_std]
-#![deny(unsafe_code)]
 
 #[cfg(test)]
 extern crate std;

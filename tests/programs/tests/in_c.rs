@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Bodies in C run by the model's engine, with C's API.
 #![allow(clippy::unwrap_used, reason = "a failed unwrap in a helper is that test's failure")]
+#![expect(unsafe_code, reason = "the bodies' notes are C's")]
 
 use std::ffi::{CStr, c_char};
 
