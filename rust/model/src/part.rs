@@ -15,8 +15,8 @@ pub enum Part {
 }
 
 impl Part {
-    /// Returns the part that runs at this logical time: a handler of tardy inputs has no deadline. Only a deadline needs
-    /// physical time.
+    /// Returns the part that runs at this logical time: a handler of tardy inputs has no deadline, and only a deadline
+    /// needs physical time.
     pub(crate) fn of(info: &ReactionInfo, tardy: bool, time: Instant, physical_time: impl FnOnce() -> Instant) -> Self {
         if tardy && info.tardy {
             return Self::Tardy;

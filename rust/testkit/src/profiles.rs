@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! What the federates of shipped images need: tests run in each of these profiles, and not only with all capabilities.
+//! The needs of the federates of shipped images: tests run in each of these profiles, and not only with all capabilities.
 
 use lf_coordination::federate::Needs;
 

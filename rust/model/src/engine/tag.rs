@@ -85,7 +85,7 @@ impl Engine<'_> {
             mode: None,
             env,
         };
-        // A reaction triggers only reactions of higher levels, so that no ready reaction is before one that has run.
+        // A reaction triggers only later ones, except in modes that are not active, so the search goes on where it was.
         let mut from = 0;
         while let Some(first) = ctx.ready.first_from(from) {
             from = first;
@@ -122,7 +122,10 @@ impl Engine<'_> {
                 return Progress::Complete;
             }
         }
-        debug_assert!(ctx.ready.first_from(0).is_none(), "a reaction has triggered one that is before it");
+        while let Some(inactive) = ctx.ready.pop_first() {
+            let runs = ctx.tables.runs(self.modes, ReactionId(inactive), ctx.state.is_last());
+            debug_assert!(!runs, "a reaction has triggered one that is before it");
+        }
         max_level.map_or(Progress::Complete, |level| Progress::LevelLimit { level })
     }
 
