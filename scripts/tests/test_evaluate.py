@@ -190,7 +190,7 @@ def test_a_report_without_its_libraries_says_what_to_install_before_it_measures(
 @pytest.mark.parametrize(
     ("arguments", "words"),
     [
-        (["--only", "weather"], "choose from 'latency', 'throughput'"),
+        (["--only", "weather"], "choose from 'engine', 'latency'"),
         (["--only", "pins"], "needs a --recording"),
         (["--only", "pins", "--recording", "nothing"], "cannot be started: No such file"),
         (["--from", "results.json"], "--from needs --report FOLDER"),

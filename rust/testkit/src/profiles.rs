@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! The needs of the federates of shipped images: tests run in each of these profiles, and not only with all capabilities.
+//! The needs of the federates of shipped images. Tests run in each of these profiles, and not only with all needs.
 
 use lf_coordination::federate::Needs;
 

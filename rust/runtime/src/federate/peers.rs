@@ -259,7 +259,7 @@ impl<'a, 's, N: Needs> Peers<'a, 's, N> {
 
     /// Returns whether another federate can still send something directly.
     pub(super) fn can_receive(&self) -> bool {
-        self.senders().next().is_some()
+        N::PEERS_IN && self.senders().next().is_some()
     }
 
     /// Returns whether a message for an earlier tag than this is incomplete. See [`Inbound::awaits_rest_before`].
