@@ -40,6 +40,8 @@ pub(super) struct NetRules<N> {
     /// The last DNET.
     dnet: Tag,
     any_dnet: bool,
+    /// Whether a NET has been transmitted. Until then an RTI may take the start for this federate's next event.
+    any_net: bool,
     /// The last NET that was due, or the RTI's version of it: it lowers a NET when it forwards an earlier message.
     sent: Tag,
     /// The NET that the RTI knows for certain to be the last one: transmitted, and not lowered.
@@ -63,6 +65,7 @@ impl<N: Needs> NetRules<N> {
             granted: Tag::NEVER,
             dnet: Tag::NEVER,
             any_dnet: false,
+            any_net: false,
             sent: Tag::NEVER,
             announced: None,
             due: None,
@@ -117,6 +120,11 @@ impl<N: Needs> NetRules<N> {
         self.sent == tag
     }
 
+    /// Returns whether the RTI knows a NET of this federate.
+    pub(super) fn any_net(&self) -> bool {
+        self.any_net
+    }
+
     /// Returns the NET to be transmitted.
     pub(super) fn due(&self) -> Option<Tag> {
         self.due
@@ -125,6 +133,7 @@ impl<N: Needs> NetRules<N> {
     /// Records that the NET has been transmitted.
     pub(super) fn transmitted(&mut self) {
         self.announced = self.due.take();
+        self.any_net = true;
         self.unannounced = self.unannounced.filter(|at| self.announced <= Some(*at));
     }
 

@@ -257,9 +257,13 @@ impl<N: Needs> Tags<N> {
     /// stock federate takes such an old absence for an absence at the later tag. It does not announce such bounds
     /// itself, but has an event there. No federate waits longer because of this: the event at `tag` cannot be granted
     /// before the earlier tag.
+    ///
+    /// The first NET goes out in any case. LF 0.13's RTI takes the start for the next event of a federate that has
+    /// announced nothing, so it may demand the start of this federate alone, and what this one waits for there would
+    /// never come.
     fn owes_tag_before(&self, tag: Tag) -> bool {
         let bound = self.bound.filter(|bound| self.net.is_last(*bound) && !self.net.allows(*bound));
-        N::CYCLES && self.demanded_tag().or(bound).is_some_and(|owed| owed < tag)
+        N::CYCLES && self.net.any_net() && self.demanded_tag().or(bound).is_some_and(|owed| owed < tag)
     }
 
     /// Returns the tag before which no physical action can cause an output, if that is earlier than the next event.

@@ -78,6 +78,19 @@ fn a_provisional_grant_calls_the_federate_to_its_tag() {
     assert_eq!(drain(&mut federate), [], "the RTI knows the next event");
 }
 
+/// LF 0.13's RTI demands the start of a federate that has announced nothing yet. The other federate of the cycle, whose
+/// next event is later, has nothing to say there.
+#[test]
+fn the_first_net_is_sent_though_a_provisional_grant_demands_an_earlier_tag() {
+    let mut federate = running();
+    provisional(&mut federate, Tag::at(START));
+    federate.next_event(NOW, ms(1));
+    assert_eq!(drain(&mut federate), [net(ms(1))]);
+    federate.begin(Tag::at(START)).unwrap();
+    provisional(&mut federate, ms(1));
+    assert_eq!(federate.granted(), ms(1).before(), "nothing more comes at the start");
+}
+
 #[test]
 fn a_later_provisional_grant_ends_the_wait_within_an_earlier_tag() {
     let mut federate = running();
