@@ -41,8 +41,14 @@ pub(crate) fn clippy(repository: &Path, report: &mut Report) {
     report.check("clippy", passed);
 }
 
-/// Runs all tests of the workspace.
+/// Runs all tests of the workspace. Twice as many run at once as there are processors, because those that take longest
+/// run federations, which wait for their start and for physical time.
 pub(crate) fn test(repository: &Path, report: &mut Report) {
-    let (succeeded, output) = process::teed(process::cargo(repository).args(["test", "--workspace", "--no-fail-fast"]));
+    let mut command = process::cargo(repository);
+    if std::env::var_os("RUST_TEST_THREADS").is_none() {
+        let processors = std::thread::available_parallelism().map_or(1, usize::from);
+        command.env("RUST_TEST_THREADS", (2 * processors).to_string());
+    }
+    let (succeeded, output) = process::teed(command.args(["test", "--workspace", "--no-fail-fast"]));
     report.runner("host", succeeded, Counts::from_cargo_test(&output));
 }
