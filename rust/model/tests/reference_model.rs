@@ -19,7 +19,7 @@ use crate::reference::program::RandomProgram;
 use crate::reference::{
     ACTIONS, AT_INPUTS, ActionPlan, INPUTS, Outcome, PORTS, Plan, QUEUE_CAPACITY, START, TIMERS, TagPair, Told,
 };
-use lf_model::{Engine, InputId, Instant, Interval, Microstep, Progress, Settings, Storage, Tag};
+use lf_model::{Engine, EngineStorage, InputId, Instant, Interval, Microstep, Progress, Settings, Storage, Tag};
 use lf_testkit::host::{Clock, Host};
 use proptest::prelude::*;
 
@@ -45,7 +45,7 @@ struct Run {
 impl Run {
     fn new(plan: &Plan) -> Self {
         let program = RandomProgram::new(plan.clone());
-        let storage: &'static mut Storage<16, 1, 1, 1> = Box::leak(Box::default());
+        let storage: &'static mut Storage<16, 1, 1, 1> = Box::leak(Box::new(EngineStorage::new()));
         assert_eq!(program.tables.triggers.len(), 16, "the storage is that of the tables");
         let settings = Settings { timeout: plan.timeout.map(Interval::from_nanos), ..Settings::DEFAULT };
         let mut engine = Engine::new(program.tables, storage, settings);

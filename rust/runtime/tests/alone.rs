@@ -4,7 +4,7 @@
 use crate::support::federation::{PORT, Plan, RTI, edge, federation_of};
 use crate::support::node::{Behavior, Node, NodeStorage};
 use lf_model::time::Interval;
-use lf_model::{Engine, Program as _, Settings};
+use lf_model::{Engine, EngineStorage as _, Program as _, Settings};
 use lf_runtime::platform::Endpoint;
 use lf_runtime::{Buffers, FederateLoop, Join, RunError, UnfederatedLoop};
 use lf_testkit::network::address_of;

@@ -444,7 +444,7 @@ impl<O: Outlet, N: Needs> Env for TagEnv<'_, '_, O, N> {
 #[cfg(test)]
 mod tests {
     use lf_coordination::federate::{All, AwaitedInput, Config};
-    use lf_model::{PortId, PortInfo, Settings, Storage, Tables, TriggerInfo, TriggerKind};
+    use lf_model::{EngineStorage as _, PortId, PortInfo, Settings, Storage, Tables, TriggerInfo, TriggerKind};
 
     use super::*;
 

@@ -8,7 +8,7 @@ use lf_coordination::Deadline;
 use lf_coordination::heap::{Growing, Memory, Sizes};
 use lf_coordination::rti::{AfterLoss, ClockSync as RtiClockSync, Config, Outcome, RtiEvent, START_REPORT, SetupError};
 use lf_model::time::{Interval, Tag};
-use lf_model::{Engine, Settings};
+use lf_model::{Engine, EngineStorage as _, Settings};
 use lf_runtime::platform::{Endpoint, Interest, IpAddress, Platform as _, SocketId, Transfer};
 use lf_runtime::trace::{Record, Recording};
 use lf_runtime::{

@@ -127,9 +127,9 @@ fn main(
          const LINES: &[Lines] = &[\n{rows}];\n"
     ));
     let call = if let Some(parameters) = parameters {
-        quote!(lf::main_with(#parameters, &DESCRIPTION, #owner::new, Storage::new))
+        quote!(lf::main_with::<_, Storage>(#parameters, &DESCRIPTION, #owner::new))
     } else {
-        quote!(lf::main(&DESCRIPTION, #owner::new, Storage::new))
+        quote!(lf::main::<_, Storage>(&DESCRIPTION, #owner::new))
     };
     let tokens = quote! {
         #![doc = #about]
