@@ -17,7 +17,11 @@ pub struct Port {
 
 impl Port {
     /// Returns the port with this number.
-    pub const fn new(id: PortId) -> Self {
+    ///
+    /// # Panics
+    /// When C has no such port.
+    pub fn new(id: PortId) -> Self {
+        assert!(ffi::lf_c_has_port(id.0), "C has no port {}", id.0);
         Self { id }
     }
 
@@ -79,6 +83,12 @@ impl Port {
     }
 }
 
+/// Returns the id of a queue, which C has.
+fn queued(id: TriggerId) -> TriggerId {
+    assert!(ffi::lf_c_has_trigger(id.0), "C has no queue {}", id.0);
+    id
+}
+
 /// Sets a port to the value of another one, if that has one: a connection in a mode.
 pub fn copy(ctx: &mut ReactionContext<'_>, from: &Port, to: &mut Port) {
     if from.is_present() {
@@ -98,8 +108,11 @@ pub struct QueuedPort<const N: usize> {
 
 impl<const N: usize> QueuedPort<N> {
     /// Returns an empty queue; the ids are those of the port that it fills and of its own.
-    pub const fn new(port: PortId, trigger: TriggerId) -> Self {
-        Self { port: Port::new(port), trigger, queue: model::QueuedPort::new(port) }
+    ///
+    /// # Panics
+    /// When C has no such port or queue.
+    pub fn new(port: PortId, trigger: TriggerId) -> Self {
+        Self { port: Port::new(port), trigger: queued(trigger), queue: model::QueuedPort::new(port) }
     }
 
     /// Takes the value of the connection's source, to arrive at `tag` or, when another one does, a microstep later.
@@ -162,8 +175,11 @@ pub struct TardyInput<const N: usize> {
 
 impl<const N: usize> TardyInput<N> {
     /// Returns an empty queue; the ids are those of the port that it fills and of its own.
-    pub const fn new(port: PortId, trigger: TriggerId) -> Self {
-        Self { port: Port::new(port), trigger, queue: model::TardyInput::new(port) }
+    ///
+    /// # Panics
+    /// When C has no such port or queue.
+    pub fn new(port: PortId, trigger: TriggerId) -> Self {
+        Self { port: Port::new(port), trigger: queued(trigger), queue: model::TardyInput::new(port) }
     }
 
     /// Takes a message from another federate, to take effect at `tag`; see [`model::TardyInput::deliver_tardy`].

@@ -4,6 +4,8 @@
 //! It runs in two steps, because a federate in the same image must find it listening: [`ImageRti::listen`], then
 //! [`ImageRti::run`], perhaps from another thread.
 
+use core::mem;
+
 pub use lf_coordination::rti::ClockSync;
 use lf_coordination::rti::{
     AfterLoss, Config, Connection, Node, Outcome, PathWords, RtiEvent, RtiStorage, START_REPORT, Slot,
@@ -119,8 +121,8 @@ impl<P: Platform + Send + 'static, S: Storage> Memory<P, S> {
         let Listening { platform, ports, federation_id } = self.listening.take().ok_or(RtiError::Order)?;
         let (storage, place) = self.storage.take().ok_or(RtiError::Order)?;
         let setup = storage.setup(description.config(federation_id), ports.datagrams);
-        // It stays where it is written, and consists of plain data and borrowed memory, so that there is nothing to
-        // drop.
+        // It stays where it is written, and is not dropped.
+        const { assert!(!mem::needs_drop::<RtiLoop<'_, '_, P, N>>(), "plain data and borrowed memory") };
         let rti = RtiLoop::new(platform, setup, ports.listener, log).map_err(RtiError::Setup)?;
         let rti = place.room().write(rti);
         rti.record(recording);
