@@ -17,7 +17,8 @@ use std::collections::BTreeMap;
 
 use crate::reference::program::RandomProgram;
 use crate::reference::{
-    ACTIONS, AT_INPUTS, ActionPlan, INPUTS, Outcome, PORTS, Plan, QUEUE_CAPACITY, START, TIMERS, TagPair, Told,
+    ACTIONS, AT_INPUTS, ActionPlan, INPUTS, NetworkMessage, Outcome, PORTS, Plan, QUEUE_CAPACITY, START, TIMERS,
+    TagPair,
 };
 use lf_model::{Engine, EngineStorage, InputId, Instant, Interval, Microstep, Progress, Settings, Storage, Tag};
 use lf_testkit::host::{Clock, Host};
@@ -167,7 +168,7 @@ fn run_in_pieces(plan: &Plan, pieces: &Pieces) -> Outcome {
     }
     let full = vec![false; plan.messages.len()];
     let mut outcome = run.outcome(full);
-    let at_empty = |told: &Told| emptied.contains(&told.0);
+    let at_empty = |told: &NetworkMessage| emptied.contains(&told.0);
     assert!(outcome.told.iter().filter(|told| at_empty(told)).all(|told| told.2.is_none()));
     assert_eq!(outcome.told.iter().filter(|told| at_empty(told)).count(), emptied.len() * PORTS);
     outcome.told.retain(|told| !at_empty(told));

@@ -10,7 +10,7 @@ use lf_coordination::rti::{AfterLoss, Outcome};
 use lf_model::time::{Interval, Tag};
 use lf_model::{Instant, Microstep};
 use lf_runtime::{Coordination, RunError};
-use lf_testkit::world::{Conditions, Fate};
+use lf_testkit::world::{Conditions, Fault};
 use proptest::prelude::*;
 
 const MS: fn(i64) -> Interval = Interval::from_millis;
@@ -363,8 +363,9 @@ fn messages_to_one_that_has_left_are_counted_by_their_sender() {
     for seed in 0..10 {
         let nodes = vec![timer(0, 10), Behavior::default(), Behavior::default()];
         let edges = vec![edge(0, 1, None), edge(0, 2, None)];
-        let fates = vec![(MS(2_500), 2, Fate::Kill)];
-        let plan = Plan { timeout: Some(MS(3_000)), fates, after_loss: AfterLoss::GoOn, ..decentralized(nodes, edges) };
+        let faults = vec![(MS(2_500), 2, Fault::Kill)];
+        let plan =
+            Plan { timeout: Some(MS(3_000)), faults, after_loss: AfterLoss::GoOn, ..decentralized(nodes, edges) };
         let report = run(&plan, Conditions::seeded(seed));
         assert_eq!(report.trouble, None);
         assert_eq!((&report.results[0], &report.results[2]), (&Ok(()), &Ok(())));
