@@ -305,7 +305,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_wrong_with_a_description_is_said_with_its_place() {
+    fn errors_of_a_description_name_their_place() {
         for (participants, words) in [
             (r#""federates": [{"name": "a", "words": ["x"], "word": 1}]"#, "unknown field `word`"),
             (r#""federates": [{"name": "a", "words": ["x", 1]}]"#, "a word is a text, or { before: TEXT, known:"),

@@ -67,7 +67,7 @@ fn a_round_is_t1_t3_t4_and_the_coded_probe() {
 }
 
 #[test]
-fn what_is_lost_costs_its_own_round_and_no_other() {
+fn a_lost_datagram_costs_its_own_round_only() {
     let mut follower = Follower::default();
     // T4 is lost.
     assert!(follower.hear(0, &Message::T1(0)));

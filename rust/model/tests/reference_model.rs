@@ -235,7 +235,7 @@ proptest! {
 
     /// The events before the stop do not depend on when the stop becomes known.
     #[test]
-    fn what_would_come_after_the_stop_changes_nothing_before_it(plan in quiet_plan(), timeout in 0..60i64) {
+    fn messages_after_the_stop_change_nothing_before_it(plan in quiet_plan(), timeout in 0..60i64) {
         let late = run_whole(&Plan { timeout: None, ..plan.clone() });
         let early = run_whole(&Plan { timeout: Some(timeout), ..plan });
         let Some(last) = early.trace.last().map(|step| step.0).filter(|_| !late.failed) else { return Ok(()) };

@@ -255,7 +255,7 @@ proptest! {
     /// At the last tag, inputs are waited for as at any other, whether a time-out or a request ends the program: what
     /// is sent there happens there, however long it takes.
     #[test]
-    fn what_is_sent_at_the_last_tag_happens_there(
+    fn messages_sent_at_the_last_tag_happen_there(
         seed: u64,
         stops: bool,
         within: bool,
@@ -323,7 +323,7 @@ fn all_stop_at_one_tag() {
 
 /// A message to a receiver that has completed its last tag is late as well, down to the last one.
 #[test]
-fn what_comes_after_the_last_tag_is_counted() {
+fn messages_after_the_last_tag_are_counted() {
     let mut after_the_end = 0;
     for seed in 0..20 {
         let nodes = vec![timer(0, 1), Behavior::default()];

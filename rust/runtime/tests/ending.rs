@@ -71,7 +71,7 @@ proptest! {
 
     /// With authentication all goes on as without.
     #[test]
-    fn who_authenticates_is_let_in(seed: u64, pipe_bytes in 10usize..100) {
+    fn a_federate_that_authenticates_is_accepted(seed: u64, pipe_bytes in 10usize..100) {
         let plan = Plan { authentication: true, timeout: Some(MS(35)), ..endless() };
         let report = run(&plan, Conditions { pipe_bytes, ..Conditions::seeded(seed) });
         assert_complete(&report);
@@ -80,7 +80,7 @@ proptest! {
 
     /// One that authenticates alone, one that alone does not, or one with another key learns why it cannot join.
     #[test]
-    fn who_authenticates_otherwise_is_kept_out(seed: u64, pipe_bytes in 10usize..100, authentication: bool, key: bool) {
+    fn a_federate_with_another_key_is_rejected(seed: u64, pipe_bytes in 10usize..100, authentication: bool, key: bool) {
         let mut plan = Plan { authentication, faults: vec![(MS(START), RTI, Fault::Interrupt)], ..endless() };
         let expected = match (authentication, key) {
             (true, true) => FederateError::RtiNotAuthentic,
@@ -204,7 +204,7 @@ proptest! {
 
     /// RTI and federates may begin in any order, within the connect time-out.
     #[test]
-    fn who_comes_late_is_waited_for(seed: u64, rti in 0..5_000i64, last in 0..8_000i64) {
+    fn the_start_waits_for_a_federate_that_comes_late(seed: u64, rti in 0..5_000i64, last in 0..8_000i64) {
         let mut plan = Plan { timeout: Some(MS(35)), rti_begins: Some(MS(rti)), ..endless() };
         plan.begins.insert(2, MS(last));
         let report = run(&plan, Conditions::seeded(seed));

@@ -42,7 +42,7 @@ fn assert_ends(report: &Report) {
 }
 
 #[test]
-fn who_finds_no_rti_says_so_before_it_gives_up() {
+fn a_federate_without_an_rti_says_so_before_it_gives_up() {
     let plan = Plan { rti_begins: Some(Interval::from_secs(12)), ..pair(sender()) };
     let report = run(&plan, Conditions::seeded(1));
     assert_ends(&report);
@@ -100,7 +100,7 @@ fn the_start_says_who_is_missing_on_both_sides() {
 }
 
 #[test]
-fn who_connects_to_another_federate_names_it() {
+fn a_federate_that_connects_to_another_one_names_it() {
     let late = [(1, Interval::from_secs(12))].into();
     let plan = Plan { begins: late, coordination: Coordination::Decentralized, ..pair(sender()) };
     let report = run(&plan, Conditions::seeded(1));

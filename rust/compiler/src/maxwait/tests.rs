@@ -190,7 +190,7 @@ fn a_queue_that_cannot_hold_what_comes_during_a_wait_is_named() {
 }
 
 #[test]
-fn what_says_more_precisely_what_it_is_about_goes_first() {
+fn more_precise_bounds_go_first() {
     let plan =
         program("a = new Source() at 10.0.0.1 b = new Filter() at 10.0.0.2 c = new Sink() a.y -> b.x b.y -> c.x");
     let bounds = "latency: 5 ms\nclock-error: 100 us\n\

@@ -96,7 +96,7 @@ proptest! {
 
     /// Whatever the federates say, and whether they keep the rules or not.
     #[test]
-    fn what_is_said_is_what_the_plain_rules_say(
+    fn messages_are_those_of_the_plain_rules(
         (count, edges) in graph(),
         dnet in any::<bool>(),
         events in proptest::collection::vec(event(), 0..80),

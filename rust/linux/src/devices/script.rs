@@ -269,7 +269,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_repeated_ends() {
+    fn repetitions_end() {
         let script =
             Script::read("0 ms c 1 every 2 ms until 5 ms\n1 ms c 0 every 2 ms until 5 ms").expect("it is sound");
         let expected: Vec<_> = (0..6).map(|at| (ms(at), f64::from(u8::from(at % 2 == 0)))).collect();

@@ -487,7 +487,7 @@ mod tests {
     }
 
     #[test]
-    fn what_comes_after_the_last_tag_needs_no_room() {
+    fn messages_after_the_last_tag_need_no_room() {
         with_execution(|execution| {
             execution.start(Instant::from_nanos(100));
             let tag = |time| Some(Tag::at(Instant::from_nanos(time)));
