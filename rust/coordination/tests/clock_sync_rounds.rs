@@ -186,18 +186,18 @@ fn a_t3_that_comes_when_the_next_round_is_due_does_not_mix_them() {
 /// The times that the datagrams of a round take, in µs; none for a lost one.
 type DatagramDelays = [Option<i64>; 4];
 
-fn delays_of_rounds(lost: u32, longest_us: i64) -> impl Strategy<Value = Vec<DatagramDelays>> {
+fn of_rounds(lost: u32, longest_us: i64) -> impl Strategy<Value = Vec<DatagramDelays>> {
     let one = || prop::option::weighted(1.0 - f64::from(lost) / 100.0, 0..longest_us);
     vec([one(), one(), one(), one()], 1..120)
 }
 
 /// Plays rounds of 5 ms between a [`Poll`] and a federate, in which datagrams overtake each other.
-fn play(delays_of_rounds: &[DatagramDelays]) -> Vec<Round> {
+fn play(of_rounds: &[DatagramDelays]) -> Vec<Round> {
     let (mut poll, mut follower) = (Poll::NONE, Follower::default());
     // When, to the federate or the RTI, what.
     let mut under_way: Vec<(i64, Option<Message<'static>>, DatagramDelays)> = Vec::new();
     let mut now = 0;
-    for delays in delays_of_rounds {
+    for delays in of_rounds {
         now += 5 * MS;
         loop {
             under_way.sort_by_key(|(at, ..)| std::cmp::Reverse(*at));
@@ -235,8 +235,8 @@ proptest! {
 
     /// No matter what is lost or overtaken, the instants of an exchange belong together: they bound the offset.
     #[test]
-    fn an_exchange_is_never_put_together_from_two_rounds(delays_of_rounds in delays_of_rounds(20, 40_000)) {
-        for Round { exchange: Exchange { t1, t2, t3, t4 }, .. } in play(&delays_of_rounds) {
+    fn an_exchange_is_never_put_together_from_two_rounds(of_rounds in of_rounds(20, 40_000)) {
+        for Round { exchange: Exchange { t1, t2, t3, t4 }, .. } in play(&of_rounds) {
             prop_assert!(t1.since(t2).as_nanos() <= AHEAD && AHEAD <= t4.since(t3).as_nanos());
         }
     }
@@ -245,8 +245,8 @@ proptest! {
     /// has overtaken its T4 counts when the next T1 comes.
     #[test]
     fn every_round_is_complete_where_nothing_is_lost(delays in vec(any::<[u8; 4]>(), 1..120)) {
-        let delays_of_rounds: Vec<DatagramDelays> = delays.iter().map(|round| round.map(|delay| Some(6 * i64::from(delay)))).collect();
-        prop_assert!(play(&delays_of_rounds).len() + 2 >= delays_of_rounds.len());
+        let of_rounds: Vec<DatagramDelays> = delays.iter().map(|round| round.map(|delay| Some(6 * i64::from(delay)))).collect();
+        prop_assert!(play(&of_rounds).len() + 2 >= of_rounds.len());
     }
 
     /// Offset and drift are found, however much jitter there is; if the drift is that of quartz, also though the

@@ -235,7 +235,9 @@ proptest! {
             let (mut granted, mut stop, mut last) = (Tag::NEVER, None, Tag::NEVER);
             for Record { event, .. } in records {
                 match event {
-                    Event::Received(TracedMessage { kind: MessageType::TagGrant, tag: Some(tag), .. }) => granted = *tag,
+                    Event::Received(TracedMessage { kind: MessageType::TagGrant, tag: Some(tag), .. }) => {
+                        granted = *tag;
+                    }
                     Event::Received(TracedMessage { kind: MessageType::StopGranted, tag, .. }) => stop = *tag,
                     Event::TagBegins(tag) => {
                         // Only the second has others upstream; the last tag is granted with the stop.

@@ -52,7 +52,7 @@ fn step<N: Needs>(federate: &mut Federate<'static, N>, deed: u8, at: i64) -> Str
 
 proptest! {
     #[test]
-    fn capabilities_that_a_program_does_not_need_make_no_difference(steps in prop::collection::vec((0..17u8, 0..30i64), 0..80)) {
+    fn capabilities_without_use_make_no_difference(steps in prop::collection::vec((0..17u8, 0..30i64), 0..80)) {
         let (mut whole, mut part) = (started::<All>(), started::<CentralizedSource>());
         for (deed, at) in steps {
             prop_assert_eq!(step(&mut whole, deed, at), step(&mut part, deed, at));
