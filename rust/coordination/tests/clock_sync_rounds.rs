@@ -245,7 +245,8 @@ proptest! {
     /// has overtaken its T4 counts when the next T1 comes.
     #[test]
     fn every_round_is_complete_where_nothing_is_lost(delays in vec(any::<[u8; 4]>(), 1..120)) {
-        let of_rounds: Vec<DatagramDelays> = delays.iter().map(|round| round.map(|delay| Some(6 * i64::from(delay)))).collect();
+        let in_us = |round: &[u8; 4]| round.map(|delay| Some(6 * i64::from(delay)));
+        let of_rounds: Vec<DatagramDelays> = delays.iter().map(in_us).collect();
         prop_assert!(play(&of_rounds).len() + 2 >= of_rounds.len());
     }
 

@@ -184,8 +184,10 @@ proptest! {
         let Parts { port, federate, tag, .. } = parts;
         let pushed = match parts.message_type {
             MessageType::TaggedMessage => buffer.push_tagged_with(port, federate, tag, max, write),
-            MessageType::P2pTaggedMessage => buffer.push_p2p_tagged_with(port, federate, tag, max, write),
-            _ => buffer.push_p2p_with(port, federate, max, write),
+            kind => {
+                let tag = (kind == MessageType::P2pTaggedMessage).then_some(tag);
+                buffer.push_p2p_with(port, federate, tag, max, write)
+            }
         };
         prop_assert_eq!(pushed, Ok(parts.payload.len()));
         prop_assert_eq!(buffer.pending(), parts.bytes());

@@ -90,11 +90,7 @@ impl<P: Platform, N: Needs> Outlet for Output<'_, '_, '_, P, N> {
             return Ok(());
         };
         let encode = |bytes: &mut [u8]| message.encode(bytes);
-        let pushed = match tag {
-            None => peer.output().push_p2p_with(port, federate, max_len, encode),
-            Some(tag) => peer.output().push_p2p_tagged_with(port, federate, tag, max_len, encode),
-        };
-        match pushed {
+        match peer.output().push_p2p_with(port, federate, tag, max_len, encode) {
             Ok(bytes) => {
                 let kind = tag.map_or(MessageType::P2pMessage, |_| MessageType::P2pTaggedMessage);
                 recording.note(platform, sent(kind, message, tag.map(|_| message.tag), federate, bytes));
