@@ -41,7 +41,7 @@ impl<B: AsRef<[u8]> + AsMut<[u8]>> OutBuffer<B> {
     ///
     /// # Errors
     /// [`EncodeError::NoRoom`] if there is less [`room`](Self::room) than [`Message::encoded_len`],
-    /// [`EncodeError::Beyond`] if the wire cannot carry the message. Nothing has been pushed then.
+    /// [`EncodeError::LengthOverflow`] if the wire cannot carry the message. Nothing has been pushed then.
     pub fn push(&mut self, message: &Message<'_>) -> Result<(), EncodeError> {
         let len = message.encode(self.claim(message.encoded_len())?)?;
         self.commit(len);
