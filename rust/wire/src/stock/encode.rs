@@ -8,8 +8,8 @@ use crate::{EncodeError, LengthOverflow, Message, MessageType, NeighborStructure
 /// Writes a message to the beginning of `target` and returns its length in bytes.
 ///
 /// # Errors
-/// [`EncodeError::NoRoom`] if `target` is shorter than [`encoded_len`], [`EncodeError::LengthOverflow`] if a part of the
-/// message is longer than its length field can hold. Nothing has been written then.
+/// [`EncodeError::NoRoom`] if `target` is shorter than [`encoded_len`], [`EncodeError::LengthOverflow`] if a part of
+/// the message is longer than its length field can hold. Nothing has been written then.
 pub(crate) fn encode(message: &Message<'_>, target: &mut [u8]) -> Result<usize, EncodeError> {
     let lengths = message.lengths()?;
     let len = encoded_len(message);
