@@ -173,7 +173,7 @@ impl TimelineBuilder<'_> {
             Event::Sent(message) | Event::Received(message) if !is_shown(&message) => {}
             Event::Sent(message) => (self.found)(TimelineElement::Message(MessageMark { at, sent: true, message })),
             Event::Received(message) => {
-                (self.found)(TimelineElement::Message(MessageMark { at, sent: false, message }))
+                (self.found)(TimelineElement::Message(MessageMark { at, sent: false, message }));
             }
             Event::Begins(_)
             | Event::Clock(_)
