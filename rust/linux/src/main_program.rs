@@ -38,13 +38,8 @@ const STACK: usize = 8 << 20;
 /// without optimization each step makes a copy.
 const COPIES: usize = 16;
 
-/// Runs a generated program with this process's command line.
-pub fn main<P: Program + 'static, S: EngineStorage>(description: &'static Description, program: fn() -> P) -> ExitCode {
-    main_with::<P, S>(Parameters::NONE, description, program)
-}
-
-/// Runs a program whose main reactor has parameters that the command line can set.
-pub fn main_with<P: Program + 'static, S: EngineStorage>(
+/// Runs a generated program with this process's command line, which can set the parameters of its main reactor.
+pub fn main<P: Program + 'static, S: EngineStorage>(
     parameters: Parameters,
     description: &'static Description,
     program: fn() -> P,
