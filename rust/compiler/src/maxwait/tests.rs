@@ -11,7 +11,7 @@ use crate::{SourceProvider, compile};
 /// The worst case of a message: it leaves federate i as late as it may, takes as long as it may, and meets a clock that
 /// is as far ahead as it may be. It is in time if the receiver has not begun a tag after its own.
 #[derive(Clone, Copy, Debug)]
-struct WorstCase {
+struct Case {
     from: usize,
     to: usize,
     lag: i64,
@@ -20,7 +20,7 @@ struct WorstCase {
     delay: i64,
 }
 
-impl WorstCase {
+impl Case {
     fn is_in_time(&self, offsets: &[i64]) -> bool {
         let tag = 1000;
         let sent_at = tag + offsets[self.from] + self.lag;
@@ -40,9 +40,9 @@ const FEDERATES: usize = 3;
 /// More than any path of such graphs demands: two connections of at most 6 each.
 const ENOUGH: i64 = 13;
 
-fn cases() -> impl Strategy<Value = Vec<WorstCase>> {
+fn cases() -> impl Strategy<Value = Vec<Case>> {
     let case = (0..FEDERATES, 0..FEDERATES, 0..=2_i64, 0..=2_i64, 0..=2_i64, 0..=8_i64);
-    let case = case.prop_map(|(from, to, lag, latency, clock_error, delay)| WorstCase {
+    let case = case.prop_map(|(from, to, lag, latency, clock_error, delay)| Case {
         from,
         to,
         lag,
@@ -54,7 +54,7 @@ fn cases() -> impl Strategy<Value = Vec<WorstCase>> {
 }
 
 /// Returns all offsets up to [`ENOUGH`] with which every message is in time.
-fn safe(cases: &[WorstCase]) -> Vec<Vec<i64>> {
+fn safe(cases: &[Case]) -> Vec<Vec<i64>> {
     let mut all = vec![Vec::new()];
     for _ in 0..FEDERATES {
         all = all.iter().flat_map(|start| (0..=ENOUGH).map(move |next| [&start[..], &[next]].concat())).collect();
@@ -69,7 +69,7 @@ proptest! {
     /// With the computed offsets no message is late, and every smaller offset makes one late.
     #[test]
     fn the_offsets_are_safe_and_no_smaller_ones_are(cases in cases()) {
-        let edges: Vec<Edge> = cases.iter().map(WorstCase::edge).collect();
+        let edges: Vec<Edge> = cases.iter().map(Case::edge).collect();
         let least = Least::of(FEDERATES, &edges);
         let safe = safe(&cases);
         if least.cycles.is_empty() {
@@ -86,7 +86,7 @@ proptest! {
     /// A reported cycle is one, and it demands more in each round.
     #[test]
     fn cycles_without_enough_delay_are_named(cases in cases()) {
-        let edges: Vec<Edge> = cases.iter().map(WorstCase::edge).collect();
+        let edges: Vec<Edge> = cases.iter().map(Case::edge).collect();
         let least = Least::of(FEDERATES, &edges);
         for cycle in &least.cycles {
             let next = cycle.iter().cycle().skip(1);
@@ -99,7 +99,7 @@ proptest! {
     /// The connections on the path of an offset add up to it.
     #[test]
     fn the_path_explains_the_offset(cases in cases()) {
-        let edges: Vec<Edge> = cases.iter().map(WorstCase::edge).collect();
+        let edges: Vec<Edge> = cases.iter().map(Case::edge).collect();
         let least = Least::of(FEDERATES, &edges);
         for (node, offset) in least.offsets.iter().enumerate() {
             let path = least.path(node, &edges);
