@@ -119,7 +119,7 @@ def test_chosen_federates_are_built_and_the_others_stay_known(world: World) -> N
     assert [item["name"] for item in kept["participants"]] == ["a", "b", "c"]
 
 
-def test_what_another_version_has_built_is_out_of_date(world: World, capsys: pytest.CaptureFixture[str]) -> None:
+def test_builds_of_another_version_are_out_of_date(world: World, capsys: pytest.CaptureFixture[str]) -> None:
     world.describe(a="host", b=BOARD)
     world.touch("deployment.yaml")
     file = world.build / "zephyr/Grid/federation.json"
@@ -191,7 +191,7 @@ def test_a_wrong_program_ends_with_the_compilers_status(world: World, capfd: pyt
     assert world.calls("west") == []
 
 
-def test_what_is_not_federated_is_one_image(world: World, capfd: pytest.CaptureFixture[str]) -> None:
+def test_an_unfederated_program_is_one_image(world: World, capfd: pytest.CaptureFixture[str]) -> None:
     world.describe_unfederated()
     assert main(["lf-build", world.file, "-w", f"-b {BOARD}", "-d", "elsewhere", "--", "-DX=1"]) == 0
     (call,) = world.calls("west")
@@ -229,7 +229,7 @@ def test_cargos_results_are_shared_where_the_environment_says(world: World) -> N
 
 @pytest.mark.parametrize("command", ["lf-build", "lf-fed-build"])
 @pytest.mark.parametrize("users", [None, "/home"])
-def test_what_images_have_in_common_is_compiled_once(world: World, users: str | None, command: str) -> None:
+def test_common_crates_of_images_are_compiled_once(world: World, users: str | None, command: str) -> None:
     if command == "lf-build":
         world.describe_unfederated()
     world.monkeypatch.delenv("CCACHE_BASEDIR", raising=False)

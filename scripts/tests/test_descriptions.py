@@ -29,7 +29,7 @@ def test_a_description_survives_being_kept(world: World) -> None:
     assert [item.is_image for item in first.participants] == [False, True]
 
 
-def test_what_was_built_before_is_not_forgotten(world: World) -> None:
+def test_earlier_builds_are_not_forgotten(world: World) -> None:
     world.describe(a="host", b="native_sim/native/64", c="host")
     older = described(world)
     world.describe(a="native_sim/native/64")
@@ -71,7 +71,7 @@ def test_an_unknown_form_is_refused_with_the_reason(change: dict[str, object], w
         description.parse(source, "the test")
 
 
-def test_what_is_no_json_is_refused() -> None:
+def test_text_that_is_no_json_is_refused() -> None:
     with pytest.raises(LfError, match="the output of lfz is no description of a program"):
         description.parse_text("error", "the output of lfz")
     with pytest.raises(LfError, match="nothing has been generated yet"):
@@ -104,7 +104,7 @@ def test_segments_of_64_bit_images_are_read() -> None:
 
 
 @pytest.mark.parametrize("image", [b"", b"#!/bin/sh\n", b"\x7fELF\x01\x02"])
-def test_what_is_no_image_is_refused(image: bytes) -> None:
+def test_a_file_that_is_no_image_is_refused(image: bytes) -> None:
     with pytest.raises(ValueError, match="no ELF file"):
         read_segments(image)
 

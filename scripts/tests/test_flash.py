@@ -133,7 +133,7 @@ def test_a_dry_run_prints_the_commands_for_a_shell(boards: World, capsys: pytest
     ]
 
 
-def test_what_was_built_is_flashed_without_building(boards: World, capsys: pytest.CaptureFixture[str]) -> None:
+def test_built_images_are_flashed_without_building(boards: World, capsys: pytest.CaptureFixture[str]) -> None:
     assert "nothing has been generated yet" in flash_fails(boards, capsys, "--no-build")
     assert main(["lf-fed-build", boards.file]) == 0
     boards.forget_calls()
@@ -244,7 +244,7 @@ def test_probes_are_looked_for_before_the_first_board_is_flashed(
     assert Target("c", "jlink", "10.0.0.1").fits([]) is None
 
 
-def test_what_is_run_on_this_computer_is_not_flashed(boards: World, capsys: pytest.CaptureFixture[str]) -> None:
+def test_programs_for_this_computer_are_not_flashed(boards: World, capsys: pytest.CaptureFixture[str]) -> None:
     error = flash_fails(boards, capsys, "-f", "a", "b")
     assert "nothing is flashed for a (host): this is run on this computer." in error
     boards.describe(a="native_sim/native/64", b="qemu_cortex_m3")

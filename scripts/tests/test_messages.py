@@ -77,7 +77,7 @@ def test_nothing_is_asked_where_nothing_was_said(said: World, capfd: pytest.Capt
     assert capfd.readouterr().err == ""
 
 
-def test_what_an_earlier_build_said_is_forgotten(said: World, capfd: pytest.CaptureFixture[str]) -> None:
+def test_messages_of_an_earlier_build_are_forgotten(said: World, capfd: pytest.CaptureFixture[str]) -> None:
     said.set("STAND_IN_MESSAGES", message("error"))
     said.set("STAND_IN_WEST_FAILS", "b c")
     assert EXPLANATION in fails(["lf-fed-build", said.file], capfd)

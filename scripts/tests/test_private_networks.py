@@ -72,7 +72,7 @@ def test_a_network_of_ipv6_is_made_likewise() -> None:
     assert addresses(alone) == ["fd00::3/64"]
 
 
-def test_what_runs_in_a_network_of_ipv6_is_told_the_rtis_address(grid: World) -> None:
+def test_a_participant_in_a_network_of_ipv6_is_told_the_rtis_address(grid: World) -> None:
     grid.attach("fd00::1", b="fd00::2/64", c="fd00::3/64", d="fd00::4/64")
     federates = {item["name"]: item["words"] for item in planned(grid).description(None)["federates"]}
     assert federates["a"][1:3] == ["--rti", "[fd00::1]:15045"]
@@ -86,7 +86,7 @@ def test_programs_reach_an_rti_on_a_board_from_a_free_address() -> None:
     assert addresses(full) == []
 
 
-def test_what_runs_in_a_private_network_knows_the_deployed_rti(grid: World) -> None:
+def test_a_participant_in_a_private_network_knows_the_deployed_rti(grid: World) -> None:
     federation = planned(grid)
     described = federation.description(None)
     assert described["id"] == {"exactly": "Grid"}

@@ -83,7 +83,7 @@ def test_the_image_with_the_rti_cannot_be_left_out(grid: World) -> None:
     assert [item.name for item in planned(grid, federates=("rti", "a")).participants] == ["rti", "a"]
 
 
-def test_what_was_built_is_run_without_building(grid: World) -> None:
+def test_built_programs_are_run_without_building(grid: World) -> None:
     assert main(["lf-fed-build", grid.file]) == 0
     grid.forget_calls()
     assert grid.run("--no-build").returncode == 0
@@ -187,7 +187,7 @@ def test_boards_are_refused_by_name(world: World) -> None:
     assert "-f a c" in str(raised.value)
 
 
-def test_what_is_not_built_is_named(world: World) -> None:
+def test_images_that_are_not_built_are_named(world: World) -> None:
     with pytest.raises(LfError, match="a is not built: there is no"):
         planned(world, build=False)
     world.program("grid-a", "")

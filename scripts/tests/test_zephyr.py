@@ -220,7 +220,7 @@ def test_the_rti_of_the_smart_grid_fits_a_small_board_without_an_allocator(
     assert linked["_k_heap_list_start"] == linked["_k_heap_list_end"]
 
 
-def test_what_images_record_is_put_together_from_their_consoles(tmp_path: Path) -> None:
+def test_recordings_of_images_are_put_together_from_their_consoles(tmp_path: Path) -> None:
     settings = tmp_path / "trace.conf"
     settings.write_text("CONFIG_LF_TRACE=y\nCONFIG_LF_TRACE_RECORDS=512\nCONFIG_LF_TRACE_VALUES=y\n")
     build = BUILD / "traced"
@@ -355,7 +355,7 @@ def test_the_drift_of_a_board_is_found_out_while_it_runs() -> None:
     assert_drift_was_found(output, times_ns)
 
 
-def test_what_is_late_at_a_drifting_board_is_handled_or_reported(tmp_path: Path) -> None:
+def test_late_messages_at_a_drifting_board_are_handled_or_reported(tmp_path: Path) -> None:
     lf("lf-fed-build", PROGRAMS / "HeldUp.lf", *COMPUTER_AND_BOARD)
     program = description.load(BUILD / "zephyr/HeldUp/federation.json").select(["computer"])[0].program
     image = BUILD / "zephyr/HeldUp/board/zephyr/zephyr.exe"

@@ -50,7 +50,7 @@ def codes(messages: Path) -> list[str]:
     return [message["code"]["code"] for message in own if message["code"] is not None]
 
 
-def test_what_rustc_says_about_a_body_is_said_of_the_lf_file(tmp_path: Path) -> None:
+def test_errors_of_rustc_in_a_body_name_the_lf_file(tmp_path: Path) -> None:
     file = tmp_path / "Mistake.lf"
     result = build_with('let wrong: u8 = "text";', tmp_path)
     assert result.returncode != 0

@@ -68,22 +68,22 @@ const DEPTH_MAX: usize = 16;
 
 impl Types {
     fn has_number(&self, types: &[Type], depth: usize) -> bool {
-        let mut looks = Looks { types: self, depth, found: false };
+        let mut finder = FloatFinder { types: self, depth, found: false };
         for ty in types {
-            looks.visit_type(ty);
+            finder.visit_type(ty);
         }
-        looks.found
+        finder.found
     }
 }
 
 /// Visits the components of a type, not through pointers, but through function types.
-struct Looks<'t> {
+struct FloatFinder<'t> {
     types: &'t Types,
     depth: usize,
     found: bool,
 }
 
-impl<'ast> Visit<'ast> for Looks<'_> {
+impl<'ast> Visit<'ast> for FloatFinder<'_> {
     fn visit_type_ptr(&mut self, _: &'ast TypePtr) {}
 
     fn visit_type_path(&mut self, path: &'ast TypePath) {

@@ -293,10 +293,13 @@ void lf_request_stop(void);
 /* ---- Parts of generated code ---- */
 
 extern lf_port_base_t *const lf_ports[];
+extern const uint16_t lf_port_count;
 /* NULL for startup, shutdown, delays and network inputs. */
 extern lf_action_base_t *const lf_triggers[];
 /* Where the values of delays and network inputs are while they wait; NULL: the general store. */
 extern lf_pool_t *const lf_queue_pools[];
+/* The length of both. */
+extern const uint16_t lf_trigger_count;
 void lf_construct(void);
 /* A value for a parameter of the main reactor; whether its type has it. Called before lf_construct() if at all. */
 bool lf_give_parameter(uint16_t parameter, long long whole, double real, char *text);

@@ -196,10 +196,8 @@ fn link(program: &Program) -> PhysicalLink {
 #[unsafe(no_mangle)]
 unsafe extern "C" fn lf_c_name(token_type: *const c_void, name: *mut *const c_char) -> usize {
     let Some(Program { tables, .. }) = program() else { return 0 };
-    // SAFETY: the ids are those of the tables; the pointers are only compared.
-    let mut ports = (0..).zip(tables.ports).filter(|(id, _)| unsafe { lf_c_port_has_type(*id, token_type) });
-    // SAFETY: the same.
-    let mut triggers = (0..).zip(tables.triggers).filter(|(id, _)| unsafe { lf_c_trigger_has_type(*id, token_type) });
+    let mut ports = (0..).zip(tables.ports).filter(|(id, _)| lf_c_port_has_type(*id, token_type));
+    let mut triggers = (0..).zip(tables.triggers).filter(|(id, _)| lf_c_trigger_has_type(*id, token_type));
     let found = ports.next().map(|(_, port)| port.name).or_else(|| triggers.next().map(|(_, trigger)| trigger.name));
     let found = found.unwrap_or("");
     // SAFETY: C passes the address of a pointer.

@@ -110,6 +110,11 @@ int lf_multiport_next(lf_multiport_iterator_t *iterator)
 
 /* ---- The runtime's access to ports ---- */
 
+bool lf_c_has_port(uint16_t port)
+{
+	return port < lf_port_count;
+}
+
 bool lf_c_port_is_present(uint16_t port)
 {
 	return lf_ports[port]->is_present;
@@ -147,7 +152,7 @@ void lf_c_port_copy(uint16_t from_id, uint16_t to_id)
 	lf_port_base_t *from = lf_ports[from_id];
 	lf_port_base_t *to = lf_ports[to_id];
 
-	memcpy(value_of(to), value_of(from), to->info->value_size);
+	memcpy(value_of(to), value_of(from), LF_MIN(to->info->value_size, from->info->value_size));
 	if (from->token != NULL) {
 		lf_c_token_retain(from->token);
 	}
@@ -170,8 +175,8 @@ lf_token_t *lf_c_port_capture(uint16_t from_id, uint16_t to_id, uint16_t trigger
 	if (from->info->is_token || from->info->is_string) {
 		return lf_c_token_for(&to->type, pool, pointer_of(from), 1, LF_VALUE_BORROWED_);
 	}
-	lf_token_t *token = lf_c_token_with_room(&to->type, pool, 1, from->info->value_size);
-	memcpy(token->value, value_of(from), from->info->value_size);
+	lf_token_t *token = lf_c_token_with_room(&to->type, pool, 1, to->info->value_size);
+	memcpy(token->value, value_of(from), LF_MIN(to->info->value_size, from->info->value_size));
 	return token;
 }
 
@@ -228,6 +233,16 @@ lf_token_t *lf_c_port_decode(uint16_t id, uint16_t trigger, const unsigned char 
 }
 
 /* ---- Actions, timers and watchdogs ---- */
+
+bool lf_c_has_trigger(uint16_t trigger)
+{
+	return trigger < lf_trigger_count;
+}
+
+bool lf_c_shows_trigger(uint16_t trigger)
+{
+	return lf_c_has_trigger(trigger) && lf_triggers[trigger] != NULL;
+}
 
 void lf_c_trigger_show(uint16_t id, lf_token_t *token)
 {
@@ -313,10 +328,10 @@ trigger_handle_t lf_schedule_copy(void *action, interval_t offset, const void *e
 
 bool lf_c_port_has_type(uint16_t port, const token_type_t *type)
 {
-	return &lf_ports[port]->type == type;
+	return lf_c_has_port(port) && &lf_ports[port]->type == type;
 }
 
 bool lf_c_trigger_has_type(uint16_t trigger, const token_type_t *type)
 {
-	return lf_triggers[trigger] != NULL && &lf_triggers[trigger]->type == type;
+	return lf_c_shows_trigger(trigger) && &lf_triggers[trigger]->type == type;
 }

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 //! The functions in C, as `src/lf_internal.h` and `include/lf.h` declare them.
 //!
-//! Ids are those of the program's tables, and generated C code has an entry for each of them; that makes calls with
-//! them sound.
+//! Generated C code has an entry for each id of the program's tables. Ports, actions and queues check their ids when
+//! they are made; that makes calls with them sound.
 use core::ffi::{c_char, c_int, c_void};
 
 use lf_model::Tag;
@@ -56,6 +56,9 @@ unsafe extern "C" {
     pub(crate) fn lf_c_token_encode(token: *const RawToken, bytes: *mut u8, room: usize) -> usize;
 
     // cells.c
+    pub(crate) safe fn lf_c_has_port(port: u16) -> bool;
+    pub(crate) safe fn lf_c_has_trigger(trigger: u16) -> bool;
+    pub(crate) safe fn lf_c_shows_trigger(trigger: u16) -> bool;
     pub(crate) fn lf_c_port_is_present(port: u16) -> bool;
     pub(crate) fn lf_c_port_fill(port: u16, token: *mut RawToken, intended: RawTag);
     pub(crate) fn lf_c_port_clear(port: u16);
@@ -72,8 +75,8 @@ unsafe extern "C" {
     ) -> *mut RawToken;
     pub(crate) fn lf_c_trigger_show(trigger: u16, token: *mut RawToken);
     pub(crate) fn lf_c_trigger_clear(trigger: u16);
-    pub(crate) fn lf_c_trigger_has_type(trigger: u16, token_type: *const c_void) -> bool;
-    pub(crate) fn lf_c_port_has_type(port: u16, token_type: *const c_void) -> bool;
+    pub(crate) safe fn lf_c_trigger_has_type(trigger: u16, token_type: *const c_void) -> bool;
+    pub(crate) safe fn lf_c_port_has_type(port: u16, token_type: *const c_void) -> bool;
     pub(crate) safe fn lf_c_reaction_done();
 
     // linux.c or zephyr.c

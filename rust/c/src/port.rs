@@ -17,7 +17,11 @@ pub struct Port {
 
 impl Port {
     /// Returns the port with this number.
-    pub const fn new(id: PortId) -> Self {
+    ///
+    /// # Panics
+    /// When C has no such port.
+    pub fn new(id: PortId) -> Self {
+        assert!(ffi::lf_c_has_port(id.0), "C has no port {}", id.0);
         Self { id }
     }
 
@@ -88,20 +92,60 @@ pub fn copy(ctx: &mut ReactionContext<'_>, from: &Port, to: &mut Port) {
     }
 }
 
-/// A port with the queue that fills it: the end of a connection with `after`, or of one from another federate.
-pub struct QueuedPort<const N: usize> {
-    /// The port that it fills.
-    pub port: Port,
-    trigger: TriggerId,
-    queue: model::QueuedPort<Token, N>,
+/// A port with the model's queue of the same name, which fills it.
+macro_rules! queued_port {
+    ($(#[$attribute:meta])* $name:ident) => {
+        $(#[$attribute])*
+        pub struct $name<const N: usize> {
+            /// The port that it fills.
+            pub port: Port,
+            trigger: TriggerId,
+            queue: model::$name<Token, N>,
+        }
+
+        impl<const N: usize> $name<N> {
+            /// Returns an empty queue; the ids are those of the port that it fills and of its own.
+            ///
+            /// # Panics
+            /// When C has no such port or queue.
+            pub fn new(port: PortId, trigger: TriggerId) -> Self {
+                assert!(ffi::lf_c_has_trigger(trigger.0), "C has no queue {}", trigger.0);
+                Self { port: Port::new(port), trigger, queue: model::$name::new(port) }
+            }
+        }
+
+        impl<const N: usize> TriggerCell for $name<N> {
+            fn activate(&mut self, tag: Tag) -> Option<Tag> {
+                let next = self.queue.activate(tag);
+                self.port.fill(self.queue.port.take(), self.intended().unwrap_or(tag));
+                next
+            }
+            /// Does nothing: the engine clears the port as a port.
+            fn clear(&mut self) {}
+            fn pending(&self) -> Option<Tag> {
+                TriggerCell::pending(&self.queue)
+            }
+            fn has_room(&self) -> bool {
+                self.queue.has_room()
+            }
+            fn intended(&self) -> Option<Tag> {
+                TriggerCell::intended(&self.queue)
+            }
+        }
+    };
 }
 
-impl<const N: usize> QueuedPort<N> {
-    /// Returns an empty queue; the ids are those of the port that it fills and of its own.
-    pub const fn new(port: PortId, trigger: TriggerId) -> Self {
-        Self { port: Port::new(port), trigger, queue: model::QueuedPort::new(port) }
-    }
+queued_port!(
+    /// A port with the queue that fills it: the end of a connection with `after`, or of one from another federate.
+    QueuedPort
+);
 
+queued_port!(
+    /// A port with the queue that fills it: the end of a connection from another federate whose messages can be tardy.
+    TardyInput
+);
+
+impl<const N: usize> QueuedPort<N> {
     /// Takes the value of the connection's source, to arrive at `tag` or, when another one does, a microstep later.
     ///
     /// # Errors
@@ -127,22 +171,6 @@ impl<const N: usize> QueuedPort<N> {
     }
 }
 
-impl<const N: usize> TriggerCell for QueuedPort<N> {
-    fn activate(&mut self, tag: Tag) -> Option<Tag> {
-        let next = self.queue.activate(tag);
-        self.port.fill(self.queue.port.take(), tag);
-        next
-    }
-    /// Does nothing: the engine clears the port as a port.
-    fn clear(&mut self) {}
-    fn pending(&self) -> Option<Tag> {
-        TriggerCell::pending(&self.queue)
-    }
-    fn has_room(&self) -> bool {
-        self.queue.has_room()
-    }
-}
-
 impl<const N: usize> ModeCell for QueuedPort<N> {
     fn shift(&mut self, from: Tag, to: Tag) -> Option<Tag> {
         self.queue.shift(from, to)
@@ -152,20 +180,7 @@ impl<const N: usize> ModeCell for QueuedPort<N> {
     }
 }
 
-/// A port with the queue that fills it: the end of a connection from another federate whose messages can be tardy.
-pub struct TardyInput<const N: usize> {
-    /// The port that it fills.
-    pub port: Port,
-    trigger: TriggerId,
-    queue: model::TardyInput<Token, N>,
-}
-
 impl<const N: usize> TardyInput<N> {
-    /// Returns an empty queue; the ids are those of the port that it fills and of its own.
-    pub const fn new(port: PortId, trigger: TriggerId) -> Self {
-        Self { port: Port::new(port), trigger, queue: model::TardyInput::new(port) }
-    }
-
     /// Takes a message from another federate, to take effect at `tag`; see [`model::TardyInput::deliver_tardy`].
     ///
     /// # Errors
@@ -181,24 +196,5 @@ impl<const N: usize> TardyInput<N> {
     /// When the queue is full, or the bytes are not a value.
     pub fn deliver(&mut self, tag: Tag, bytes: &[u8]) -> Result<(), Undelivered> {
         self.deliver_tardy(tag, tag, bytes).map(|_| ())
-    }
-}
-
-impl<const N: usize> TriggerCell for TardyInput<N> {
-    fn activate(&mut self, tag: Tag) -> Option<Tag> {
-        let next = self.queue.activate(tag);
-        self.port.fill(self.queue.port.take(), self.queue.intended().unwrap_or(tag));
-        next
-    }
-    /// Does nothing: the engine clears the port as a port.
-    fn clear(&mut self) {}
-    fn pending(&self) -> Option<Tag> {
-        TriggerCell::pending(&self.queue)
-    }
-    fn has_room(&self) -> bool {
-        self.queue.has_room()
-    }
-    fn intended(&self) -> Option<Tag> {
-        self.queue.intended()
     }
 }

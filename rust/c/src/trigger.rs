@@ -14,6 +14,12 @@ use crate::token::Token;
 /// The inbox for events of a physical action that other threads schedule; a static of the generated crate.
 pub type PhysicalInbox<const N: usize> = model::PhysicalInbox<Token, N>;
 
+/// Returns the id of a trigger that C sees.
+fn shown(id: TriggerId) -> TriggerId {
+    assert!(ffi::lf_c_shows_trigger(id.0), "C sees no trigger {}", id.0);
+    id
+}
+
 /// Shows the event of a queue; the queue keeps the value until the event is over.
 fn show(id: TriggerId, value: Option<&Token>) {
     // SAFETY: there is such a trigger, and the value lives until `clear`.
@@ -103,15 +109,21 @@ action!(
 
 impl<const N: usize> LogicalAction<N> {
     /// Returns an action without pending events.
-    pub const fn new(id: TriggerId) -> Self {
-        Self { id, queue: LogicalActionQueue::new(id) }
+    ///
+    /// # Panics
+    /// When C does not see this trigger.
+    pub fn new(id: TriggerId) -> Self {
+        Self { id: shown(id), queue: LogicalActionQueue::new(id) }
     }
 }
 
 impl<const N: usize> PhysicalAction<N> {
     /// Returns an action without pending events, and with the inbox that threads use.
-    pub const fn new(id: TriggerId, inbox: &'static dyn Inbox<Token>) -> Self {
-        Self { id, queue: PhysicalActionQueue::new(id, inbox) }
+    ///
+    /// # Panics
+    /// When C does not see this trigger.
+    pub fn new(id: TriggerId, inbox: &'static dyn Inbox<Token>) -> Self {
+        Self { id: shown(id), queue: PhysicalActionQueue::new(id, inbox) }
     }
 }
 
@@ -123,8 +135,11 @@ pub struct Timer {
 
 impl Timer {
     /// Returns the timer with this number.
-    pub const fn new(id: TriggerId) -> Self {
-        Self { id }
+    ///
+    /// # Panics
+    /// When C does not see this trigger.
+    pub fn new(id: TriggerId) -> Self {
+        Self { id: shown(id) }
     }
 }
 
@@ -147,8 +162,11 @@ pub struct Watchdog {
 
 impl Watchdog {
     /// Returns a watchdog that does not run.
-    pub const fn new(id: TriggerId) -> Self {
-        Self { id, watchdog: model::Watchdog::new(id) }
+    ///
+    /// # Panics
+    /// When C does not see this trigger.
+    pub fn new(id: TriggerId) -> Self {
+        Self { id: shown(id), watchdog: model::Watchdog::new(id) }
     }
 }
 

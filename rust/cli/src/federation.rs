@@ -77,7 +77,7 @@ pub(crate) struct Process {
     /// The beginning of its lines.
     pub(crate) name: String,
     /// The program and its arguments.
-    pub(crate) words: Vec<Word>,
+    pub(crate) words: Vec<Argument>,
     /// Variables beside those of this program.
     #[serde(default)]
     pub(crate) environment: BTreeMap<String, String>,
@@ -94,57 +94,57 @@ pub(crate) struct Process {
     pub(crate) status_line: Option<String>,
 }
 
-/// A word of a command line.
+/// An argument of a command line, or its program.
 #[derive(Debug, Deserialize)]
 #[serde(untagged, expecting = "a word is a text, or { before: TEXT, known: rti_port or federation_id }")]
-pub(crate) enum Word {
+pub(crate) enum Argument {
     /// A fixed text.
     Text(#[serde(deserialize_with = "os_string")] OsString),
     /// A text that is known only when the process starts.
-    Known(KnownWord),
+    Known(LateArgument),
 }
 
 /// A text, followed by one that is known only when the process starts.
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub(crate) struct KnownWord {
+pub(crate) struct LateArgument {
     /// The text.
     #[serde(default)]
     before: String,
-    known: Known,
+    known: LateValue,
 }
 
 /// A text that is known only when a process starts.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
 #[serde(rename_all = "snake_case")]
-pub(crate) enum Known {
+pub(crate) enum LateValue {
     /// The port of the RTI.
     RtiPort,
     /// The name of the federation in this run.
     FederationId,
 }
 
-impl<T: Into<OsString>> From<T> for Word {
+impl<T: Into<OsString>> From<T> for Argument {
     fn from(text: T) -> Self {
         Self::Text(text.into())
     }
 }
 
-impl Word {
+impl Argument {
     /// Returns a text, followed by one that is known only when the process starts.
-    pub(crate) fn known(before: &str, known: Known) -> Self {
-        Self::Known(KnownWord { before: before.to_owned(), known })
+    pub(crate) fn known(before: &str, known: LateValue) -> Self {
+        Self::Known(LateArgument { before: before.to_owned(), known })
     }
 
     fn is_port(&self) -> bool {
-        matches!(self, Self::Known(word) if word.known == Known::RtiPort)
+        matches!(self, Self::Known(word) if word.known == LateValue::RtiPort)
     }
 
     fn text(&self, id: &str, port: Option<u16>) -> OsString {
         match self {
             Self::Text(text) => text.clone(),
-            Self::Known(KnownWord { before, known: Known::FederationId }) => format!("{before}{id}").into(),
-            Self::Known(KnownWord { before, known: Known::RtiPort }) => {
+            Self::Known(LateArgument { before, known: LateValue::FederationId }) => format!("{before}{id}").into(),
+            Self::Known(LateArgument { before, known: LateValue::RtiPort }) => {
                 let port = port.map(|port| port.to_string()).unwrap_or_default();
                 (before.clone() + &port).into()
             }
@@ -195,7 +195,7 @@ impl Federation {
             }
         }
         let first: &[Process] = self.rti.as_ref().map_or(&self.federates, std::slice::from_ref);
-        let knows_early = |process: &&Process| process.words.iter().any(Word::is_port);
+        let knows_early = |process: &&Process| process.words.iter().any(Argument::is_port);
         match first.iter().find(knows_early) {
             Some(Process { name, .. }) if self.rti_port.is_none() => {
                 Err(format!("`{name}` is to be told the RTI's port, which nobody knows when it starts"))
@@ -305,7 +305,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_wrong_with_a_description_is_said_with_its_place() {
+    fn errors_of_a_description_name_their_place() {
         for (participants, words) in [
             (r#""federates": [{"name": "a", "words": ["x"], "word": 1}]"#, "unknown field `word`"),
             (r#""federates": [{"name": "a", "words": ["x", 1]}]"#, "a word is a text, or { before: TEXT, known:"),

@@ -40,7 +40,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_no_time_is_named() {
+    fn text_that_is_no_time_is_named() {
         assert!(parse("5 parsec").is_err_and(|error| error.contains("parsec")));
         for wrong in ["", "-5 s", "s", "1.2.3", "1,5"] {
             assert!(parse(wrong).is_err(), "{wrong}");

@@ -97,7 +97,7 @@ fn errors_in_c_are_at_their_places_in_it() {
 }
 
 #[test]
-fn who_has_no_libclang_is_told_where_to_get_it() {
+fn a_missing_libclang_is_reported_with_where_to_get_it() {
     let folder = folder(&FILES);
     let output = said(lfz(folder.path(), &["build"]).env("LIBCLANG_PATH", "/dev/null"));
     let errors = text(&output.stderr);

@@ -26,7 +26,7 @@ fn each_warning_is_shown_once_and_in_each_build() {
 }
 
 #[test]
-fn what_newer_compilers_refuse_is_an_error_where_it_is_written() {
+fn code_that_newer_compilers_refuse_is_an_error_at_its_place() {
     let folder = folder(&[("P.lf", ""), ("helpers.h", "")]);
     for (body, message) in [
         ("lf_set(y, \"abc\");", "P.lf:8:5: error: assignment to 'int' from 'char *'"),

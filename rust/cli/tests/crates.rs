@@ -72,7 +72,7 @@ fn errors_in_included_files_are_at_their_places_in_them() {
 }
 
 #[test]
-fn what_cargo_says_is_passed_on_once() {
+fn messages_of_cargo_are_passed_on_once() {
     let folder = folder(&FILES);
     write(folder.path(), "P.lf", &PROGRAM.replace("log: \"0.4\"", "log: \"999\""));
     let output = said(&mut lfz(folder.path(), &["check", "--bodies"]));

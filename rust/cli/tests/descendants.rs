@@ -57,7 +57,7 @@ impl Running {
 const DESCENDANTS: &str = "(setsid sleep 1000 &); sleep 1000 & echo started >&3";
 
 #[test]
-fn what_participants_have_started_ends_with_the_run_however_that_ends() {
+fn processes_of_participants_end_with_the_run_however_it_ends() {
     for (script, signal, status) in [
         ("exit 0", None, 0),
         ("exit 3", None, 3),

@@ -62,7 +62,7 @@ fn a_program_is_built_and_its_warnings_are_shown_whatever_leads_to_it() {
 }
 
 #[test]
-fn who_cannot_write_beside_the_program_is_told_the_option_that_names_another_folder() {
+fn a_folder_without_write_access_is_reported_with_the_option_for_another_one() {
     let folder = folder(&[("src/P.lf", PROGRAM), ("lib/units.rs", ""), ("build", "no folder")]);
     let output = said(&mut lfz(folder.path(), &["build", "src/P.lf"]));
     let errors = text(&output.stderr);

@@ -8,7 +8,7 @@ use std::process::Command;
 
 use lf_linux::model::Part;
 use lf_linux::model::time::{Instant, Microstep, Tag};
-use lf_linux::runtime::trace::{Event, Header, MessageType, RECORD_BYTES, RTI, Record, Role, Waits, Word};
+use lf_linux::runtime::trace::{Event, Header, MessageType, RECORD_BYTES, RTI, Record, Role, TracedMessage, Waits};
 
 /// The number of records of one turn, which contains all kinds of records that repeat.
 const TURN: usize = 8;
@@ -23,7 +23,7 @@ const TURNS: usize = MEMORY_BYTES / RECORD_BYTES / TURN;
 fn turn(number: i64) -> [Event; TURN] {
     let time = Instant::from_nanos(number * 1_000);
     let tag = Tag { time, microstep: Microstep(0) };
-    let word = |peer| Word { kind: MessageType::TaggedMessage, peer, to: (1, 0), tag: Some(tag), bytes: 4 };
+    let word = |peer| TracedMessage { kind: MessageType::TaggedMessage, peer, to: (1, 0), tag: Some(tag), bytes: 4 };
     [
         Event::Clock(Instant::from_nanos(number * 1_001)),
         Event::WaitBegins(Waits::Grant(tag)),

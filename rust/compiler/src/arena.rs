@@ -79,6 +79,11 @@ impl<I: ArenaId, T> Arena<I, T> {
     pub(crate) fn values(&self) -> core::slice::Iter<'_, T> {
         self.list.iter()
     }
+
+    /// Returns all items, to change them.
+    pub(crate) fn values_mut(&mut self) -> core::slice::IterMut<'_, T> {
+        self.list.iter_mut()
+    }
 }
 
 impl<I, T> Default for Arena<I, T> {

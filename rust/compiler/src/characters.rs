@@ -166,7 +166,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn what_nobody_sees_has_a_number_and_a_name() {
+    fn invisible_characters_have_a_number_and_a_name() {
         assert_eq!(shown('\u{A0}'), "U+00A0 (no-break space)");
         assert_eq!(shown('\u{E0041}'), "U+E0041 (an invisible character)");
         assert_eq!(shown('“'), "`“` (U+201C)");

@@ -77,7 +77,7 @@ fn data_flow_comes_before_declaration() {
 
 /// Reactions of other modes also see a value that reaches a port through connections alone.
 #[test]
-fn what_is_set_is_there_before_it_is_seen() {
+fn a_port_is_set_before_it_is_read_at_the_last_tag() {
     let through = "reactor F { input x: u32 c = new Through()
         initial mode A { reaction(c.o) -> B {= =} }
         mode B { reaction(shutdown) -> c.i {= =} } }";
@@ -95,7 +95,7 @@ fn a_connection_of_the_active_mode_sets_a_port_last() {
 /// Federated, the mode at the time of sending is unknown when a message comes back, and unfederated the rule is the
 /// same.
 #[test]
-fn what_comes_back_through_others_is_data_flow() {
+fn a_value_that_comes_back_through_other_federates_is_data_flow() {
     let f = "reactor F { input x: u32 input y: u32 output z: u32
         initial mode A { reaction(y) -> B {= =} }
         mode B { reaction(shutdown) {= =} reaction(x) -> z {= =} } }";
@@ -113,7 +113,7 @@ fn what_comes_back_through_others_is_data_flow() {
 
 /// Each of two reactions writes a port that the other one reads at the last tag.
 #[test]
-fn what_waits_for_each_other_at_the_last_tag_is_refused() {
+fn reactions_that_wait_for_each_other_at_the_last_tag_are_refused() {
     let loops = "reactor F { input x: u32 c = new Through() d = new Through()
         initial mode A { reaction(d.o) -> c.i, B {= =} }
         mode B { reaction(shutdown) c.o -> d.i {= =} } }";

@@ -35,7 +35,7 @@ fn an_error_is_shown_however_many_warnings_there_are() {
 }
 
 #[test]
-fn what_is_wrong_in_one_line_of_megabytes_is_shown_in_part() {
+fn errors_in_a_line_of_megabytes_show_a_part_of_it() {
     let compilation = compiled(format!("target Rust; {} main reactor {{ }}", "reactor A { x } ".repeat(50_000)));
     assert!(compilation.diagnostics.render(Style::Plain).len() < 200_000);
 }

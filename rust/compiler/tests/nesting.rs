@@ -154,7 +154,7 @@ fn programs(times: usize) -> Vec<String> {
 }
 
 #[test]
-fn what_is_nested_too_deeply_is_refused_and_nothing_overflows() {
+fn code_that_is_nested_too_deeply_is_refused_without_an_overflow() {
     for program in programs(20_000) {
         let compilation = compiled(program.clone());
         let mut codes = compilation.diagnostics.iter().map(|entry| entry.code);
@@ -165,7 +165,7 @@ fn what_is_nested_too_deeply_is_refused_and_nothing_overflows() {
 
 /// The tests' threads have stacks of 2 MiB, a quarter of the program's.
 #[test]
-fn what_is_taken_by_the_check_all_that_follows_takes_too() {
+fn code_that_passes_the_check_passes_all_later_stages() {
     let deployment = Deployment::default();
     let settings = Settings {
         lf_linux: "/l",

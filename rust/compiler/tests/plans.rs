@@ -46,7 +46,7 @@ fn each_instance_in_a_federated_reactor_is_a_federate() {
 }
 
 #[test]
-fn what_stands_behind_a_bank_without_members_keeps_its_arguments() {
+fn instances_behind_a_bank_without_members_keep_their_arguments() {
     check("empty_bank");
 }
 
@@ -143,7 +143,7 @@ fn reactors_have_what_they_inherit_and_types_in_place_of_type_parameters() {
 }
 
 #[test]
-fn what_is_in_a_mode_says_so_and_connections_out_of_it_copy() {
+fn elements_of_a_mode_name_it_and_connections_out_of_it_copy() {
     check("modes");
 }
 

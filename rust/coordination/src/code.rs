@@ -406,7 +406,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_read_is_what_was_written() {
+    fn decoded_codes_equal_the_encoded_values() {
         let tag = |time: i64| EventTag::relative(Tag::at(Instant::from_nanos(time)), Instant::from_nanos(0));
         for error in [
             FederateError::NoAnswer,
@@ -445,7 +445,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_no_code_is_refused() {
+    fn text_that_is_no_code_is_refused() {
         for text in ["", "lf#", "lf#2", "lf#2.e", "lf#2.0", "lf#2.1.0", "lf#3.1", "lf#2.0.\"open"] {
             assert_eq!(back::<FederateError>(text), None, "{text}");
         }

@@ -54,7 +54,7 @@ fn talk(federate: &mut Federate<'_>, rti: &mut Rig, connection: ConnectionId) ->
 }
 
 #[test]
-fn who_has_the_same_key_is_let_in() {
+fn a_federate_with_the_same_key_is_accepted() {
     let (mut federate, mut rti) = (federate(KEY, true), rti(true));
     assert_eq!(federate.phase(), Phase::Authenticating);
     let connection = rti.connect();
@@ -137,7 +137,7 @@ fn a_recorded_answer_of_an_rti_is_worthless() {
 
 /// A proof for one federate does not make its owner another one.
 #[test]
-fn who_has_proven_to_be_one_federate_cannot_join_as_another() {
+fn a_federate_that_has_authenticated_cannot_join_as_another_one() {
     let (mut federate, mut rig) = (federate(KEY, true), rti(true));
     let connection = rig.connect();
     rig.send(connection, &drain(&mut federate).concat());

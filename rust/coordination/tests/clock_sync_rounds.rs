@@ -67,7 +67,7 @@ fn a_round_is_t1_t3_t4_and_the_coded_probe() {
 }
 
 #[test]
-fn what_is_lost_costs_its_own_round_and_no_other() {
+fn a_lost_datagram_costs_its_own_round_only() {
     let mut follower = Follower::default();
     // T4 is lost.
     assert!(follower.hear(0, &Message::T1(0)));
@@ -184,40 +184,40 @@ fn a_t3_that_comes_when_the_next_round_is_due_does_not_mix_them() {
 }
 
 /// The times that the datagrams of a round take, in µs; none for a lost one.
-type Fate = [Option<i64>; 4];
+type DatagramDelays = [Option<i64>; 4];
 
-fn fates(lost: u32, longest_us: i64) -> impl Strategy<Value = Vec<Fate>> {
+fn of_rounds(lost: u32, longest_us: i64) -> impl Strategy<Value = Vec<DatagramDelays>> {
     let one = || prop::option::weighted(1.0 - f64::from(lost) / 100.0, 0..longest_us);
     vec([one(), one(), one(), one()], 1..120)
 }
 
 /// Plays rounds of 5 ms between a [`Poll`] and a federate, in which datagrams overtake each other.
-fn play(fates: &[Fate]) -> Vec<Round> {
+fn play(of_rounds: &[DatagramDelays]) -> Vec<Round> {
     let (mut poll, mut follower) = (Poll::NONE, Follower::default());
     // When, to the federate or the RTI, what.
-    let mut under_way: Vec<(i64, Option<Message<'static>>, Fate)> = Vec::new();
+    let mut under_way: Vec<(i64, Option<Message<'static>>, DatagramDelays)> = Vec::new();
     let mut now = 0;
-    for fate in fates {
+    for delays in of_rounds {
         now += 5 * MS;
         loop {
             under_way.sort_by_key(|(at, ..)| std::cmp::Reverse(*at));
-            let Some((at, message, fate)) = under_way.pop_if(|(at, ..)| *at <= now) else { break };
+            let Some((at, message, delays)) = under_way.pop_if(|(at, ..)| *at <= now) else { break };
             let rti = at + AHEAD;
-            let sent = |index: usize| fate[index].map(|us| at + 1_000 * us);
+            let sent = |index: usize| delays[index].map(|us| at + 1_000 * us);
             match message {
                 Some(message) if follower.hear(at, &message) => {
-                    under_way.extend(sent(1).map(|at| (at, None, fate)));
+                    under_way.extend(sent(1).map(|at| (at, None, delays)));
                 }
                 None if poll.answer(Instant::from_nanos(rti)) => {
-                    under_way.extend(sent(2).map(|at| (at, Some(Message::T4(rti)), fate)));
-                    under_way.extend(sent(3).map(|at| (at, Some(Message::CodedProbe(rti)), fate)));
+                    under_way.extend(sent(2).map(|at| (at, Some(Message::T4(rti)), delays)));
+                    under_way.extend(sent(3).map(|at| (at, Some(Message::CodedProbe(rti)), delays)));
                 }
                 _ => {}
             }
         }
         if poll.begin(Instant::from_nanos(now + AHEAD)) {
             let t1 = Message::T1(now + AHEAD);
-            under_way.extend(fate[0].map(|us| (now + 1_000 * us, Some(t1), *fate)));
+            under_way.extend(delays[0].map(|us| (now + 1_000 * us, Some(t1), *delays)));
         }
     }
     follower.rounds
@@ -235,8 +235,8 @@ proptest! {
 
     /// No matter what is lost or overtaken, the instants of an exchange belong together: they bound the offset.
     #[test]
-    fn an_exchange_is_never_put_together_from_two_rounds(fates in fates(20, 40_000)) {
-        for Round { exchange: Exchange { t1, t2, t3, t4 }, .. } in play(&fates) {
+    fn an_exchange_is_never_put_together_from_two_rounds(of_rounds in of_rounds(20, 40_000)) {
+        for Round { exchange: Exchange { t1, t2, t3, t4 }, .. } in play(&of_rounds) {
             prop_assert!(t1.since(t2).as_nanos() <= AHEAD && AHEAD <= t4.since(t3).as_nanos());
         }
     }
@@ -245,8 +245,9 @@ proptest! {
     /// has overtaken its T4 counts when the next T1 comes.
     #[test]
     fn every_round_is_complete_where_nothing_is_lost(delays in vec(any::<[u8; 4]>(), 1..120)) {
-        let fates: Vec<Fate> = delays.iter().map(|round| round.map(|delay| Some(6 * i64::from(delay)))).collect();
-        prop_assert!(play(&fates).len() + 2 >= fates.len());
+        let in_us = |round: &[u8; 4]| round.map(|delay| Some(6 * i64::from(delay)));
+        let of_rounds: Vec<DatagramDelays> = delays.iter().map(in_us).collect();
+        prop_assert!(play(&of_rounds).len() + 2 >= of_rounds.len());
     }
 
     /// Offset and drift are found, however much jitter there is; if the drift is that of quartz, also though the

@@ -104,7 +104,7 @@ proptest! {
 
     /// Speed, room and DNETs make no difference to what the federates see, and neither does that they are several.
     #[test]
-    fn what_is_seen_does_not_depend_on_the_speed(graph in any_graph(), seeds: [u64; 3], small in 75..100usize) {
+    fn observed_values_do_not_depend_on_the_speed(graph in any_graph(), seeds: [u64; 3], small in 75..100usize) {
         let expected = graph.expected();
         prop_assert_eq!(&run(&graph, Manner::usual(seeds[0])), &expected);
         prop_assert_eq!(&run(&graph, Manner { room: small, ..Manner::usual(seeds[1]) }), &expected);
@@ -114,7 +114,7 @@ proptest! {
     /// A slow federate makes others wait, which makes no difference either, in cycles neither; and it never has more
     /// in its queues than they are made for.
     #[test]
-    fn what_is_seen_does_not_depend_on_the_window(
+    fn observed_values_do_not_depend_on_the_window(
         graph in any_graph(),
         seed: u64,
         window in 1..4usize,

@@ -67,7 +67,7 @@ fn a_connection_that_ends_in_the_handshake_counts_once_it_has_said_who_it_is() {
 }
 
 #[test]
-fn whoever_comes_back_lifts_the_limit() {
+fn a_federate_that_comes_back_lifts_the_limit() {
     let (mut rig, [first, second]) = waiting(config());
     rig.close(first);
     wait(&mut rig, Interval::from_secs(30));

@@ -46,7 +46,7 @@ fn an_aborted_federation_has_failed_for_all() {
 }
 
 #[test]
-fn whoever_is_lost_before_the_start_can_come_again() {
+fn a_federate_that_is_lost_before_the_start_can_come_again() {
     let mut rig = Rig::new(config(), Sizes::ample(2));
     let first = hello(&mut rig, 0, &[]);
     rig.message(first, &Message::Timestamp(1_000_000));
@@ -101,7 +101,7 @@ fn a_federate_that_leaves_while_a_stop_is_pending_has_agreed() {
 }
 
 #[test]
-fn who_does_not_answer_a_stop_request_is_expelled_and_the_others_stop() {
+fn a_federate_that_does_not_answer_a_stop_request_is_expelled_and_the_others_stop() {
     let (mut rig, connections) = chain(config(), Sizes::ample(3));
     rig.message(connections[0], &Message::StopRequest(at(5)));
     rig.message(connections[1], &Message::StopReply(at(7)));
@@ -301,7 +301,7 @@ fn loss_in_cycle(lost: usize, stock: Option<usize>) -> Vec<Vec<String>> {
 
 /// 2 waits at the tag for 1, and 0 for 2: no grant can say that 1 is no more, for the two are still in a cycle.
 #[test]
-fn who_waits_for_a_lost_federate_within_a_tag_is_told() {
+fn a_federate_that_waits_for_a_lost_one_within_a_tag_is_told() {
     assert_eq!(loss_in_cycle(1, None), [vec![], vec![], vec!["UPSTREAM_DISCONNECTED"]]);
     // A stock federate of LF 0.12 does not know the word.
     assert_eq!(loss_in_cycle(1, Some(2)), [[""; 0]; 3]);

@@ -85,7 +85,7 @@ fn one_has_all_its_exchanges_before_another_begins() {
 }
 
 #[test]
-fn who_is_silent_or_gone_keeps_its_turn_for_a_moment_only() {
+fn a_federate_that_is_silent_or_gone_keeps_its_turn_for_a_moment_only() {
     let mut rig = rig(3);
     let connections = [0, 1, 2].map(|id| come(&mut rig, id, UDP_PORT_CLOCK_SYNC_INITIAL));
     assert_eq!(pass(&mut rig, MS(1)), Some(connections[0]));
@@ -102,7 +102,7 @@ fn who_is_silent_or_gone_keeps_its_turn_for_a_moment_only() {
 
 /// Its silence is not its own fault.
 #[test]
-fn who_waits_for_its_turn_is_not_given_up() {
+fn a_federate_that_waits_for_its_turn_is_not_given_up() {
     let mut rig = rig(2);
     let silent = come(&mut rig, 0, UDP_PORT_CLOCK_SYNC_INITIAL);
     pass(&mut rig, MS(1));

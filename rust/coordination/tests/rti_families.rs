@@ -66,7 +66,7 @@ fn a_federate_of_the_same_computer_is_found_over_either_family() {
 
 /// It asks again and again, but the reason why it cannot receive the address is logged once, with advice.
 #[test]
-fn who_cannot_be_told_an_address_is_named_once_with_what_to_do() {
+fn a_federate_that_cannot_be_told_an_address_is_named_once_with_advice() {
     let far = "fd00::7".parse::<Ipv6Addr>().expect("an address");
     let (rig, bytes) = reply(IpAddress::V4(Ipv4Addr::LOCALHOST), IpAddress::v6(far, 0), 5);
     assert_eq!(bytes, encoded(&UNKNOWN).repeat(5));

@@ -67,7 +67,7 @@ fn an_announcement_that_a_message_has_overtaken_holds_nothing_back() {
 }
 
 #[test]
-fn who_has_seen_more_messages_than_the_rti_remembers_keeps_nobody_waiting() {
+fn a_receiver_of_more_messages_than_the_rti_stores_keeps_no_federate_waiting() {
     // 0 → 1 → 2, and 0 → 2. The RTI remembers two tags for each.
     let upstream = [vec![], vec![(0, 0)], vec![(1, DELAY_NONE), (0, DELAY_NONE)]];
     let (mut rig, connections) = started(config(), Sizes { in_transit: 2, ..Sizes::ample(3) }, &upstream);
@@ -114,7 +114,7 @@ fn an_event_that_is_not_announced_holds_nothing_back() {
 
 /// Federates rely on this DNET: they do not count a message that they have sent as one.
 #[test]
-fn who_sends_a_message_is_asked_for_what_its_receiver_needs_then() {
+fn the_sender_of_a_message_is_asked_for_the_net_that_its_receiver_needs() {
     // 0 → 1 → 2, and 0 → 2 after 30 ns.
     let upstream = [vec![], vec![(0, DELAY_NONE)], vec![(1, DELAY_NONE), (0, 30)]];
     let (mut rig, connections) = started(config(), Sizes::ample(3), &upstream);
@@ -185,7 +185,7 @@ fn the_answer_to_a_stop_request_is_found_behind_what_is_held() {
 }
 
 #[test]
-fn who_leaves_behind_what_is_held_agrees_to_a_stop() {
+fn a_federate_that_leaves_behind_held_messages_agrees_to_a_stop() {
     let (mut rig, connections) = chain(window(1), Sizes::ample(2));
     for ns in [10, 20, 30] {
         step(&mut rig, connections[0], 1, ns);
@@ -209,7 +209,7 @@ fn assert_passed_on(rig: &mut Rig, receiver: ConnectionId, tags: impl IntoIterat
 }
 
 #[test]
-fn who_is_lost_behind_what_is_held_agrees_to_a_stop_and_has_said_what_it_has_said() {
+fn a_federate_lost_behind_held_messages_agrees_to_a_stop_and_its_messages_count() {
     for stop_first in [true, false] {
         let (mut rig, connections) = chain(window(1), Sizes::ample(3));
         let (sender, receiver, other) = (connections[0], connections[1], connections[2]);

@@ -115,7 +115,7 @@ fn a_wrong_key_is_rejected_and_the_right_one_is_accepted_afterwards() {
 /// 29b: the recorded RTI does not answer and ends. Ours says with code 4 that it expects another message, also to a
 /// federate whose first message is shorter than the one that is expected, and goes on.
 #[test]
-fn who_does_not_authenticate_is_rejected_and_others_are_accepted_afterwards() {
+fn a_federate_that_does_not_authenticate_is_rejected_and_others_are_accepted_afterwards() {
     let mut recording = load("29b-auth-missing");
     let accepted = lf_testkit::golden::load("28-auth-accepted").unwrap_or_else(|error| panic!("{error}"));
     let closed = Step::ClosedByPeer(100);
@@ -150,7 +150,7 @@ fn federates_of_lf_0_13_are_served_and_freed_when_all_upstream_have_left() {
 
 /// 61: in addition, the recorded RTI looks at the others only at the next NET when a connection closes without RESIGN.
 #[test]
-fn who_waits_for_a_federate_that_vanishes_goes_on_at_once() {
+fn a_federate_that_waits_for_one_that_vanishes_goes_on_at_once() {
     let mut recording = load("61-upstreams-gone");
     let at = closed(&recording, 0);
     // TAG (start+29999999, 4294967295), which the NET of the other upstream federate allows.

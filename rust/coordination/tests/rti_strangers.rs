@@ -63,7 +63,7 @@ fn a_federate_that_does_not_tell_its_clock_loses_its_place() {
 /// Once it has sent its clock, a federate may be silent for as long as it likes, also the last one, with which all
 /// start.
 #[test]
-fn whoever_has_told_its_clock_may_be_silent() {
+fn a_federate_that_has_sent_its_clock_may_be_silent() {
     let mut rig = Rig::new(config(), Sizes::ample(2));
     for id in 0..2 {
         let federate = hello(&mut rig, id, &[]);
@@ -76,7 +76,7 @@ fn whoever_has_told_its_clock_may_be_silent() {
 
 /// The rejection does not claim that the federate is still there, and no peer waits for a slot that will not be free.
 #[test]
-fn nobody_comes_back_to_a_federation_that_runs_and_it_is_said_why() {
+fn no_federate_comes_back_to_a_running_federation_and_the_log_says_why() {
     let (mut rig, federates) = started(config(), Sizes::ample(2), &[vec![], vec![]]);
     let ids = Message::FedIds { federate: 0, federation_id: FEDERATION };
     for (has_left, end) in [

@@ -64,7 +64,7 @@ fn clocks_that_are_told_at_different_times_are_not_apart() {
 }
 
 #[test]
-fn who_completes_what_was_not_granted_is_named_once() {
+fn a_federate_that_completes_a_tag_without_a_grant_is_named_once() {
     let (mut rig, federates) = started(config(), Sizes::ample(2), &[vec![], vec![(0, DELAY_NONE)]]);
     rig.message(federates[1], &Message::NextEventTag(at(0)));
     for ns in [5, 9] {

@@ -101,7 +101,7 @@ fn a_federate_that_waits_for_a_grant_is_told_with_the_one_that_holds_it_up() {
 }
 
 #[test]
-fn who_waits_for_its_time_only_is_not_told() {
+fn a_federate_that_waits_for_physical_time_only_is_not_logged() {
     let (mut rig, [up, down]) = chain();
     for connection in [up, down] {
         rig.message(connection, &Message::NextEventTag(at(60_000_000_000)));

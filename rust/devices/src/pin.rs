@@ -248,7 +248,7 @@ mod tests {
     }
 
     #[test]
-    fn what_a_driver_refuses_names_the_device() {
+    fn the_error_of_a_driver_names_the_device() {
         let pin = Inverted::default();
         let error = Input::new(&pin).expect_err("it is not ready");
         assert_eq!(error, DeviceError { device: "inverted", problem: Problem::NotReady });

@@ -50,7 +50,7 @@ impl<T> StaticSlot<T> {
     }
 
     /// Returns room for a value of another type that is not larger, because a static cannot name a type with the
-    /// lifetimes of the function that makes its value. A caller that writes a value has to drop it, if necessary.
+    /// lifetimes of the function that makes its value. A value that is written there is not dropped.
     pub(crate) fn room<U>(&mut self) -> &mut MaybeUninit<U> {
         const { assert!(size_of::<U>() <= size_of::<T>() && align_of::<U>() <= align_of::<T>(), "there is no room") };
         // A compiler that knows the address writes it out in each function, which takes more code than passing it.

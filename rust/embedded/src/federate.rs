@@ -102,7 +102,7 @@ impl<P: Program, S: EngineStorage, B: BufferStorage> Memory<P, S, B> {
         program: impl FnOnce() -> P,
     ) -> Result<(), ImageError> {
         let parts = self.0.take().ok_or(ImageError::Running)?;
-        let (program, storage) = (parts.program.fill(program), parts.storage.fill(S::default));
+        let (program, storage) = (parts.program.fill(program), parts.storage.fill(S::new));
         let (tables, settings) = (program.tables(), description.settings());
         let Some(federation) = &description.federation else {
             let mut alone = UnfederatedLoop::new(platform, program, Engine::new(tables, storage, settings));

@@ -4,16 +4,17 @@
 //! It runs in two steps, because a federate in the same image must find it listening: [`ImageRti::listen`], then
 //! [`ImageRti::run`], perhaps from another thread.
 
-use lf_coordination::clock_sync::RTI_UDP_PORT;
+use core::mem;
+
 pub use lf_coordination::rti::ClockSync;
 use lf_coordination::rti::{
     AfterLoss, Config, Connection, Node, Outcome, PathWords, RtiEvent, RtiStorage, START_REPORT, Slot,
 };
 use lf_model::time::{Interval, Tag};
-use lf_runtime::platform::{NetError, Platform, SocketId};
+use lf_runtime::platform::{Platform, SocketId};
 use lf_runtime::trace::Recording;
 pub use lf_runtime::{AUTHENTICATOR, Authenticator};
-use lf_runtime::{Inlet, Outgoing, RtiError, RtiLoop, RtiSetup, log_rti_event};
+use lf_runtime::{Inlet, Outgoing, RtiError, RtiLoop, RtiPorts, RtiSetup, log_rti_event};
 use log::LevelFilter;
 
 use crate::cell::{Handover, Once, StaticSlot};
@@ -98,8 +99,7 @@ pub struct Memory<P, S> {
 /// The RTI before it runs.
 struct Listening<P> {
     platform: P,
-    listener: SocketId,
-    datagrams: Option<SocketId>,
+    ports: RtiPorts,
     federation_id: &'static [u8],
 }
 
@@ -118,13 +118,12 @@ impl<P: Platform + Send + 'static, S: Storage> Memory<P, S> {
         recording: Recording<'r>,
         log: &'a mut N,
     ) -> Result<&'a mut RtiLoop<'a, 'static, P, N>, RtiError> {
-        let Listening { platform, listener, datagrams, federation_id } =
-            self.listening.take().ok_or(RtiError::Order)?;
+        let Listening { platform, ports, federation_id } = self.listening.take().ok_or(RtiError::Order)?;
         let (storage, place) = self.storage.take().ok_or(RtiError::Order)?;
-        let setup = storage.setup(description.config(federation_id), *datagrams);
-        // It stays where it is written, and consists of plain data and borrowed memory, so that there is nothing to
-        // drop.
-        let rti = RtiLoop::new(platform, setup, *listener, log).map_err(RtiError::Setup)?;
+        let setup = storage.setup(description.config(federation_id), ports.datagrams);
+        // It stays where it is written, and is not dropped.
+        const { assert!(!mem::needs_drop::<RtiLoop<'_, '_, P, N>>(), "plain data and borrowed memory") };
+        let rti = RtiLoop::new(platform, setup, ports.listener, log).map_err(RtiError::Setup)?;
         let rti = place.room().write(rti);
         rti.record(recording);
         Ok(rti)
@@ -141,15 +140,10 @@ impl<P: Platform + Send + 'static, S: Storage> ImageRti<P> for Memory<P, S> {
     ) -> Result<u16, RtiError> {
         let mut actual = port;
         let listening = self.listening.put(|| {
-            let failed = |error| RtiError::Listen { port, error };
-            let listener = platform.listen(port).map_err(failed)?;
-            actual = platform.local_port(listener).map_err(failed)?;
-            let datagrams = match description.clock_sync {
-                ClockSync::On { .. } => Some(open_datagrams(&mut platform).map_err(RtiError::Bind)?),
-                ClockSync::Off | ClockSync::Init { .. } => None,
-            };
+            let ports = RtiPorts::open(&mut platform, port, description.clock_sync)?;
+            actual = ports.tcp;
             let id = if federation_id.is_empty() { description.federation_id.as_bytes() } else { federation_id };
-            Ok(Listening { platform, listener, datagrams, federation_id: id })
+            Ok(Listening { platform, ports, federation_id: id })
         });
         listening.unwrap_or(Err(RtiError::Order)).map(|()| actual)
     }
@@ -160,15 +154,6 @@ impl<P: Platform + Send + 'static, S: Storage> ImageRti<P> for Memory<P, S> {
             Outcome::Complete => Ok(()),
             outcome => Err(RtiError::Ended(outcome)),
         }
-    }
-}
-
-/// Opens a UDP port for clock synchronization. Federates answer to the source of the datagrams, so another port than
-/// the usual one will do.
-fn open_datagrams(platform: &mut impl Platform) -> Result<SocketId, NetError> {
-    match platform.bind(RTI_UDP_PORT) {
-        Err(NetError::AddressInUse) => platform.bind(0),
-        outcome => outcome,
     }
 }
 

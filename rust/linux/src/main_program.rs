@@ -38,29 +38,19 @@ const STACK: usize = 8 << 20;
 /// without optimization each step makes a copy.
 const COPIES: usize = 16;
 
-/// Runs a generated program with this process's command line.
-pub fn main<P: Program + 'static, S: EngineStorage + 'static>(
-    description: &'static Description,
-    program: fn() -> P,
-    storage: fn() -> S,
-) -> ExitCode {
-    main_with(Parameters::NONE, description, program, storage)
-}
-
-/// Runs a program whose main reactor has parameters that the command line can set.
-pub fn main_with<P: Program + 'static, S: EngineStorage + 'static>(
+/// Runs a generated program with this process's command line, which can set the parameters of its main reactor.
+pub fn main<P: Program + 'static, S: EngineStorage>(
     parameters: Parameters,
     description: &'static Description,
     program: fn() -> P,
-    storage: fn() -> S,
 ) -> ExitCode {
     let size = size_of::<P>() + size_of::<S>();
     if size <= SMALL {
-        return start(&parameters, description, program, storage);
+        return start::<P, S>(&parameters, description, program);
     }
     let stack = size.saturating_mul(COPIES).saturating_add(STACK);
     let thread = thread::Builder::new().name("main".to_owned()).stack_size(stack);
-    match thread.spawn(move || start(&parameters, description, program, storage)).map(JoinHandle::join) {
+    match thread.spawn(move || start::<P, S>(&parameters, description, program)).map(JoinHandle::join) {
         Ok(Ok(status)) => status,
         Ok(Err(panic)) => std::panic::resume_unwind(panic),
         Err(error) => {
@@ -76,7 +66,6 @@ fn start<P: Program, S: EngineStorage>(
     parameters: &Parameters,
     description: &'static Description,
     program: fn() -> P,
-    storage: fn() -> S,
 ) -> ExitCode {
     let arguments = match Arguments::parse(std::env::args_os(), description.federation.is_some(), parameters) {
         Ok(Invocation::Run(arguments)) => arguments,
@@ -99,7 +88,7 @@ fn start<P: Program, S: EngineStorage>(
     };
     // It ends last, however the program ends.
     let _devices = Simulation::begin(description.name, description.federation.is_none(), script, arguments.vcd.clone());
-    let (mut program, mut storage) = (program(), storage());
+    let (mut program, mut storage) = (program(), S::new());
     let tables = program.tables();
     let engine = Engine::new(tables, &mut storage, arguments.settings(description.settings()));
     match run(description, &arguments, &mut program, engine) {

@@ -52,7 +52,7 @@ pub struct Parameters {
 
 impl Parameters {
     /// No parameters.
-    pub(crate) const NONE: Self = Self { rows: &[], give: |_, _, _, _| false };
+    pub const NONE: Self = Self { rows: &[], give: |_, _, _, _| false };
 
     /// Returns the position of the parameter with this name.
     pub(crate) fn position(&self, name: &str) -> Option<usize> {

@@ -4,14 +4,12 @@
 use std::fmt;
 use std::path::PathBuf;
 
-use lf_coordination::clock_sync::RTI_UDP_PORT;
 use lf_coordination::heap::{Growing, Memory, Sizes};
-use lf_coordination::rti::{AfterLoss, Config, START_REPORT, SetupError};
+use lf_coordination::rti::{AfterLoss, Config, START_REPORT};
 pub use lf_coordination::rti::{CLOCK_SYNC_TRIALS, ClockSync, Outcome};
 use lf_model::time::Interval;
-use lf_runtime::platform::{NetError, Platform, SocketId};
 use lf_runtime::trace::Recording;
-use lf_runtime::{AUTHENTICATOR, Inlet, Outgoing, RtiLoop, RtiSetup, log_rti_event};
+use lf_runtime::{AUTHENTICATOR, Inlet, Outgoing, RtiLoop, RtiPorts, RtiSetup, log_rti_event};
 
 use crate::platform::Linux;
 use crate::trace_file::TraceFile;
@@ -110,15 +108,6 @@ impl Options {
 pub enum RtiError {
     /// A call of the system that every program needs has failed.
     System(std::io::Error),
-    /// The port cannot be listened on.
-    Listen {
-        /// The port.
-        port: u16,
-        /// The system's error.
-        error: NetError,
-    },
-    /// No UDP port can be opened for clock synchronization.
-    Bind(NetError),
     /// The trace cannot be written.
     Trace {
         /// The file.
@@ -126,20 +115,16 @@ pub enum RtiError {
         /// The system's error.
         error: std::io::Error,
     },
-    /// Its configuration and memory do not fit together.
-    Setup(SetupError),
+    /// Any error that RTIs of boards have, too.
+    Rti(lf_runtime::RtiError),
 }
 
 impl fmt::Display for RtiError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::System(error) => write!(f, "the system has no resources for the RTI: {error}"),
-            Self::Listen { port, error } => {
-                write!(f, "the RTI cannot listen on TCP port {port}: {error}; choose another one with -p")
-            }
-            Self::Bind(error) => write!(f, "the RTI cannot open a UDP port for clock synchronization: {error}"),
             Self::Trace { file, error } => write!(f, "the trace {} cannot be written: {error}", file.display()),
-            Self::Setup(error) => error.fmt(f),
+            Self::Rti(error) => error.fmt(f),
         }
     }
 }
@@ -157,11 +142,9 @@ pub fn serve(options: &Options, listening: impl FnOnce(u16)) -> Result<Outcome, 
             .map_err(|error| RtiError::Trace { file: trace.file.clone(), error })
     };
     let mut trace = options.trace.as_ref().map(create).transpose()?;
-    let listen = |error| RtiError::Listen { port: options.port, error };
-    let listener = host.listen(options.port).map_err(listen)?;
-    listening(host.local_port(listener).map_err(listen)?);
+    let ports = RtiPorts::open(&mut host, options.port, options.clock_sync).map_err(RtiError::Rti)?;
+    listening(ports.tcp);
 
-    let datagrams = open_datagrams(&mut host, options.clock_sync)?;
     let count = usize::from(options.federates);
     let connections = count + SPARE_CONNECTIONS;
     let in_transit = (IN_TRANSIT_ALL / count.max(1)).clamp(IN_TRANSIT_MIN, IN_TRANSIT_MAX);
@@ -181,20 +164,12 @@ pub fn serve(options: &Options, listening: impl FnOnce(u16)) -> Result<Outcome, 
         (0..connections).map(|_| (Inlet::new(buffer()), Outgoing::new(buffer()))).unzip();
     let mut memory = Memory::new(Sizes { federates: count, connections, upstream: count, in_transit });
     let (inlets, outgoings) = (&mut inlets[..], &mut outgoings[..]);
-    let setup = RtiSetup { config, storage: memory.storage(), inlets, outgoings, datagrams };
+    let setup = RtiSetup { config, storage: memory.storage(), inlets, outgoings, datagrams: ports.datagrams };
     let mut log = log_rti_event;
-    let mut rti = RtiLoop::new(&mut host, setup, listener, &mut log).map_err(RtiError::Setup)?;
+    let mut rti = RtiLoop::new(&mut host, setup, ports.listener, &mut log)
+        .map_err(|error| RtiError::Rti(lf_runtime::RtiError::Setup(error)))?;
     if let (Some(trace), Some(Trace { values, .. })) = (&mut trace, &options.trace) {
         rti.record(Recording::new(trace, *values));
     }
     Ok(rti.run())
-}
-
-/// Opens a UDP port for clock synchronization, if it goes on while the federation runs. Federates answer to the source
-/// of the datagrams, so another port than the usual one will do.
-fn open_datagrams(host: &mut impl Platform, clock_sync: ClockSync) -> Result<Option<SocketId>, RtiError> {
-    let ClockSync::On { .. } = clock_sync else { return Ok(None) };
-    let usual = host.bind(RTI_UDP_PORT);
-    let socket = if usual == Err(NetError::AddressInUse) { host.bind(0) } else { usual };
-    socket.map(Some).map_err(RtiError::Bind)
 }

@@ -61,7 +61,7 @@ proptest! {
 }
 
 #[test]
-fn what_is_too_long_or_no_value_is_refused_with_the_reason() {
+fn bytes_that_are_too_long_or_no_value_are_refused_with_the_reason() {
     let command = Command::Move { steps: u128::MAX, back: false };
     let mut bytes = [0; 40];
     assert_eq!(Postcard::<5>::encode(&command, &mut bytes), Err(PayloadError::LongerThan(5)));

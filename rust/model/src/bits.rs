@@ -64,7 +64,7 @@ mod tests {
     proptest! {
         /// It behaves like a sorted set of the numbers that its words have bits for.
         #[test]
-        fn it_is_a_sorted_set(changes in prop::collection::vec((0..96u16, any::<bool>()), 0..50), from in 0..96u16) {
+        fn bits_are_a_sorted_set(changes in prop::collection::vec((0..96u16, any::<bool>()), 0..50), from in 0..96u16) {
             let mut words = [0; 3];
             let mut bits = Bits(&mut words);
             let mut set = BTreeSet::new();

@@ -5,7 +5,10 @@ use crate::state::Last;
 use crate::time::Tag;
 
 /// The memory that an engine borrows, without the sizes in its type.
-pub trait EngineStorage: Default + 'static {
+pub trait EngineStorage: 'static {
+    /// Returns empty storage.
+    fn new() -> Self;
+
     /// Returns all of its parts.
     fn parts(&mut self) -> StorageParts<'_>;
 }
@@ -58,14 +61,11 @@ impl<
     const TARDY_INPUTS: usize,
     const MODES: usize,
     const HELD: usize,
-> Storage<TRIGGERS, TRIGGER_WORDS, REACTION_WORDS, PORT_WORDS, TARDY_WORDS, TARDY_INPUTS, MODES, HELD>
+> EngineStorage
+    for Storage<TRIGGERS, TRIGGER_WORDS, REACTION_WORDS, PORT_WORDS, TARDY_WORDS, TARDY_INPUTS, MODES, HELD>
 {
-    /// Returns empty storage.
-    ///
-    /// # Panics
-    /// When the sizes contradict each other, which `storage_for!` rules out.
-    pub const fn new() -> Self {
-        assert!(TRIGGERS <= TRIGGER_WORDS * 32, "one bit per trigger: use storage_for!");
+    fn new() -> Self {
+        const { assert!(TRIGGERS <= TRIGGER_WORDS * 32, "one bit per trigger: use storage_for!") };
         Self {
             next: [Tag::FOREVER; TRIGGERS],
             winners: [0; TRIGGERS],
@@ -79,36 +79,7 @@ impl<
             held: [Tag::FOREVER; HELD],
         }
     }
-}
 
-impl<
-    const TRIGGERS: usize,
-    const TRIGGER_WORDS: usize,
-    const REACTION_WORDS: usize,
-    const PORT_WORDS: usize,
-    const TARDY_WORDS: usize,
-    const TARDY_INPUTS: usize,
-    const MODES: usize,
-    const HELD: usize,
-> Default for Storage<TRIGGERS, TRIGGER_WORDS, REACTION_WORDS, PORT_WORDS, TARDY_WORDS, TARDY_INPUTS, MODES, HELD>
-{
-    fn default() -> Self {
-        Self::new()
-    }
-}
-
-impl<
-    const TRIGGERS: usize,
-    const TRIGGER_WORDS: usize,
-    const REACTION_WORDS: usize,
-    const PORT_WORDS: usize,
-    const TARDY_WORDS: usize,
-    const TARDY_INPUTS: usize,
-    const MODES: usize,
-    const HELD: usize,
-> EngineStorage
-    for Storage<TRIGGERS, TRIGGER_WORDS, REACTION_WORDS, PORT_WORDS, TARDY_WORDS, TARDY_INPUTS, MODES, HELD>
-{
     fn parts(&mut self) -> StorageParts<'_> {
         StorageParts {
             next: &mut self.next,

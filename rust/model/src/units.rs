@@ -121,7 +121,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_no_time_is_named() {
+    fn text_that_is_no_time_is_named() {
         for number in ["", "-5", ".5", "1.2.3", "1,5", "5e3"] {
             assert_eq!(nanoseconds(number, "s"), Err(TimeError::NotANumber(number)));
         }

@@ -125,7 +125,7 @@ fn any_whole() -> impl Strategy<Value = Whole> {
 
 proptest! {
     #[test]
-    fn what_is_sent_comes_back(whole in any_whole(), list in prop::collection::vec(any_whole(), 0..=2)) {
+    fn values_survive_encoding_and_decoding(whole in any_whole(), list in prop::collection::vec(any_whole(), 0..=2)) {
         comes_back(&whole);
         comes_back(&Some((whole.names.clone(), whole.level)));
         comes_back(&Option::<Whole>::None);
@@ -154,7 +154,7 @@ proptest! {
 }
 
 #[test]
-fn what_no_value_has_is_refused_with_the_reason() {
+fn bytes_that_no_value_has_are_refused_with_the_reason() {
     assert_eq!(Level::decode(&1i32.to_le_bytes()), Err(PayloadError::NotVariant(1)));
     assert_eq!(Small::decode(&[5]), Err(PayloadError::NotVariant(5)));
     assert_eq!(char::decode(&0xD800u32.to_le_bytes()), Err(PayloadError::NotChar(0xD800)));

@@ -156,7 +156,7 @@ fn the_spacing_of_an_action_is_one_of_its_modes_time() {
 }
 
 #[test]
-fn what_other_threads_schedule_for_a_mode_that_is_not_active_does_not_happen() {
+fn events_that_threads_schedule_for_an_inactive_mode_do_not_happen() {
     let mut bench = two_modes(10, HISTORY(1), HISTORY(0))
         .timer(1, 8, 10)
         .physical(timing(5, None, Policy::Defer))
@@ -220,7 +220,7 @@ fn nested(inner: Transition, to_one: Transition, to_zero: Transition) -> Builder
 }
 
 #[test]
-fn what_is_entered_in_a_mode_that_is_left_waits_with_it() {
+fn a_mode_entered_inside_one_that_is_left_waits_with_it() {
     let mut bench = nested(RESET(3), HISTORY(1), HISTORY(0)).build();
     bench.steps(5);
     let expected = [("reset", 20, 1), ("startup", 20, 1), ("timer", 24, 0)];

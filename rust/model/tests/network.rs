@@ -140,7 +140,7 @@ fn a_tag_whose_output_has_no_room_stays_open_and_is_resumed() {
 }
 
 #[test]
-fn what_would_arrive_after_the_stop_is_not_sent() {
+fn messages_that_would_arrive_after_the_stop_are_not_sent() {
     let mut bench = sender().output_delay(5).build();
     bench.engine.set_stop_tag(at(12, 0));
     bench.steps(9);

@@ -17,9 +17,10 @@ use std::collections::BTreeMap;
 
 use crate::reference::program::RandomProgram;
 use crate::reference::{
-    ACTIONS, AT_INPUTS, ActionPlan, INPUTS, Outcome, PORTS, Plan, QUEUE_CAPACITY, START, TIMERS, TagPair, Told,
+    ACTIONS, AT_INPUTS, ActionPlan, INPUTS, NetworkMessage, Outcome, PORTS, Plan, QUEUE_CAPACITY, START, TIMERS,
+    TagPair,
 };
-use lf_model::{Engine, InputId, Instant, Interval, Microstep, Progress, Settings, Storage, Tag};
+use lf_model::{Engine, EngineStorage, InputId, Instant, Interval, Microstep, Progress, Settings, Storage, Tag};
 use lf_testkit::host::{Clock, Host};
 use proptest::prelude::*;
 
@@ -45,7 +46,7 @@ struct Run {
 impl Run {
     fn new(plan: &Plan) -> Self {
         let program = RandomProgram::new(plan.clone());
-        let storage: &'static mut Storage<16, 1, 1, 1> = Box::leak(Box::default());
+        let storage: &'static mut Storage<16, 1, 1, 1> = Box::leak(Box::new(EngineStorage::new()));
         assert_eq!(program.tables.triggers.len(), 16, "the storage is that of the tables");
         let settings = Settings { timeout: plan.timeout.map(Interval::from_nanos), ..Settings::DEFAULT };
         let mut engine = Engine::new(program.tables, storage, settings);
@@ -167,7 +168,7 @@ fn run_in_pieces(plan: &Plan, pieces: &Pieces) -> Outcome {
     }
     let full = vec![false; plan.messages.len()];
     let mut outcome = run.outcome(full);
-    let at_empty = |told: &Told| emptied.contains(&told.0);
+    let at_empty = |told: &NetworkMessage| emptied.contains(&told.0);
     assert!(outcome.told.iter().filter(|told| at_empty(told)).all(|told| told.2.is_none()));
     assert_eq!(outcome.told.iter().filter(|told| at_empty(told)).count(), emptied.len() * PORTS);
     outcome.told.retain(|told| !at_empty(told));
@@ -234,7 +235,7 @@ proptest! {
 
     /// The events before the stop do not depend on when the stop becomes known.
     #[test]
-    fn what_would_come_after_the_stop_changes_nothing_before_it(plan in quiet_plan(), timeout in 0..60i64) {
+    fn messages_after_the_stop_change_nothing_before_it(plan in quiet_plan(), timeout in 0..60i64) {
         let late = run_whole(&Plan { timeout: None, ..plan.clone() });
         let early = run_whole(&Plan { timeout: Some(timeout), ..plan });
         let Some(last) = early.trace.last().map(|step| step.0).filter(|_| !late.failed) else { return Ok(()) };

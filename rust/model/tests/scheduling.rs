@@ -224,7 +224,7 @@ fn a_full_delayed_connection_ends_the_program_with_its_name() {
 }
 
 #[test]
-fn what_is_scheduled_for_ever_never_happens_and_takes_no_room() {
+fn an_event_scheduled_at_forever_never_happens_and_takes_no_room() {
     let mut bench = bench()
         .timer(0, 0, 1)
         .reaction(0, &[By::Timer(0)], |cells, ctx| ctx.schedule(&mut cells.actions[0], After(Duration::MAX)))

@@ -84,7 +84,7 @@ fn reactions_without_a_handler_hand_tardiness_on_within_the_tag() {
 }
 
 #[test]
-fn who_reads_a_tardy_input_is_told_too_and_nobody_at_other_tags() {
+fn all_readers_of_a_tardy_input_see_the_intended_tag_at_that_tag_only() {
     let log = |word: &'static str| move |cells: &mut Cells, ctx: &mut ReactionContext<'_>| cells.log(ctx, word);
     let builder = program().reaction(0, &[By::Input], |cells, ctx| ctx.set(&mut cells.ports[2], 1));
     let builder =
@@ -142,7 +142,7 @@ fn a_second_message_for_one_tag_is_in_time_until_the_next_microstep() {
 }
 
 #[test]
-fn what_comes_after_the_last_tag_does_not_happen() {
+fn messages_after_the_last_tag_do_not_happen() {
     let mut bench = program().reaction(0, &[By::Input, By::Timer(0)], tell("body")).build();
     bench.engine.set_stop_tag(at(20, 0));
     assert_eq!(bench.deliver_tardy(at(20, 1), 1), Delivery::AfterStop);

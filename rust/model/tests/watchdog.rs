@@ -62,7 +62,7 @@ fn a_watchdog_can_be_started_where_it_expires() {
 }
 
 #[test]
-fn what_happens_at_the_tag_at_which_it_expires_is_too_late() {
+fn a_restart_at_the_tag_of_expiry_is_too_late() {
     let mut bench = watched()
         .timer(0, 0, 10)
         .reaction(0, &[By::Timer(0)], |cells, ctx| ctx.start_watchdog(&mut cells.watchdog, delay!(0)))

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! The errors that end the program or the RTI of an image for a board early.
+//! The errors that end the program of an image for a board early, or an RTI.
 //!
 //! The image is not this crate's, but its sentences are here, so that the computer beside it can decode them.
 
@@ -68,7 +68,7 @@ impl fmt::Display for SettingsError {
 
 impl core::error::Error for SettingsError {}
 
-/// An error that ends the RTI of an image early.
+/// An error that ends an RTI early.
 #[derive(Debug)]
 pub enum RtiError {
     /// A setting is invalid.
@@ -95,7 +95,10 @@ impl fmt::Display for RtiError {
         match self {
             Self::Settings(error) => error.fmt(f),
             Self::Listen { port, error } => {
-                say!(f, "the RTI cannot listen on TCP port {port}: {error}; choose another one: CONFIG_LF_RTI_PORT")
+                say!(
+                    f,
+                    "the RTI cannot listen on TCP port {port}: {error}; choose another one (-p, CONFIG_LF_RTI_PORT)"
+                )
             }
             Self::Bind(error) => say!(f, "the RTI cannot open a UDP port for clock synchronization: {error}"),
             Self::Setup(error) => error.fmt(f),

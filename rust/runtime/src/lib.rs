@@ -38,6 +38,6 @@ pub use lf_coordination::code::PREFIX as CODE_PREFIX;
 pub use lf_coordination::federate::{All, AwaitedInput, ClockSync, Coordination, Needs};
 pub use lf_wire::DELAY_NONE;
 pub use log_event::{Code, ConnectionEvent, DeviceEvent, FederateEvent, LogEvent, PeerEvent, TEXTS, explain, report};
-pub use rti::{Inlet, Outgoing, RtiLoop, RtiSetup, log_rti_event};
+pub use rti::{Inlet, Outgoing, RtiLoop, RtiPorts, RtiSetup, log_rti_event};
 pub use turn::Turn;
 pub use unfederated::UnfederatedLoop;

@@ -4,11 +4,11 @@
 use crate::support::federation::{PORT, Plan, RTI, edge, federation_of};
 use crate::support::node::{Behavior, Node, NodeStorage};
 use lf_model::time::Interval;
-use lf_model::{Engine, Program as _, Settings};
+use lf_model::{Engine, EngineStorage as _, Program as _, Settings};
 use lf_runtime::platform::Endpoint;
 use lf_runtime::{Buffers, FederateLoop, Join, RunError, UnfederatedLoop};
 use lf_testkit::network::address_of;
-use lf_testkit::world::{Conditions, Fate, Threads, Trouble};
+use lf_testkit::world::{Conditions, Fault, Threads, Trouble};
 
 const MS: fn(i64) -> Interval = Interval::from_millis;
 
@@ -21,7 +21,7 @@ fn run(
     let world = Threads::new(Conditions::seeded(3));
     let mut platform = world.join(Interval::ZERO, Interval::ZERO);
     if let Some(at) = interrupt {
-        world.plan(MS(at), platform.number(), Fate::Interrupt);
+        world.plan(MS(at), platform.number(), Fault::Interrupt);
     }
     let thread = {
         let world = world.clone();

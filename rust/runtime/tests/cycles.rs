@@ -7,7 +7,7 @@ use crate::support::node::{Behavior, Log};
 use lf_coordination::rti::Outcome;
 use lf_model::time::Interval;
 use lf_runtime::Coordination;
-use lf_testkit::world::{Conditions, Fate};
+use lf_testkit::world::{Conditions, Fault};
 use proptest::prelude::*;
 
 const MS: fn(i64) -> Interval = Interval::from_millis;
@@ -200,8 +200,8 @@ proptest! {
         let nodes = vec![asks(10, 0, 30), answers(10), answers(20)];
         let edges = vec![edge(0, 1), edge(1, 2), edge(2, 0)];
         let mut plan = Plan { timeout: Some(MS(1000)), ..Plan::new(nodes, edges) };
-        let fate = if interrupted { Fate::Interrupt } else { Fate::Kill };
-        plan.fates.push((MS(at), usize::from(who) + 1, fate));
+        let fault = if interrupted { Fault::Interrupt } else { Fault::Kill };
+        plan.faults.push((MS(at), usize::from(who) + 1, fault));
         let report = run(&plan, conditions);
         prop_assert_eq!(report.trouble, None);
         for other in (0..3).filter(|other| *other != usize::from(who)) {
@@ -225,8 +225,8 @@ proptest! {
         let nodes = vec![asks(10, 0, 30), answers(10), answers(20)];
         let edges = vec![edge(0, 1), edge(1, 2), edge(2, 0), edge(0, 2)];
         let mut plan = Plan { timeout: Some(MS(1000)), ..Plan::new(nodes, edges) };
-        let fate = if interrupted { Fate::Interrupt } else { Fate::Kill };
-        plan.fates.push((MS(at), 2, fate));
+        let fault = if interrupted { Fault::Interrupt } else { Fault::Kill };
+        plan.faults.push((MS(at), 2, fault));
         let report = run(&plan, conditions);
         prop_assert_eq!(report.trouble, None);
         for other in [0, 2] {

@@ -10,7 +10,7 @@ use lf_coordination::rti::{AfterLoss, Outcome};
 use lf_model::time::{Interval, Tag};
 use lf_model::{Instant, Microstep};
 use lf_runtime::{Coordination, RunError};
-use lf_testkit::world::{Conditions, Fate};
+use lf_testkit::world::{Conditions, Fault};
 use proptest::prelude::*;
 
 const MS: fn(i64) -> Interval = Interval::from_millis;
@@ -255,7 +255,7 @@ proptest! {
     /// At the last tag, inputs are waited for as at any other, whether a time-out or a request ends the program: what
     /// is sent there happens there, however long it takes.
     #[test]
-    fn what_is_sent_at_the_last_tag_happens_there(
+    fn messages_sent_at_the_last_tag_happen_there(
         seed: u64,
         stops: bool,
         within: bool,
@@ -323,7 +323,7 @@ fn all_stop_at_one_tag() {
 
 /// A message to a receiver that has completed its last tag is late as well, down to the last one.
 #[test]
-fn what_comes_after_the_last_tag_is_counted() {
+fn messages_after_the_last_tag_are_counted() {
     let mut after_the_end = 0;
     for seed in 0..20 {
         let nodes = vec![timer(0, 1), Behavior::default()];
@@ -363,8 +363,9 @@ fn messages_to_one_that_has_left_are_counted_by_their_sender() {
     for seed in 0..10 {
         let nodes = vec![timer(0, 10), Behavior::default(), Behavior::default()];
         let edges = vec![edge(0, 1, None), edge(0, 2, None)];
-        let fates = vec![(MS(2_500), 2, Fate::Kill)];
-        let plan = Plan { timeout: Some(MS(3_000)), fates, after_loss: AfterLoss::GoOn, ..decentralized(nodes, edges) };
+        let faults = vec![(MS(2_500), 2, Fault::Kill)];
+        let plan =
+            Plan { timeout: Some(MS(3_000)), faults, after_loss: AfterLoss::GoOn, ..decentralized(nodes, edges) };
         let report = run(&plan, Conditions::seeded(seed));
         assert_eq!(report.trouble, None);
         assert_eq!((&report.results[0], &report.results[2]), (&Ok(()), &Ok(())));

@@ -10,7 +10,7 @@ use lf_runtime::platform::{Endpoint, Platform as _, SocketId};
 use lf_runtime::{Coordination, PeerFault, RunError};
 use lf_testkit::messages::encoded;
 use lf_testkit::network::address_of;
-use lf_testkit::world::{Blocking, Conditions, Fate};
+use lf_testkit::world::{Blocking, Conditions, Fault};
 use lf_wire::{ADDRESS_PORT_UNKNOWN, Message, QueryEnd, Tag};
 use proptest::prelude::*;
 
@@ -48,8 +48,8 @@ proptest! {
         waits in waits(),
         capacity in 1usize..=2,
     ) {
-        let fates = vec![(MS(START + at), 1 + who, Fate::Kill)];
-        let plan = Plan { after_loss: AfterLoss::StopAll, fates, ..chain(is_physical, waits, capacity) };
+        let faults = vec![(MS(START + at), 1 + who, Fault::Kill)];
+        let plan = Plan { after_loss: AfterLoss::StopAll, faults, ..chain(is_physical, waits, capacity) };
         let report = run(&plan, Conditions { latency_ns_max, ..Conditions::seeded(seed) });
         prop_assert_eq!(report.trouble, None, "{:?}", report.results);
         for (federate, result) in report.results.iter().enumerate().filter(|(federate, _)| *federate != who) {
@@ -80,8 +80,8 @@ proptest! {
     /// Where the others are to go on after a loss, they do.
     #[test]
     fn after_a_loss_the_others_go_on(seed: u64, at in 0..200i64, is_physical: bool, waits in waits()) {
-        let fates = vec![(MS(START + at), 1, Fate::Kill)];
-        let plan = Plan { after_loss: AfterLoss::GoOn, fates, ..chain(is_physical, waits, 2) };
+        let faults = vec![(MS(START + at), 1, Fault::Kill)];
+        let plan = Plan { after_loss: AfterLoss::GoOn, faults, ..chain(is_physical, waits, 2) };
         let report = run(&plan, Conditions::seeded(seed));
         prop_assert_eq!(report.trouble, None, "{:?}", report.results);
         prop_assert_eq!((&report.results[1], &report.results[2]), (&Ok(()), &Ok(())));

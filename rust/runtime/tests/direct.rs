@@ -5,7 +5,7 @@ use crate::support::federation::{Edge, Plan, Report, edge, run};
 use crate::support::node::Behavior;
 use lf_coordination::rti::{AfterLoss, Outcome};
 use lf_model::time::Interval;
-use lf_testkit::world::{Conditions, Fate};
+use lf_testkit::world::{Conditions, Fault};
 use proptest::prelude::*;
 
 const MS: fn(i64) -> Interval = Interval::from_millis;
@@ -107,11 +107,11 @@ proptest! {
     fn the_end_of_another_federate_holds_nobody_up(seed: u64, who in 0..3usize, at in 0..200i64) {
         let relay = Behavior { relay: true, ..Behavior::default() };
         let edges = vec![direct(0, 1), direct(1, 2), direct(0, 2)];
-        let fates = vec![(MS(START + at), 1 + who, Fate::Kill)];
+        let faults = vec![(MS(START + at), 1 + who, Fault::Kill)];
         let plan = Plan {
             timeout: Some(MS(500)),
             after_loss: AfterLoss::GoOn,
-            fates,
+            faults,
             ..Plan::new(vec![timer(5), relay, Behavior::default()], edges)
         };
         let report = run(&plan, Conditions::seeded(seed));

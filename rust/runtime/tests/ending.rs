@@ -14,7 +14,7 @@ use lf_model::time::{EventTag, Interval};
 use lf_runtime::RunError;
 use lf_runtime::platform::NetError;
 use lf_testkit::network::address_of;
-use lf_testkit::world::{Conditions, Fate};
+use lf_testkit::world::{Conditions, Fault};
 use lf_wire::RejectCode;
 use proptest::prelude::*;
 
@@ -71,7 +71,7 @@ proptest! {
 
     /// With authentication all goes on as without.
     #[test]
-    fn who_authenticates_is_let_in(seed: u64, pipe_bytes in 10usize..100) {
+    fn a_federate_that_authenticates_is_accepted(seed: u64, pipe_bytes in 10usize..100) {
         let plan = Plan { authentication: true, timeout: Some(MS(35)), ..endless() };
         let report = run(&plan, Conditions { pipe_bytes, ..Conditions::seeded(seed) });
         assert_complete(&report);
@@ -80,8 +80,8 @@ proptest! {
 
     /// One that authenticates alone, one that alone does not, or one with another key learns why it cannot join.
     #[test]
-    fn who_authenticates_otherwise_is_kept_out(seed: u64, pipe_bytes in 10usize..100, authentication: bool, key: bool) {
-        let mut plan = Plan { authentication, fates: vec![(MS(START), RTI, Fate::Interrupt)], ..endless() };
+    fn a_federate_with_another_key_is_rejected(seed: u64, pipe_bytes in 10usize..100, authentication: bool, key: bool) {
+        let mut plan = Plan { authentication, faults: vec![(MS(START), RTI, Fault::Interrupt)], ..endless() };
         let expected = match (authentication, key) {
             (true, true) => FederateError::RtiNotAuthentic,
             (true, false) => FederateError::Rejected(RejectCode::UnexpectedMessage),
@@ -116,7 +116,7 @@ proptest! {
         let edges = vec![edge(0, 1), edge(1, 2), edge(1, 3)];
         let plan = Plan::new(vec![once, relay, Behavior::default(), busy], edges);
         // The last one never ends by itself.
-        let plan = Plan { fates: vec![(MS(START + 100), 4, Fate::Interrupt)], ..plan };
+        let plan = Plan { faults: vec![(MS(START + 100), 4, Fault::Interrupt)], ..plan };
         let report = run(&plan, Conditions::seeded(seed));
         prop_assert_eq!(report.trouble, None);
         for result in &report.results[..3] {
@@ -129,7 +129,7 @@ proptest! {
     /// The RTI ends without a word: every federate ends within bounded time, and says so.
     #[test]
     fn a_lost_rti_ends_all(seed: u64, at in 300..2_000i64, capacity in prop_oneof![Just(1usize), Just(2)]) {
-        let plan = Plan { capacity, fates: vec![(MS(at), RTI, Fate::Kill)], ..endless() };
+        let plan = Plan { capacity, faults: vec![(MS(at), RTI, Fault::Kill)], ..endless() };
         let report = run(&plan, Conditions::seeded(seed));
         prop_assert_eq!(report.trouble, None);
         for (result, ended) in report.results.iter().zip(&report.ended) {
@@ -144,8 +144,8 @@ proptest! {
     /// A federate ends without a word: the others are stopped.
     #[test]
     fn a_lost_federate_stops_the_others(seed: u64, who in 0..3usize, capacity in prop_oneof![Just(1usize), Just(2)]) {
-        let fates = vec![(MS(START + 200), 1 + who, Fate::Kill)];
-        let plan = Plan { capacity, fates, after_loss: AfterLoss::StopAll, ..endless() };
+        let faults = vec![(MS(START + 200), 1 + who, Fault::Kill)];
+        let plan = Plan { capacity, faults, after_loss: AfterLoss::StopAll, ..endless() };
         let report = run(&plan, Conditions::seeded(seed));
         prop_assert_eq!(report.trouble, None);
         let federate = FederateId(u16::try_from(who).unwrap());
@@ -160,8 +160,8 @@ proptest! {
     /// The same, but the others go on: those downstream of it come to their end, for nothing can come any more.
     #[test]
     fn the_others_can_go_on(seed: u64, capacity in prop_oneof![Just(1usize), Just(2)]) {
-        let fates = vec![(MS(START + 200), 1, Fate::Kill)];
-        let plan = Plan { capacity, fates, after_loss: AfterLoss::GoOn, ..endless() };
+        let faults = vec![(MS(START + 200), 1, Fault::Kill)];
+        let plan = Plan { capacity, faults, after_loss: AfterLoss::GoOn, ..endless() };
         let report = run(&plan, Conditions::seeded(seed));
         prop_assert_eq!(report.trouble, None);
         prop_assert_eq!(&report.results[1..], &[Ok(()), Ok(())]);
@@ -174,8 +174,8 @@ proptest! {
     /// ^C at any time: Interrupted, soon; and the RTI knows it from the federate itself.
     #[test]
     fn an_interrupted_federate_tells_the_rti(seed: u64, at in 0..2_000i64, who in 0..3usize) {
-        let fates = vec![(MS(at), 1 + who, Fate::Interrupt), (MS(20_000), RTI, Fate::Interrupt)];
-        let plan = Plan { fates, after_loss: AfterLoss::StopAll, ..endless() };
+        let faults = vec![(MS(at), 1 + who, Fault::Interrupt), (MS(20_000), RTI, Fault::Interrupt)];
+        let plan = Plan { faults, after_loss: AfterLoss::StopAll, ..endless() };
         let report = run(&plan, Conditions::seeded(seed));
         prop_assert_eq!(report.trouble, None);
         prop_assert_eq!(&report.results[who], &Err(RunError::Interrupted));
@@ -192,7 +192,7 @@ proptest! {
     /// ^C of the RTI: all federates hear of it as its last words, whatever they were doing.
     #[test]
     fn an_interrupted_rti_tells_the_federates(seed: u64, at in 0..500i64, pipe_bytes in 10usize..100) {
-        let plan = Plan { fates: vec![(MS(START + at), RTI, Fate::Interrupt)], ..endless() };
+        let plan = Plan { faults: vec![(MS(START + at), RTI, Fault::Interrupt)], ..endless() };
         let report = run(&plan, Conditions { pipe_bytes, ..Conditions::seeded(seed) });
         prop_assert_eq!(report.trouble, None);
         prop_assert_eq!(&report.outcome, &Some(Ok(Outcome::Aborted)));
@@ -204,7 +204,7 @@ proptest! {
 
     /// RTI and federates may begin in any order, within the connect time-out.
     #[test]
-    fn who_comes_late_is_waited_for(seed: u64, rti in 0..5_000i64, last in 0..8_000i64) {
+    fn the_start_waits_for_a_federate_that_comes_late(seed: u64, rti in 0..5_000i64, last in 0..8_000i64) {
         let mut plan = Plan { timeout: Some(MS(35)), rti_begins: Some(MS(rti)), ..endless() };
         plan.begins.insert(2, MS(last));
         let report = run(&plan, Conditions::seeded(seed));
@@ -241,8 +241,8 @@ fn without_an_answer_a_federate_gives_up() {
 #[test]
 fn a_stranger_is_told_why_it_is_refused() {
     for seed in 0..20 {
-        let fates = vec![(MS(3_000), RTI, Fate::Interrupt)];
-        let plan = Plan { strangers: BTreeSet::from([1]), fates, ..endless() };
+        let faults = vec![(MS(3_000), RTI, Fault::Interrupt)];
+        let plan = Plan { strangers: BTreeSet::from([1]), faults, ..endless() };
         let report = run(&plan, Conditions::seeded(seed));
         assert_eq!(report.trouble, None);
         assert!(matches!(cause(&report.results[1]), Some(FederateError::Rejected(_))), "{:?}", report.results);
@@ -257,8 +257,8 @@ fn a_stranger_is_told_why_it_is_refused() {
 /// A federation runs the same way each time it is run with the same seed.
 #[test]
 fn a_seed_replays_a_run() {
-    let fates = vec![(MS(START + 77), 2, Fate::Kill)];
-    let plan = Plan { fates, after_loss: AfterLoss::StopAll, ..endless() };
+    let faults = vec![(MS(START + 77), 2, Fault::Kill)];
+    let plan = Plan { faults, after_loss: AfterLoss::StopAll, ..endless() };
     assert_eq!(run(&plan, Conditions::seeded(5)), run(&plan, Conditions::seeded(5)));
 }
 

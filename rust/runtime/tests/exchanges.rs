@@ -76,7 +76,7 @@ fn federates_that_come_at_once_have_their_exchanges_one_after_the_other() {
 }
 
 #[test]
-fn who_does_not_answer_holds_the_others_up_for_a_moment_only() {
+fn a_federate_that_does_not_answer_holds_the_others_up_for_a_moment_only() {
     let ended = with_rti(trials(), 3, at_once(1), |tester| {
         let silent = tester.connect();
         tester.introduce(silent, 0, &[], UDP_PORT_CLOCK_SYNC_INITIAL);

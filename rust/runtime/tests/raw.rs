@@ -46,7 +46,7 @@ fn take_all(tester: &mut Tester, connection: usize) -> usize {
 
 /// The sender is gone, and its answer to a stop cannot come: what it has said is passed on all the same.
 #[test]
-fn what_a_lost_sender_has_said_arrives_though_it_is_held_and_a_stop_is_pending() {
+fn held_messages_of_a_lost_sender_arrive_while_a_stop_is_pending() {
     for seed in 0..16 {
         let config = lf_coordination::rti::Config { after_loss: AfterLoss::GoOn, ..config() };
         let ended = with_rti(config, 3, Conditions::seeded(seed), |tester| {
@@ -64,7 +64,7 @@ fn what_a_lost_sender_has_said_arrives_though_it_is_held_and_a_stop_is_pending()
 
 /// Nothing can happen at the end of time, so that a message for it can only be its sender's mistake.
 #[test]
-fn who_sends_a_message_for_the_end_of_time_is_named() {
+fn the_sender_of_a_message_for_the_end_of_time_is_named() {
     for tag in [Tag::FOREVER, Tag::NEVER] {
         let config = lf_coordination::rti::Config { after_loss: AfterLoss::StopAll, ..config() };
         let ended = with_rti(config, 2, Conditions::seeded(1), |tester| {

@@ -51,7 +51,7 @@ proptest! {
     /// A program that connects first in the name of a federate cannot be told from that federate, as long as
     /// connections between federates are not authenticated: then the true one logs why it cannot go on, and all end.
     #[test]
-    fn who_takes_the_place_of_a_federate_is_noticed(seed: u64) {
+    fn a_peer_that_takes_the_place_of_a_federate_is_noticed(seed: u64) {
         let intruder = Intruder { to: Some(2), connections: 1, says: introduction(1) };
         let report = run(&plan(vec![intruder]), Conditions::seeded(seed));
         prop_assert_eq!(report.trouble, None);

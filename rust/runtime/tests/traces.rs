@@ -9,7 +9,7 @@ use crate::support::node::Behavior;
 use lf_coordination::rti::Outcome;
 use lf_model::time::{Instant, Interval, Tag};
 use lf_runtime::Coordination;
-use lf_runtime::trace::{Event, MessageType, RTI, Record, Waits, Word};
+use lf_runtime::trace::{Event, MessageType, RTI, Record, TracedMessage, Waits};
 use lf_testkit::trace::with_values;
 use lf_testkit::world::Conditions;
 use proptest::prelude::*;
@@ -68,7 +68,7 @@ fn messages(records: &[Record], peer: u16, sent: bool) -> Messages {
             _ => continue,
         };
         if word.peer == peer {
-            let Word { kind, to, tag, .. } = *word;
+            let TracedMessage { kind, to, tag, .. } = *word;
             *all.entry((kind.byte(), to, tag.map(|Tag { time, microstep }| (time.as_nanos(), microstep.0))))
                 .or_default() += 1;
         }
@@ -227,7 +227,7 @@ proptest! {
         assert_complete(&report);
         let requests = |records: &[Record]| records.iter().filter(|it| matches!(
             it.event,
-            Event::Sent(Word { kind: MessageType::StopRequest, .. })
+            Event::Sent(TracedMessage { kind: MessageType::StopRequest, .. })
         )).count();
         prop_assert_eq!(requests(&report.records[1]), 1);
         let mut stops = Vec::new();
@@ -235,8 +235,10 @@ proptest! {
             let (mut granted, mut stop, mut last) = (Tag::NEVER, None, Tag::NEVER);
             for Record { event, .. } in records {
                 match event {
-                    Event::Received(Word { kind: MessageType::TagGrant, tag: Some(tag), .. }) => granted = *tag,
-                    Event::Received(Word { kind: MessageType::StopGranted, tag, .. }) => stop = *tag,
+                    Event::Received(TracedMessage { kind: MessageType::TagGrant, tag: Some(tag), .. }) => {
+                        granted = *tag;
+                    }
+                    Event::Received(TracedMessage { kind: MessageType::StopGranted, tag, .. }) => stop = *tag,
                     Event::TagBegins(tag) => {
                         // Only the second has others upstream; the last tag is granted with the stop.
                         prop_assert!(id == 1 || *tag <= granted || Some(*tag) == stop);

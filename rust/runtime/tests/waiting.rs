@@ -9,7 +9,7 @@ use lf_coordination::rti::AfterLoss;
 use lf_model::time::Interval;
 use lf_runtime::{Coordination, RunError};
 use lf_testkit::network::address_of;
-use lf_testkit::world::{Conditions, Fate};
+use lf_testkit::world::{Conditions, Fault};
 use lf_wire::{Message, RejectCode};
 
 const MS: fn(i64) -> Interval = Interval::from_millis;
@@ -42,7 +42,7 @@ fn assert_ends(report: &Report) {
 }
 
 #[test]
-fn who_finds_no_rti_says_so_before_it_gives_up() {
+fn a_federate_without_an_rti_says_so_before_it_gives_up() {
     let plan = Plan { rti_begins: Some(Interval::from_secs(12)), ..pair(sender()) };
     let report = run(&plan, Conditions::seeded(1));
     assert_ends(&report);
@@ -70,8 +70,8 @@ fn a_federate_whose_id_is_taken_asks_again_and_says_so() {
 #[test]
 fn a_federate_whose_id_stays_taken_ends_with_that_after_a_minute() {
     let (begins, same_id) = ([(1, MS(2_000))].into(), [(1, 0)].into());
-    let fates = vec![(MS(70_000), RTI, Fate::Interrupt)];
-    let plan = Plan { begins, same_id, fates, ..pair(sender()) };
+    let faults = vec![(MS(70_000), RTI, Fault::Interrupt)];
+    let plan = Plan { begins, same_id, faults, ..pair(sender()) };
     let report = run(&plan, Conditions::seeded(1));
     let error = report.results[1].as_ref().unwrap_err();
     assert_eq!(*error, RunError::Federate(FederateError::Rejected(RejectCode::IdInUse)));
@@ -100,7 +100,7 @@ fn the_start_says_who_is_missing_on_both_sides() {
 }
 
 #[test]
-fn who_connects_to_another_federate_names_it() {
+fn a_federate_that_connects_to_another_one_names_it() {
     let late = [(1, Interval::from_secs(12))].into();
     let plan = Plan { begins: late, coordination: Coordination::Decentralized, ..pair(sender()) };
     let report = run(&plan, Conditions::seeded(1));
@@ -141,7 +141,7 @@ fn messages_that_wait_for_their_receiver_are_told() {
         log_waits: Some(MS(200)),
         timeout: Some(MS(1_000)),
         after_loss: AfterLoss::StopAll,
-        fates: vec![(Interval::from_secs(100), 1, Fate::Interrupt)],
+        faults: vec![(Interval::from_secs(100), 1, Fault::Interrupt)],
         ..Plan::new(vec![quick, slow], vec![awaited(0, 1)])
     };
     let report = run(&plan, Conditions { pipe_bytes: 100, ..Conditions::seeded(1) });

@@ -13,7 +13,7 @@ use crate::check::{self, Expected, Violation};
 use crate::compile::compile_text;
 use crate::coverage::Coverage;
 use crate::program::{Record, Runs};
-use crate::run::{Decided, FederateEnd, Report, Telling, run, run_alone};
+use crate::run::{Decided, FederateEnd, OutputOptions, Report, run, run_alone};
 use crate::scenario::{Decentralized, RICH, Scenario, source};
 use crate::waits;
 
@@ -62,7 +62,7 @@ pub(crate) fn try_scenario(scenario: &Scenario) -> Trial {
 /// Runs a scenario once more, and prints all messages, the log events of the RTI, and all ends.
 pub(crate) fn print_messages(scenario: &Scenario) {
     let Ok(plan) = compile_text(&source(scenario, true)) else { return };
-    let Ok(report) = run(scenario, &plan, Telling { prints: true, ..Telling::default() }) else { return };
+    let Ok(report) = run(scenario, &plan, OutputOptions { prints: true, ..OutputOptions::default() }) else { return };
     for (federate, end) in report.ends.iter().enumerate() {
         println!("f{federate}: {end:?}");
     }
@@ -74,8 +74,8 @@ pub(crate) fn print_messages(scenario: &Scenario) {
 /// If it cannot be written.
 pub(crate) fn write_traces(scenario: &Scenario, folder: &Path) -> io::Result<()> {
     let plan = compile_text(&source(scenario, true)).map_err(|(_, error)| io::Error::other(error))?;
-    let telling = Telling { records: true, ..Telling::default() };
-    let report = run(scenario, &plan, telling).map_err(|error| io::Error::other(error.to_string()))?;
+    let options = OutputOptions { records: true, ..OutputOptions::default() };
+    let report = run(scenario, &plan, options).map_err(|error| io::Error::other(error.to_string()))?;
     fs::create_dir_all(folder)?;
     let names = TraceNames::of(&plan);
     fs::write(folder.join(trace_names::FILE), serde_json::to_string_pretty(&names)?)?;
@@ -107,7 +107,7 @@ fn compiled(scenario: &mut Scenario) -> Result<Plan, String> {
 fn judge(scenario: &Scenario, plan: Result<Plan, String>) -> Trial {
     let mut trial =
         Trial { violation: None, coverage: Coverage::default(), events: 0, messages: 0, digest: scenario.seed };
-    let report = plan.and_then(|plan| match run(scenario, &plan, Telling::default()) {
+    let report = plan.and_then(|plan| match run(scenario, &plan, OutputOptions::default()) {
         Ok(report) => Ok((plan, report)),
         Err(error) => Err(error.to_string()),
     });

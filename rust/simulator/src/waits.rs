@@ -11,7 +11,7 @@ use lf_testkit::random::{Random, combine};
 
 use crate::compile::compile_text;
 use crate::program::{CAPACITY_MAX, Played};
-use crate::run::{Report, Telling, run, work_alone};
+use crate::run::{OutputOptions, Report, run, work_alone};
 use crate::scenario::{Connection, Host, MS, Nanos, SEC, Scenario, US};
 
 /// The longest duration of a scenario, in virtual time.
@@ -40,7 +40,7 @@ pub(crate) fn assign(scenario: &mut Scenario) {
     if scenario.decentralized.is_some_and(|it| it.is_safe)
         && scenario.has_physical_actions()
         && let Ok(plan) = compile_text(&crate::scenario::source(scenario, true))
-        && let Ok(report) = run(scenario, &plan, Telling::default())
+        && let Ok(report) = run(scenario, &plan, OutputOptions::default())
     {
         *scenario = before;
         assign_with(scenario, Some(&report));

@@ -11,7 +11,7 @@ use lf_model::time::{Instant, Interval};
 use lf_runtime::platform::{Endpoint, Interest, Platform as _, Transfer};
 use lf_testkit::network::address_of;
 use lf_testkit::random::Random;
-use lf_testkit::world::{Conditions, Fate, Pace, Side, Thread, Threads, Trouble, Virtual, Wires, World};
+use lf_testkit::world::{Conditions, Fault, Pace, Side, Thread, Threads, Trouble, Virtual, Wires, World};
 
 const MS: fn(i64) -> Interval = Interval::from_millis;
 const PORT: u16 = 7;
@@ -54,7 +54,7 @@ fn time_goes_on_to_the_next_turn_but_not_beyond_the_limit() {
 }
 
 #[test]
-fn who_computes_sees_nothing_meanwhile_and_is_late_for_its_next_turn() {
+fn a_participant_that_computes_sees_nothing_meanwhile_and_is_late_for_its_next_turn() {
     let mut world = world(1);
     let side = Side::keep(0, 0);
     let pace = Pace { turn_ns: (5, 5), wake_ns: 0 };
@@ -178,10 +178,10 @@ fn bytes_wake_who_waits_for_them_when_they_have_come() {
 }
 
 #[test]
-fn who_is_interrupted_or_killed_learns_of_it_at_that_time() {
+fn a_participant_learns_at_once_that_it_is_interrupted_or_killed() {
     let threads = Threads::new(Conditions::seeded(1));
-    threads.plan(MS(30), 0, Fate::Interrupt);
-    threads.plan(MS(70), 1, Fate::Kill);
+    threads.plan(MS(30), 0, Fault::Interrupt);
+    threads.plan(MS(70), 1, Fault::Kill);
     let interrupted = |platform: &mut Virtual| {
         wait_for_interruption(platform);
         assert_eq!(platform.side().now(), 30_000_000);

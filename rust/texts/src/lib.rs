@@ -162,7 +162,7 @@ mod tests {
     }
 
     #[test]
-    fn whatever_the_bytes_are_they_are_shown_and_end() {
+    fn any_bytes_are_shown_to_an_end() {
         for byte in 0..=u8::MAX {
             let text = Text::new(std::vec![byte; 3].leak()).to_string();
             assert!(text.len() <= 3 * 40, "{byte}: {text}");

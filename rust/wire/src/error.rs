@@ -100,7 +100,7 @@ impl core::error::Error for NoRoom {}
 
 /// A length that exceeds its field on the wire.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Beyond {
+pub struct LengthOverflow {
     /// Type of the message.
     pub message: MessageType,
     /// Name of the field that would hold the length.
@@ -111,14 +111,14 @@ pub struct Beyond {
     pub max: u32,
 }
 
-impl fmt::Display for Beyond {
+impl fmt::Display for LengthOverflow {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let Self { message, field, length, max } = self;
         say!(f, "{message}: {field} would be {length}, but the wire carries at most {max}")
     }
 }
 
-impl core::error::Error for Beyond {}
+impl core::error::Error for LengthOverflow {}
 
 /// The reason why a message was not encoded. Nothing has been written.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -126,7 +126,7 @@ pub enum EncodeError {
     /// The target is too small, now or always.
     NoRoom(NoRoom),
     /// A part of the message is longer than its length field can hold.
-    Beyond(Beyond),
+    LengthOverflow(LengthOverflow),
 }
 
 impl From<NoRoom> for EncodeError {
@@ -135,9 +135,9 @@ impl From<NoRoom> for EncodeError {
     }
 }
 
-impl From<Beyond> for EncodeError {
-    fn from(error: Beyond) -> Self {
-        Self::Beyond(error)
+impl From<LengthOverflow> for EncodeError {
+    fn from(error: LengthOverflow) -> Self {
+        Self::LengthOverflow(error)
     }
 }
 
@@ -145,7 +145,7 @@ impl fmt::Display for EncodeError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::NoRoom(error) => error.fmt(f),
-            Self::Beyond(error) => error.fmt(f),
+            Self::LengthOverflow(error) => error.fmt(f),
         }
     }
 }

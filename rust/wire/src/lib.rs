@@ -54,7 +54,7 @@ pub use decoded::{Decoded, Destination};
 pub use dialect::{
     IntroductionHeader, QueryEnd, decode, decode_expected, destination_in_header, message_bytes_max, tag_in_header,
 };
-pub use error::{Beyond, DecodeError, EncodeError, NoRoom, PushError};
+pub use error::{DecodeError, EncodeError, LengthOverflow, NoRoom, PushError};
 pub use limits::Limits;
 pub use message::Message;
 pub use neighbors::{DELAY_NONE, Downstream, NeighborStructure, Upstream};

@@ -231,8 +231,8 @@ impl Message<'_> {
     /// Writes this message to the beginning of `target` and returns its length in bytes.
     ///
     /// # Errors
-    /// [`EncodeError::NoRoom`] if `target` is shorter than [`Message::encoded_len`], [`EncodeError::Beyond`] if a part
-    /// of the message is longer than its length field can hold. Nothing has been written then.
+    /// [`EncodeError::NoRoom`] if `target` is shorter than [`Message::encoded_len`], [`EncodeError::LengthOverflow`] if
+    /// a part of the message is longer than its length field can hold. Nothing has been written then.
     pub fn encode(&self, target: &mut [u8]) -> Result<usize, EncodeError> {
         dialect::encode(self, target)
     }

@@ -41,7 +41,7 @@ impl<B: AsRef<[u8]> + AsMut<[u8]>> OutBuffer<B> {
     ///
     /// # Errors
     /// [`EncodeError::NoRoom`] if there is less [`room`](Self::room) than [`Message::encoded_len`],
-    /// [`EncodeError::Beyond`] if the wire cannot carry the message. Nothing has been pushed then.
+    /// [`EncodeError::LengthOverflow`] if the wire cannot carry the message. Nothing has been pushed then.
     pub fn push(&mut self, message: &Message<'_>) -> Result<(), EncodeError> {
         let len = message.encode(self.claim(message.encoded_len())?)?;
         self.commit(len);
@@ -67,23 +67,7 @@ impl<B: AsRef<[u8]> + AsMut<[u8]>> OutBuffer<B> {
         self.push_payload(header, payload_bytes_max, payload)
     }
 
-    /// Pushes a P2P_TAGGED_MESSAGE like [`push_tagged_with`](Self::push_tagged_with).
-    ///
-    /// # Errors
-    /// Those of [`push_tagged_with`](Self::push_tagged_with).
-    pub fn push_p2p_tagged_with<E>(
-        &mut self,
-        port: u16,
-        federate: u16,
-        tag: Tag,
-        payload_bytes_max: usize,
-        payload: impl FnOnce(&mut [u8]) -> Result<usize, E>,
-    ) -> Result<usize, PushError<E>> {
-        let header = PayloadHeader { message_type: MessageType::P2pTaggedMessage, port, federate, tag: Some(tag) };
-        self.push_payload(header, payload_bytes_max, payload)
-    }
-
-    /// Pushes a P2P_MESSAGE, which has no tag, like [`push_tagged_with`](Self::push_tagged_with).
+    /// Pushes a P2P_TAGGED_MESSAGE, or a P2P_MESSAGE without a tag, like [`push_tagged_with`](Self::push_tagged_with).
     ///
     /// # Errors
     /// Those of [`push_tagged_with`](Self::push_tagged_with).
@@ -91,11 +75,12 @@ impl<B: AsRef<[u8]> + AsMut<[u8]>> OutBuffer<B> {
         &mut self,
         port: u16,
         federate: u16,
+        tag: Option<Tag>,
         payload_bytes_max: usize,
         payload: impl FnOnce(&mut [u8]) -> Result<usize, E>,
     ) -> Result<usize, PushError<E>> {
-        let header = PayloadHeader { message_type: MessageType::P2pMessage, port, federate, tag: None };
-        self.push_payload(header, payload_bytes_max, payload)
+        let message_type = tag.map_or(MessageType::P2pMessage, |_| MessageType::P2pTaggedMessage);
+        self.push_payload(PayloadHeader { message_type, port, federate, tag }, payload_bytes_max, payload)
     }
 
     fn push_payload<E>(

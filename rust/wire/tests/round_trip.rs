@@ -51,7 +51,7 @@ fn receive(stream: &[u8], pieces: &[usize], buffer: &mut InBuffer<&mut [u8]>) ->
 proptest! {
     /// Bytes that are taken out of the middle leave the others, in order, and room for more.
     #[test]
-    fn what_is_removed_is_all_that_is_gone(
+    fn only_removed_elements_are_gone(
         bytes in vec(any::<u8>(), 0..40), consumed in 0..10usize, offset in 0..50usize, len in 0..50usize,
     ) {
         let mut storage = [0; 40];
@@ -144,7 +144,7 @@ proptest! {
     }
 
     #[test]
-    fn what_is_pushed_comes_out_in_order_whatever_is_sent_at_once(
+    fn pushed_bytes_come_out_in_order_in_any_portions(
         sent in vec(parts(MessageType::ALL), 0..20),
         writes in vec(1_usize..300, 1..20),
         spare in 0_usize..200,
@@ -184,8 +184,10 @@ proptest! {
         let Parts { port, federate, tag, .. } = parts;
         let pushed = match parts.message_type {
             MessageType::TaggedMessage => buffer.push_tagged_with(port, federate, tag, max, write),
-            MessageType::P2pTaggedMessage => buffer.push_p2p_tagged_with(port, federate, tag, max, write),
-            _ => buffer.push_p2p_with(port, federate, max, write),
+            kind => {
+                let tag = (kind == MessageType::P2pTaggedMessage).then_some(tag);
+                buffer.push_p2p_with(port, federate, tag, max, write)
+            }
         };
         prop_assert_eq!(pushed, Ok(parts.payload.len()));
         prop_assert_eq!(buffer.pending(), parts.bytes());

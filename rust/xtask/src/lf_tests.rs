@@ -26,7 +26,7 @@ const REFUSALS: [&str; 3] = ["error[E010-", "error[E030-", "error[E031-"];
 const NOT_RUN_BY_LF: [&str; 4] = ["failing", "failed", "knownfailed", "fed-gen"];
 
 /// The way in which programs are tested.
-pub(crate) enum Way<'a> {
+pub(crate) enum TestMode<'a> {
     /// They run on this computer, those of federations with this RTI, or our own.
     Run(Option<&'a Path>),
     /// They are checked, with [bodies that are empty](empty_bodies).
@@ -36,7 +36,7 @@ pub(crate) enum Way<'a> {
 }
 
 /// Runs or checks all programs below a folder, or those whose paths contain a text.
-pub(crate) fn run(repository: &Path, folder: &Path, only: Option<&str>, way: &Way<'_>) -> ExitCode {
+pub(crate) fn run(repository: &Path, folder: &Path, only: Option<&str>, mode: &TestMode<'_>) -> ExitCode {
     let mut cargo = process::cargo(repository);
     cargo.args(["build", "--release", "--quiet", "--package", "lfz"]);
     if !process::succeeds(&mut cargo) {
@@ -44,7 +44,7 @@ pub(crate) fn run(repository: &Path, folder: &Path, only: Option<&str>, way: &Wa
     }
     let target = process::target_folder(repository);
     let (lfz, output) = (target.join("release/lfz"), target.join("lf-tests"));
-    let programs = match programs(folder, &output, way) {
+    let programs = match programs(folder, &output, mode) {
         Ok(programs) => programs,
         Err(error) => {
             eprintln!("error: {}: {error}", folder.display());
@@ -56,8 +56,8 @@ pub(crate) fn run(repository: &Path, folder: &Path, only: Option<&str>, way: &Wa
         let mut command = Command::new(&lfz);
         counts.add(
             name,
-            match way {
-                Way::Run(rti) => why_not(name, &fs::read_to_string(path).unwrap_or_default()).map_or_else(
+            match mode {
+                TestMode::Run(rti) => why_not(name, &fs::read_to_string(path).unwrap_or_default()).map_or_else(
                     || {
                         command.args(["run", "--timeout", &format!("{TIME_LIMIT_S} s"), "--out"]);
                         command.arg(output.join(name)).arg(path);
@@ -66,8 +66,8 @@ pub(crate) fn run(repository: &Path, folder: &Path, only: Option<&str>, way: &Wa
                     },
                     Verdict::Refused,
                 ),
-                Way::EmptyBodies => judge(command.arg("check").arg(path)),
-                Way::Image(board) => judge_image(repository, &lfz, board, path, &output.join("image")),
+                TestMode::EmptyBodies => judge(command.arg("check").arg(path)),
+                TestMode::Image(board) => judge_image(repository, &lfz, board, path, &output.join("image")),
             },
         );
     }
@@ -75,14 +75,14 @@ pub(crate) fn run(repository: &Path, folder: &Path, only: Option<&str>, way: &Wa
 }
 
 /// Returns the programs below a folder, by their paths in it: copies of them if they have to be changed.
-fn programs(folder: &Path, output: &Path, way: &Way<'_>) -> io::Result<Vec<(String, PathBuf)>> {
+fn programs(folder: &Path, output: &Path, mode: &TestMode<'_>) -> io::Result<Vec<(String, PathBuf)>> {
     let mut found = Vec::new();
     find(folder, &mut found)?;
     found.sort();
     let mut programs = Vec::new();
     for path in found {
         let name = path.strip_prefix(folder).unwrap_or(&path).display().to_string();
-        let path = if matches!(way, Way::EmptyBodies) {
+        let path = if matches!(mode, TestMode::EmptyBodies) {
             let copy = output.join("empty-bodies").join(&name);
             copy.parent().map_or(Ok(()), fs::create_dir_all)?;
             fs::write(&copy, empty_bodies(&String::from_utf8_lossy(&fs::read(&path)?)))?;

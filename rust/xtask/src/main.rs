@@ -140,12 +140,12 @@ fn main() -> ExitCode {
         Command::Simulate { arguments } => simulate(&repository, &arguments),
         Command::Bless { package, filter } => bless::run(&repository, package.as_deref(), filter.as_deref()),
         Command::LfTests { folder, only, empty_bodies, board, rti } => {
-            let way = match &board {
-                Some(board) => lf_tests::Way::Image(board),
-                None if empty_bodies => lf_tests::Way::EmptyBodies,
-                None => lf_tests::Way::Run(rti.as_deref()),
+            let mode = match &board {
+                Some(board) => lf_tests::TestMode::Image(board),
+                None if empty_bodies => lf_tests::TestMode::EmptyBodies,
+                None => lf_tests::TestMode::Run(rti.as_deref()),
             };
-            lf_tests::run(&repository, &folder, only.as_deref(), &way)
+            lf_tests::run(&repository, &folder, only.as_deref(), &mode)
         }
         Command::Evaluate { arguments } => evaluate::run(&repository, &arguments),
     }

@@ -12,7 +12,7 @@ use log::LevelFilter;
 
 use crate::kconfig::LF_LINE_SIZE;
 use crate::platform::ZephyrPlatform;
-use crate::recording::Whose;
+use crate::recording::RecordedParticipant;
 
 /// Called with a zero-terminated sentence when the federate or the RTI ends early, before the program stops.
 #[expect(non_camel_case_types, reason = "the name is the one that C sees")]
@@ -77,9 +77,9 @@ pub extern "C" fn lf_rti_listen() -> c_int {
 #[unsafe(no_mangle)]
 pub extern "C" fn lf_rti_main() -> c_int {
     let (rti, description) = rti_of_image();
-    let status = status(rti.run(description, Whose::Rti.recording()), report);
+    let status = status(rti.run(description, RecordedParticipant::Rti.recording()), report);
     #[cfg(feature = "traces")]
-    crate::trace::print(Whose::Rti);
+    crate::trace::print(RecordedParticipant::Rti);
     // SAFETY: it has no precondition.
     unsafe { crate::raw::lf_watchdog_end() };
     status
@@ -101,7 +101,7 @@ pub extern "C" fn lf_main() -> c_int {
     // SAFETY: the symbol is defined by `main!` in the crate that is linked, with this signature.
     unsafe { lf_federate_of_image(Federate { status: &mut status }) };
     #[cfg(feature = "traces")]
-    crate::trace::print(Whose::Federate);
+    crate::trace::print(RecordedParticipant::Federate);
     // SAFETY: it has no precondition.
     unsafe { crate::raw::lf_watchdog_end() };
     status

@@ -72,8 +72,8 @@ macro_rules! main {
         $crate::main!(
             @run
             |platform: &mut $crate::ZephyrPlatform| {
-                let mut whose = $crate::recording::Whose::Federate;
-                let recording = whose.recording();
+                let mut participant = $crate::recording::RecordedParticipant::Federate;
+                let recording = participant.recording();
                 $crate::run!($module::$program, platform, recording, $crate::settings::join, $crate::settings::BUFFERS)
             },
             $module::DESCRIPTION.logging

@@ -5,14 +5,14 @@ use lf_runtime::trace::Recording;
 
 /// The participant of an image whose records these are.
 #[derive(Clone, Copy, Debug)]
-pub enum Whose {
+pub enum RecordedParticipant {
     /// The federate, or a program that is not federated.
     Federate,
     /// The RTI.
     Rti,
 }
 
-impl Whose {
+impl RecordedParticipant {
     /// Returns what is told, if the image records what happens.
     #[cfg_attr(not(feature = "traces"), expect(clippy::unused_self, reason = "nothing is recorded"))]
     pub fn recording(&mut self) -> Recording<'_> {

@@ -15,7 +15,7 @@ use lf_runtime::trace::{Event, Header, RECORD_BYTES, Record, Recorder, Ring, Rol
 
 use crate::kconfig::LF_TRACE_RECORDS;
 use crate::outside::ZephyrOutside;
-use crate::recording::Whose;
+use crate::recording::RecordedParticipant;
 use crate::{clock, console};
 
 struct Trace {
@@ -30,16 +30,16 @@ static FEDERATE: TraceCell = Mutex::new(RefCell::new(Trace { header: None, ring:
 static RTI: TraceCell = Mutex::new(RefCell::new(Trace { header: None, ring: Ring::new() }));
 
 /// Calls `then` with the trace of a participant, in a critical section.
-fn with<T>(whose: Whose, then: impl FnOnce(&mut Trace) -> T) -> T {
-    let place = match whose {
+fn with<T>(participant: RecordedParticipant, then: impl FnOnce(&mut Trace) -> T) -> T {
+    let place = match participant {
         #[cfg(CONFIG_LF_RTI)]
-        Whose::Rti => &RTI,
+        RecordedParticipant::Rti => &RTI,
         _ => &FEDERATE,
     };
     critical_section::with(|section| then(&mut place.borrow_ref_mut(section)))
 }
 
-impl Recorder for Whose {
+impl Recorder for RecordedParticipant {
     fn record(&mut self, at: Instant, event: Event) {
         with(*self, |trace| match event {
             Event::Begins(header) => trace.header = Some(header),
@@ -49,34 +49,34 @@ impl Recorder for Whose {
 }
 
 /// Prints the recording of a participant, once.
-pub(crate) fn print(whose: Whose) {
-    let Some(header) = with(whose, |trace| trace.header.take()) else { return };
-    let who = Who(header.role);
-    let line = |bytes: [u8; RECORD_BYTES]| console::print_line(format_args!("lf-trace {who} {}", Hexadecimal(bytes)));
+pub(crate) fn print(participant: RecordedParticipant) {
+    let Some(header) = with(participant, |trace| trace.header.take()) else { return };
+    let role = RoleName(header.role);
+    let line = |bytes: [u8; RECORD_BYTES]| console::print_line(format_args!("lf-trace {role} {}", Hexadecimal(bytes)));
     line(header.to_bytes());
     // The last correction of the clock may be lost. It applies to all records before the first kept correction.
     let (at, time) = (clock::now(), ZephyrOutside::of_program().physical_time());
     let mut clock = Some(Record { at, event: Event::Clock(time) });
     let mut index = 0;
     // One record at a time, so that interrupts stay enabled while a line is printed.
-    while let Some(record) = with(whose, |trace| trace.ring.records().nth(index)).or_else(|| clock.take()) {
+    while let Some(record) = with(participant, |trace| trace.ring.records().nth(index)).or_else(|| clock.take()) {
         line(record.to_bytes());
         index += 1;
     }
-    console::print_line(format_args!("lf-trace {who} end"));
+    console::print_line(format_args!("lf-trace {role} end"));
 }
 
 /// Prints the recordings of all participants.
 pub(crate) fn print_all() {
-    print(Whose::Federate);
+    print(RecordedParticipant::Federate);
     #[cfg(CONFIG_LF_RTI)]
-    print(Whose::Rti);
+    print(RecordedParticipant::Rti);
 }
 
 /// The name of a participant in a line.
-struct Who(Role);
+struct RoleName(Role);
 
-impl fmt::Display for Who {
+impl fmt::Display for RoleName {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self.0 {
             Role::Federate(id) => write!(f, "{id}"),

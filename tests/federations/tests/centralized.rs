@@ -112,7 +112,7 @@ fn physical_actions_drive_a_cycle_without_delay() {
 /// `keepalive` does not keep a federate alive for which no participant can create an event: without neighbors, and
 /// after all of these have left.
 #[test]
-fn nobody_stays_for_events_that_cannot_come() {
+fn no_federate_stays_for_events_that_cannot_come() {
     check(&["KeptForNobody"]);
 }
 

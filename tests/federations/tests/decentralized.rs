@@ -42,13 +42,13 @@ fn compare(name: &str, trace: &str) {
 /// `keepalive` does not keep a federate alive for which no participant can create an event: without neighbors, and
 /// after all of these have left.
 #[test]
-fn nobody_stays_for_events_that_cannot_come() {
+fn no_federate_stays_for_events_that_cannot_come() {
     check(&["KeptForNobody"]);
 }
 
 /// A federate that waits without end for each of its inputs needs neither clocks nor bounds.
 #[test]
-fn who_waits_for_ever_misses_nothing() {
+fn a_federate_that_waits_forever_misses_nothing() {
     check(&["FourSources", "BesideTimer", "TardyInside", "StepLater", "QuickClock", "LateButInTime", "Bursts"]);
     check(&["TwoHandlers", "Kinds"]);
 }

@@ -107,7 +107,7 @@ fn a_killed_participant_of_a_decentralized_federation_ends_all() {
 /// `keepalive` and an RTI that continues do not keep a federate alive if the only one that could create an event for it
 /// is lost.
 #[test]
-fn nobody_stays_for_a_lost_federate_that_alone_could_make_an_event() {
+fn no_federate_stays_for_a_lost_one_that_alone_could_make_an_event() {
     let folder = tempfile::tempdir().expect("a temporary folder");
     for coordination in ["centralized", "decentralized"] {
         let properties = format!("keepalive: true, coordination: {coordination}");

@@ -67,7 +67,7 @@ fn happens(federates: &BTreeMap<String, PathBuf>, does: &str, loses_rti: bool) -
 }
 
 #[test]
-fn what_ends_a_program_does_what_the_guide_says() {
+fn faults_do_what_the_guide_says() {
     let federates = Lfz::build("faults", &programs().join("Ends.lf"));
     let repository = Path::new(env!("CARGO_MANIFEST_DIR")).join("../..");
     for row in table("faults.md", "what") {

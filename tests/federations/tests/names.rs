@@ -57,6 +57,17 @@ fn compiles(file: &Path) {
     Run::start(command).succeed();
 }
 
+/// Compiles a program of these reactors, and for each declaration of one that declares all names.
+fn compile_with_lists(mut text: String, mut main: String, names: &BTreeSet<&str>, lists: &[(&str, &str)]) {
+    for (reactor, declaration) in lists {
+        let all: String = names.iter().map(|name| declaration.replace('@', name) + "\n  ").collect();
+        let _ = writeln!(text, "reactor {reactor} {{\n  {all}reaction(shutdown) {{= =}}\n}}");
+        let _ = writeln!(main, "  the_{reactor} = new {reactor}()");
+    }
+    let folder = folder();
+    compiles(&written(&folder, "Names.lf", &format!("{text}main reactor {{\n{main}}}\n")));
+}
+
 #[test]
 fn parts_called_like_what_rust_or_generated_code_knows_compile() {
     let names: BTreeSet<&str> = OF_RUST.split_whitespace().collect();
@@ -85,13 +96,7 @@ fn parts_called_like_what_rust_or_generated_code_knows_compile() {
         ("States", "state @: u8 = 1"),
     ];
     text.push_str("reactor Leaf { input i: u8; output o: String; reaction(i) -> o {= =} }\n");
-    for (reactor, declaration) in lists {
-        let all: String = names.iter().map(|name| declaration.replace('@', name) + "\n  ").collect();
-        let _ = writeln!(text, "reactor {reactor} {{\n  {all}reaction(shutdown) {{= =}}\n}}");
-        let _ = writeln!(main, "  the_{reactor} = new {reactor}()");
-    }
-    let folder = folder();
-    compiles(&written(&folder, "Names.lf", &format!("{text}main reactor {{\n{main}}}\n")));
+    compile_with_lists(text, main, &names, &lists);
 }
 
 /// The program itself declares all types with these names: generated code mentions nothing that they could hide.
@@ -169,13 +174,7 @@ fn parts_called_like_what_c_or_its_libraries_know_compile() {
             ("States", "state @: int = 1"),
         ];
         text.push_str("reactor Leaf { input i: int; output o: int; reaction(i) -> o {= =} }\n");
-        for (reactor, declaration) in lists {
-            let all: String = names.iter().map(|name| declaration.replace('@', name) + "\n  ").collect();
-            let _ = writeln!(text, "reactor {reactor} {{\n  {all}reaction(shutdown) {{= =}}\n}}");
-            let _ = writeln!(main, "  the_{reactor} = new {reactor}()");
-        }
-        let folder = folder();
-        compiles(&written(&folder, "Names.lf", &format!("{text}main reactor {{\n{main}}}\n")));
+        compile_with_lists(text, main, &names, &lists);
     }
 }
 

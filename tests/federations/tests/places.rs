@@ -50,7 +50,7 @@ fn refuses(command: Command, shown: &str, advice: &[&str]) {
 }
 
 #[test]
-fn what_is_no_file_is_refused_in_each_place_of_a_file() {
+fn a_path_that_is_no_file_is_refused_in_each_place_of_a_file() {
     let things = things();
     for name in NO_FILES {
         for mut command in commands() {
@@ -70,7 +70,7 @@ fn what_is_no_file_is_refused_in_each_place_of_a_file() {
 }
 
 #[test]
-fn what_is_no_folder_is_refused_with_the_option_that_names_another() {
+fn a_path_that_is_no_folder_is_refused_with_the_option_for_another_one() {
     let things = things();
     for name in NO_FOLDERS {
         for option in ["--out", "--target-dir"] {

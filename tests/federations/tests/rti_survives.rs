@@ -297,7 +297,7 @@ fn more_strangers_than_there_are_places() {
 
 /// A flood of errors does not flood the RTI's log: it logs the first one, the tenth, the hundredth, and the sum.
 #[test]
-fn what_comes_in_floods_is_told_now_and_then() {
+fn floods_of_events_are_logged_at_intervals() {
     const BYTES: usize = 1 << 20;
     const MESSAGES: usize = 5_000;
     let (rti, port) = rti(&[]);

@@ -4,7 +4,7 @@
 
 use std::time::Duration;
 
-use lf_linux::model::{Engine, EventTag, InputId, Instant, Interval, Payload as _, Settings, Tag};
+use lf_linux::model::{Engine, EngineStorage as _, EventTag, InputId, Instant, Interval, Payload as _, Settings, Tag};
 use lf_programs::filters::unit::federate::{Storage, TABLES, UnitFederate};
 use lf_programs::filters::unit::filters::{Command, ENDED_AT, SEEN};
 use lf_testkit::host::{Clock, Host};

@@ -5,7 +5,7 @@
 
 use std::ffi::{CStr, c_char};
 
-use lf_linux::model::{Delivery, Engine, InputId, Instant, Interval, Settings, Tag};
+use lf_linux::model::{Delivery, Engine, EngineStorage as _, InputId, Instant, Interval, Settings, Tag};
 use lf_programs::in_c::node::federate::{NodeFederate, Storage, TABLES};
 use lf_testkit::host::{Clock, Host};
 

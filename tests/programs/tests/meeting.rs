@@ -5,7 +5,7 @@
 use std::thread;
 use std::time::Duration;
 
-use lf_linux::model::{Engine, EventTag, Settings};
+use lf_linux::model::{Engine, EngineStorage as _, EventTag, Settings};
 use lf_linux::runtime::UnfederatedLoop;
 use lf_programs::meeting::Meeting::federate::{MeetingMain, Storage, TABLES};
 use lf_programs::meeting::Meeting::meeting::{AGAIN_AT, SUMS, THREADS};

@@ -48,7 +48,7 @@ impl Network {
     }
 }
 
-/// The fates of the messages of a round: T1, T3, T4, coded probe.
+/// The outcomes of the messages of a round: T1, T3, T4, coded probe.
 #[derive(Clone, Copy, Debug)]
 pub struct RoundDelays {
     /// The latency of each message, in nanoseconds.

@@ -13,7 +13,7 @@ use super::rti::options_for;
 use crate::args::{PORT_DEFAULT, Platform, RunArgs};
 use crate::compile::{Built, Request};
 use crate::failure::Failure;
-use crate::federation::{Federation, FederationId, Known, Process, Version, Word};
+use crate::federation::{Argument, Federation, FederationId, LateValue, Process, Version};
 use crate::guard;
 use crate::pins::{self, PinRecording};
 use crate::supervisor::Interrupts;
@@ -68,7 +68,7 @@ impl Recording {
     }
 
     /// Returns the options with which a participant records.
-    fn options(&self, participant: &str) -> impl Iterator<Item = Word> {
+    fn options(&self, participant: &str) -> impl Iterator<Item = Argument> {
         let file = trace::file(&self.folder, participant);
         let limit = ["--trace-limit".into(), self.limit_mib.to_string().into()];
         let values = self.values.then(|| "--trace-values".into());
@@ -88,13 +88,13 @@ fn federation(built: &Built, arguments: &RunArgs, recording: Option<&Recording>)
         let program = built.programs.get(name);
         let program =
             program.ok_or_else(|| Failure::message(format!("there is no program for the federate {name}")))?;
-        let mut words = vec![Word::from(program)];
+        let mut words = vec![Argument::from(program)];
         if let Some(planned) = planned {
             let address = rti_address(planned, arguments);
-            words.extend(["--rti".into(), Word::known(address, Known::RtiPort)]);
-            words.extend(["--id".into(), Word::known("", Known::FederationId)]);
+            words.extend(["--rti".into(), Argument::known(address, LateValue::RtiPort)]);
+            words.extend(["--id".into(), Argument::known("", LateValue::FederationId)]);
         }
-        words.extend(arguments.arguments.iter().map(Word::from));
+        words.extend(arguments.arguments.iter().map(Argument::from));
         words.extend(recording.into_iter().flat_map(|recording| recording.options(name)));
         if let Some(script) = &arguments.devices {
             words.extend(["--devices".into(), script.into()]);
@@ -137,11 +137,16 @@ fn rti_process(
             (vec![program.into()], port, Some(port))
         }
     };
-    words.extend(["--id".into(), Word::known("", Known::FederationId), "--port".into(), port.to_string().into()]);
+    words.extend([
+        "--id".into(),
+        Argument::known("", LateValue::FederationId),
+        "--port".into(),
+        port.to_string().into(),
+    ]);
     if let Some(recording) = recording.filter(|_| arguments.rti.is_none()) {
         words.extend(recording.options("RTI"));
     }
-    words.extend(options_for(&built.plan, arguments.rti.is_none()).into_iter().map(Word::from));
+    words.extend(options_for(&built.plan, arguments.rti.is_none()).into_iter().map(Argument::from));
     Ok((Process { name: "RTI".to_owned(), words, ..Process::default() }, is_told))
 }
 

@@ -132,7 +132,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_not_generated_any_more_is_removed_and_nothing_else() {
+    fn files_that_are_no_longer_generated_are_removed_and_no_others() {
         let folder = tempfile::tempdir().expect("a temporary folder");
         write(folder.path(), [("a/src/main.rs", "1"), ("b/main.rs", "2")]).expect("it can be written");
         fs::write(folder.path().join("b/mine.txt"), "keep").expect("it can be written");

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Advice about an error of rustc, if the program shows more than the generated code does.
 
-use super::scopes::{Kind, Scope, Thing};
+use super::scopes::{Kind, Scope, SignatureName};
 
 /// Calls that take an action.
 const SCHEDULING: [&str; 3] = [".schedule(", ".schedule_with_v(", ".schedule_physical("];
@@ -84,9 +84,9 @@ impl RustcError<'_> {
     fn timer_scheduled(&self) -> Option<String> {
         let is_scheduled =
             SCHEDULING.iter().any(|call| self.before().trim_end().trim_end_matches("&mut").ends_with(call));
-        let thing = self.scope?.thing(self.meant())?;
-        (is_scheduled && thing.kind == Kind::Timer).then(|| {
-            let name = &thing.name;
+        let signature_name = self.scope?.signature_name(self.meant())?;
+        (is_scheduled && signature_name.kind == Kind::Timer).then(|| {
+            let name = &signature_name.name;
             format!("`{name}` is a timer, which has its own times: schedule a logical action in its place")
         })
     }
@@ -142,22 +142,22 @@ impl RustcError<'_> {
         if let Some((_, call)) = FUNCTIONS_OF_C.iter().find(|(function, _)| *function == name) {
             return Some(format!("`{name}` is a function of bodies in C; here write `{call}`"));
         }
-        if let Some(thing) = scope.thing(name) {
-            return Some(declare(scope, thing, self.before()));
+        if let Some(signature_name) = scope.signature_name(name) {
+            return Some(declare(scope, signature_name, self.before()));
         }
         let behind = self.line.get(self.range.end..)?.strip_prefix('.')?;
         let port = behind.split(|sign: char| !sign.is_alphanumeric() && sign != '_').next()?;
         let written = format!("{name}.{port}");
         let mut ports = scope.ports_of_child(name).peekable();
         ports.peek()?;
-        let Some(thing) = ports.find(|thing| thing.written == written) else {
+        let Some(signature_name) = ports.find(|signature_name| signature_name.written == written) else {
             return Some(format!("`{name}` is a contained reactor, which has no port `{port}`"));
         };
-        let variable = &thing.name;
+        let variable = &signature_name.name;
         if scope.has_variable(variable) {
             return Some(format!("bodies call the port `{written}` of a contained reactor `{variable}`"));
         }
-        let rest = declare(scope, thing, self.before());
+        let rest = declare(scope, signature_name, self.before());
         Some(format!("bodies call it `{variable}`; {rest}"))
     }
 
@@ -166,9 +166,9 @@ impl RustcError<'_> {
         if !self.label.contains("types differ in mutability") {
             return None;
         }
-        let thing = self.scope?.thing(self.meant())?;
-        let (written, what) = (&thing.written, thing.kind.text());
-        Some(match thing.kind {
+        let signature_name = self.scope?.signature_name(self.meant())?;
+        let (written, what) = (&signature_name.written, signature_name.kind.text());
+        Some(match signature_name.kind {
             Kind::Input => format!(
                 "`{written}` is {what} of `{}`: a reaction can set outputs, and inputs of contained reactors",
                 self.scope?.reactor
@@ -195,14 +195,14 @@ impl RustcError<'_> {
 }
 
 /// Returns the declaration of an element in the signature of a reaction.
-fn declare(scope: &Scope, thing: &Thing, before: &str) -> String {
-    let (written, what) = (&thing.written, thing.kind.text());
+fn declare(scope: &Scope, signature_name: &SignatureName, before: &str) -> String {
+    let (written, what) = (&signature_name.written, signature_name.kind.text());
     let of = if written.contains('.') { String::new() } else { format!(" of `{}`", scope.reactor) };
     let is_written = before.contains(".set") || before.contains(".schedule");
-    let how = match (thing.kind.is_trigger(), thing.kind.is_effect()) {
-        (_, true) if is_written || !thing.kind.is_trigger() => format!("add `-> {written}`"),
+    let how = match (signature_name.kind.is_trigger(), signature_name.kind.is_effect()) {
+        (_, true) if is_written || !signature_name.kind.is_trigger() => format!("add `-> {written}`"),
         (true, true) => format!("add `{written}` behind the triggers to read it, `-> {written}` to schedule it"),
-        _ if thing.kind == Kind::Timer => format!("add `{written}` to the triggers"),
+        _ if signature_name.kind == Kind::Timer => format!("add `{written}` to the triggers"),
         _ => format!("add `{written}` to the triggers, or behind them to only read it"),
     };
     format!("`{written}` is {what}{of} that the reaction's signature does not name: {how}")

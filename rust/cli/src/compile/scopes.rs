@@ -14,12 +14,12 @@ pub(crate) struct Scope {
     pub(crate) reactor: String,
     /// The variables that the signature declares for the body, and whether it may change each.
     variables: Vec<(String, bool)>,
-    things: Vec<Thing>,
+    names: Vec<SignatureName>,
 }
 
 /// A name that the signature of a reaction can contain.
 #[derive(Clone, Debug, Serialize, Deserialize)]
-pub(crate) struct Thing {
+pub(crate) struct SignatureName {
     /// Its name in bodies.
     pub(crate) name: String,
     /// Its name in signatures.
@@ -46,14 +46,14 @@ impl Scope {
     /// Returns the bodies of all reactions.
     pub(crate) fn all(plan: &Plan) -> Vec<Self> {
         let of_class = |class: &ReactorClass| -> Vec<Self> {
-            let things = things(plan, class);
+            let names = names(plan, class);
             let bodies = class.reactions.iter().flat_map(|reaction| codes(reaction).map(move |code| (reaction, code)));
             let scope = |(reaction, code): (&Reaction, &SourceCode)| Self {
                 path: plan.path(code.at).to_owned(),
                 lines: (code.at.line, code.at.line + code.text.matches('\n').count()),
                 reactor: class.name.clone(),
                 variables: reaction.parameters.iter().map(|one| (one.name.clone(), one.effect)).collect(),
-                things: things.clone(),
+                names: names.clone(),
             };
             bodies.map(scope).collect()
         };
@@ -66,8 +66,8 @@ impl Scope {
     }
 
     /// Returns the element of the signature that has this name in bodies.
-    pub(crate) fn thing(&self, name: &str) -> Option<&Thing> {
-        self.things.iter().find(|thing| thing.name == name)
+    pub(crate) fn signature_name(&self, name: &str) -> Option<&SignatureName> {
+        self.names.iter().find(|signature_name| signature_name.name == name)
     }
 
     /// Returns whether the signature names it.
@@ -76,9 +76,10 @@ impl Scope {
     }
 
     /// Returns the ports of a contained reactor, if there is one of this name.
-    pub(crate) fn ports_of_child(&self, name: &str) -> impl Iterator<Item = &Thing> {
-        self.things.iter().filter(move |thing| {
-            thing.written.strip_prefix(name).is_some_and(|rest| rest.starts_with('.')) && thing.kind.is_of_child()
+    pub(crate) fn ports_of_child(&self, name: &str) -> impl Iterator<Item = &SignatureName> {
+        self.names.iter().filter(move |signature_name| {
+            signature_name.written.strip_prefix(name).is_some_and(|rest| rest.starts_with('.'))
+                && signature_name.kind.is_of_child()
         })
     }
 }
@@ -120,8 +121,8 @@ fn codes(reaction: &Reaction) -> impl Iterator<Item = &SourceCode> {
     [&reaction.body].into_iter().chain(&reaction.deadline).chain(tardy)
 }
 
-fn things(plan: &Plan, class: &ReactorClass) -> Vec<Thing> {
-    let own = |name: &String, kind| Thing { name: name.clone(), written: name.clone(), kind };
+fn names(plan: &Plan, class: &ReactorClass) -> Vec<SignatureName> {
+    let own = |name: &String, kind| SignatureName { name: name.clone(), written: name.clone(), kind };
     let ports = class.ports.iter().map(|port| match port.direction {
         PortDirection::Input => own(&port.name, Kind::Input),
         PortDirection::Output => own(&port.name, Kind::Output),
@@ -130,7 +131,7 @@ fn things(plan: &Plan, class: &ReactorClass) -> Vec<Thing> {
     let watchdogs = class.watchdogs.iter().map(|watchdog| own(&watchdog.name, Kind::Watchdog));
     let timers = class.timers.iter().map(|timer| own(&timer.name, Kind::Timer));
     let children = class.children.iter().flat_map(|child| {
-        plan.classes[child.class.0].ports.iter().map(|port| Thing {
+        plan.classes[child.class.0].ports.iter().map(|port| SignatureName {
             name: format!("{}__{}", child.name, port.name),
             written: format!("{}.{}", child.name, port.name),
             kind: match port.direction {

@@ -243,7 +243,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_kept_is_bounded_and_belongs_to_programs_that_are_there() {
+    fn stored_builds_are_bounded_and_belong_to_programs_that_exist() {
         let folder = tempfile::tempdir().expect("a temporary folder");
         let store = Store::new(folder.path().join("store"));
         for number in 0..PROGRAMS_MAX + 5 {

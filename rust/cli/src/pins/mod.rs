@@ -12,7 +12,7 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use lf_compiler::plan::Plan;
-use lf_linux::devices::moves::{Reader, Takes, check, moves};
+use lf_linux::devices::moves::{AcceptedMoves, Reader, check, moves};
 use lf_linux::devices::recording::{self, Recording};
 use serde::Deserialize;
 
@@ -117,8 +117,11 @@ pub(crate) fn print_moves(script: &Path, federate: &str, readers: &[Reader]) -> 
 pub(crate) fn check_script(script: &Path, plan: &Plan) -> Result<(), Failure> {
     let wrong = |error: &dyn std::fmt::Display| Failure::message(format!("{}: {error}", script.display()));
     let text = std::fs::read_to_string(script).map_err(|error| wrong(&error))?;
-    let readers: Vec<_> =
-        plan.federates.iter().map(|federate| Reader { name: federate.name.clone(), takes: Takes::All }).collect();
+    let readers: Vec<_> = plan
+        .federates
+        .iter()
+        .map(|federate| Reader { name: federate.name.clone(), takes: AcceptedMoves::All })
+        .collect();
     check(&text, &readers).map_err(|error| wrong(&error))
 }
 
@@ -126,9 +129,9 @@ pub(crate) fn check_script(script: &Path, plan: &Plan) -> Result<(), Failure> {
 pub(crate) fn reader(text: &str) -> Result<Reader, String> {
     let (name, takes) = text.split_once('=').ok_or("a federate has `=` behind its name, and what it takes")?;
     let takes = match takes {
-        "all" => Takes::All,
-        "pins" => Takes::Pins,
-        "nothing" => Takes::Nothing,
+        "all" => AcceptedMoves::All,
+        "pins" => AcceptedMoves::Pins,
+        "nothing" => AcceptedMoves::Nothing,
         _ => return Err("a federate takes all, pins or nothing".to_owned()),
     };
     Ok(Reader { name: name.to_owned(), takes })

@@ -126,7 +126,7 @@ fn others_may_end_by_themselves_after_a_failure() {
 }
 
 #[test]
-fn who_ignores_the_request_to_stop_is_killed() {
+fn a_process_that_ignores_the_request_to_stop_is_killed() {
     let mut bench = Bench::new(Limits { terminate: Duration::ZERO, ..limits() });
     bench.start("a", "trap '' TERM; echo ready; while :; do tail -f /dev/null; done");
     assert_eq!(bench.line(), "ready");

@@ -9,7 +9,7 @@ use std::hash::{DefaultHasher, Hash as _, Hasher as _};
 use lf_linux::model::time::Tag;
 use lf_linux::runtime::trace::{MessageType, RTI};
 
-use super::story::{Mark, Story};
+use super::timeline::{MessageMark, Timeline};
 
 /// A sequence of messages in order of their tags, except for some of the RTI's.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
@@ -48,14 +48,14 @@ pub(super) struct Arrows {
 }
 
 impl Arrows {
-    pub(super) fn between(stories: &[Story<'_>]) -> Self {
-        Self { streams: BTreeMap::new(), complete: stories.iter().all(|story| story.lost == 0) }
+    pub(super) fn between(timelines: &[Timeline<'_>]) -> Self {
+        Self { streams: BTreeMap::new(), complete: timelines.iter().all(|timeline| timeline.lost == 0) }
     }
 
     /// Returns the arrow at the next mark of a recording.
-    pub(super) fn at(&mut self, story: &Story<'_>, mark: &Mark) -> Option<Arrow> {
-        let (stream, stage) = stream(story, mark)?;
-        let tag = mark.word.tag;
+    pub(super) fn at(&mut self, timeline: &Timeline<'_>, mark: &MessageMark) -> Option<Arrow> {
+        let (stream, stage) = stream(timeline, mark)?;
+        let tag = mark.message.tag;
         // Without tags, only the number distinguishes messages, which is unknown if some are lost.
         if tag.is_none() && matches!(stream, Lane::Value { .. }) && !self.complete {
             return None;
@@ -82,19 +82,19 @@ impl Arrows {
 }
 
 /// Returns the sequence and the stage of a mark.
-fn stream(story: &Story<'_>, mark: &Mark) -> Option<(Lane, usize)> {
-    let Mark { sent, word, .. } = mark;
-    let is_absent = word.kind == MessageType::PortAbsent;
-    if is_absent || word.is_value() {
-        let stage = match (story.is_rti, sent) {
+fn stream(timeline: &Timeline<'_>, mark: &MessageMark) -> Option<(Lane, usize)> {
+    let MessageMark { sent, message, .. } = mark;
+    let is_absent = message.kind == MessageType::PortAbsent;
+    if is_absent || message.is_value() {
+        let stage = match (timeline.is_rti, sent) {
             (false, true) => 0,
             (true, false) => 1,
             (true, true) => 2,
             (false, false) => 3,
         };
-        return Some((Lane::Value { is_absent, to: word.to }, stage));
+        return Some((Lane::Value { is_absent, to: message.to }, stage));
     }
-    let federate = if story.is_rti { Some(word.peer).filter(|peer| *peer != RTI) } else { story.id };
-    let to_rti = story.is_rti != *sent;
-    Some((Lane::Control(word.kind.byte(), federate?, to_rti), usize::from(!sent)))
+    let federate = if timeline.is_rti { Some(message.peer).filter(|peer| *peer != RTI) } else { timeline.id };
+    let to_rti = timeline.is_rti != *sent;
+    Some((Lane::Control(message.kind.byte(), federate?, to_rti), usize::from(!sent)))
 }

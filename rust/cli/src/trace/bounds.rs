@@ -9,7 +9,7 @@ use std::collections::BTreeMap;
 
 use lf_compiler::maxwait::{Bounds, FederateBounds};
 use lf_linux::model::time::Tag;
-use lf_linux::runtime::trace::{Event, MessageType, Role, Word};
+use lf_linux::runtime::trace::{Event, MessageType, Role, TracedMessage};
 
 use super::clock::Clock;
 use super::names::{self, TraceNames};
@@ -113,17 +113,17 @@ impl<'a> Watched<'a> {
                     self.causes = self.causes.split_off(&tag);
                 }
             }
-            Event::Sent(word) => {
-                if let Some(message) = key(&word) {
-                    self.messages.sent.insert(message, at);
+            Event::Sent(message) => {
+                if let Some(key) = key(&message) {
+                    self.messages.sent.insert(key, at);
                     let lag = self.since.map_or(0, |since| at.saturating_sub(since));
                     self.lag_ns = self.lag_ns.max(Some(lag.max(0)));
                 }
             }
             // A message that waits for room arrived when it was first recorded.
-            Event::Held(word) | Event::Received(word) => {
-                if let Some(message @ (_, _, tag)) = key(&word) {
-                    self.messages.received.entry(message).or_insert(at);
+            Event::Held(message) | Event::Received(message) => {
+                if let Some(key @ (_, _, tag)) = key(&message) {
+                    self.messages.received.entry(key).or_insert(at);
                     self.causes.entry(tag).or_insert(at);
                 }
             }
@@ -141,9 +141,9 @@ impl<'a> Watched<'a> {
 }
 
 /// Returns the key of a value that was sent to another federate without the RTI.
-fn key(word: &Word) -> Option<MessageKey> {
-    let (to, port) = word.to;
-    word.tag.filter(|_| word.kind == MessageType::P2pTaggedMessage).map(|tag| (to, port, tag))
+fn key(message: &TracedMessage) -> Option<MessageKey> {
+    let (to, port) = message.to;
+    message.tag.filter(|_| message.kind == MessageType::P2pTaggedMessage).map(|tag| (to, port, tag))
 }
 
 #[cfg(test)]
@@ -179,8 +179,8 @@ mod tests {
     }
 
     /// Returns a value for the input of the second federate.
-    fn value(tag: i64) -> Word {
-        Word { kind: MessageType::P2pTaggedMessage, peer: 0, to: (1, 0), tag: Some(ns(tag)), bytes: 4 }
+    fn value(tag: i64) -> TracedMessage {
+        TracedMessage { kind: MessageType::P2pTaggedMessage, peer: 0, to: (1, 0), tag: Some(ns(tag)), bytes: 4 }
     }
 
     fn watch(id: u16, messages: &mut Messages, events: &[(i64, Event)]) -> Option<i64> {

@@ -9,8 +9,8 @@ mod messages;
 mod names;
 mod perfetto;
 mod read;
-mod story;
 mod table;
+mod timeline;
 mod words;
 
 use std::fs::{self, File};
@@ -25,8 +25,8 @@ use arrows::Arrows;
 pub(crate) use messages::{Table, TableFormat};
 use names::TraceNames;
 use perfetto::Writer;
-use story::{Story, Told};
 use table::Sums;
+use timeline::{Timeline, TimelineElement};
 
 /// The results of converting a folder.
 #[derive(Debug)]
@@ -112,7 +112,7 @@ pub(crate) fn write_bounds(folder: &Path, names: Option<&Path>, file: &Path) -> 
 pub(crate) fn convert(folder: &Path, names: Option<&Path>, output: &Path) -> Result<TraceSummary, Failure> {
     let all = read::read(folder)?;
     let names = names::read(names.unwrap_or(&folder.join(names::FILE)))?;
-    let mut stories = Vec::new();
+    let mut timelines = Vec::new();
     for recorded in &all {
         let role = recorded.header.role;
         let id = match role {
@@ -120,35 +120,35 @@ pub(crate) fn convert(folder: &Path, names: Option<&Path>, output: &Path) -> Res
             Role::Rti | Role::Program => None,
         };
         let participant = names::of_participant(&names, &recorded.header).map_err(|reason| recorded.wrong(&reason))?;
-        stories.push(Story::of(recorded, names::name(&names, role), id, participant)?);
+        timelines.push(Timeline::of(recorded, names::name(&names, role), id, participant)?);
     }
     // The RTI has no start time of its own.
-    let start = stories.iter().find_map(|story| story.start);
-    for story in &mut stories {
-        story.start = story.start.or(start);
+    let start = timelines.iter().find_map(|timeline| timeline.start);
+    for timeline in &mut timelines {
+        timeline.start = timeline.start.or(start);
     }
     let wrong = |error| Failure::message(format!("cannot write {}: {error}", output.display()));
     let mut file = BufWriter::new(File::create(output).map_err(wrong)?);
-    let (mut arrows, mut tables) = (Arrows::between(&stories), Vec::new());
-    for (number, story) in (1..).zip(&stories) {
-        let mut writer = Writer { story, names: &names, number, output: &mut file };
+    let (mut arrows, mut tables) = (Arrows::between(&timelines), Vec::new());
+    for (number, timeline) in (1..).zip(&timelines) {
+        let mut writer = Writer { timeline, names: &names, number, output: &mut file };
         let mut written = writer.begin();
         let mut sums = Sums::default();
-        story.tell(&mut |told| {
-            let mut write = |writer: &mut Writer<'_, _>| match &told {
-                Told::Slice(slice) => {
-                    sums.add(slice, story, &names);
+        timeline.for_each(&mut |element| {
+            let mut write = |writer: &mut Writer<'_, _>| match &element {
+                TimelineElement::Slice(slice) => {
+                    sums.add(slice, timeline, &names);
                     writer.slice(slice)
                 }
-                Told::Mark(mark) => writer.mark(mark, arrows.at(story, mark)),
+                TimelineElement::Message(mark) => writer.mark(mark, arrows.at(timeline, mark)),
             };
             if written.is_ok() {
                 written = write(&mut writer);
             }
         })?;
         written.map_err(wrong)?;
-        tables.push(sums.table(story));
+        tables.push(sums.table(timeline));
     }
     file.flush().map_err(wrong)?;
-    Ok(TraceSummary { table: tables.join("\n"), participants: stories.len(), arrows: arrows.count() })
+    Ok(TraceSummary { table: tables.join("\n"), participants: timelines.len(), arrows: arrows.count() })
 }

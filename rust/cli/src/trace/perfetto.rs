@@ -12,7 +12,7 @@ use prost::Message;
 
 use super::arrows::Arrow;
 use super::names::TraceNames;
-use super::story::{Mark, Slice, Story, What};
+use super::timeline::{MessageMark, Slice, SliceKind, Timeline};
 use super::words;
 
 #[derive(Clone, PartialEq, Message)]
@@ -101,7 +101,7 @@ const TRACKS: [&str; 4] = ["tags", "reactions", "waits", "messages"];
 
 /// The tracks of a participant, one packet after another.
 pub(crate) struct Writer<'a, O> {
-    pub(crate) story: &'a Story<'a>,
+    pub(crate) timeline: &'a Timeline<'a>,
     pub(crate) names: &'a TraceNames,
     /// The number, from 1.
     pub(crate) number: i32,
@@ -114,14 +114,14 @@ impl<O: Write> Writer<'_, O> {
     /// # Errors
     /// When it cannot be written, as in all other methods.
     pub(crate) fn begin(&mut self) -> io::Result<()> {
-        let process = ProcessDescriptor { pid: self.number, process_name: self.story.name.clone() };
+        let process = ProcessDescriptor { pid: self.number, process_name: self.timeline.name.clone() };
         self.describe(TrackDescriptor {
             uuid: self.uuid(0),
             process: Some(process),
             child_ordering: Some(EXPLICIT),
             ..TrackDescriptor::default()
         })?;
-        let workers = (1..=self.story.workers).map(|worker| format!("worker {worker}"));
+        let workers = (1..=self.timeline.workers).map(|worker| format!("worker {worker}"));
         let names = TRACKS.iter().map(|name| (*name).to_owned()).chain(workers);
         for (rank, name) in (1u16..).zip(names) {
             self.describe(TrackDescriptor {
@@ -167,9 +167,9 @@ impl<O: Write> Writer<'_, O> {
     pub(crate) fn slice(&mut self, slice: &Slice) -> io::Result<()> {
         let tagged = |tag: Tag| self.of_tag(tag);
         let (track, category, name, mut annotations) = match slice.what {
-            What::Tag(tag) => (1, "tag", words::tag(tag, self.story.start), tagged(tag)),
-            What::Reaction(reaction, part, worker, tag) => {
-                let (name, at) = self.story.reaction(reaction);
+            SliceKind::Tag(tag) => (1, "tag", words::tag(tag, self.timeline.start), tagged(tag)),
+            SliceKind::Reaction(reaction, part, worker, tag) => {
+                let (name, at) = self.timeline.reaction(reaction);
                 let (name, category) = match part {
                     Part::Body => (name, "reaction"),
                     Part::MissedDeadline => (format!("{name}: deadline missed"), "deadline"),
@@ -179,9 +179,9 @@ impl<O: Write> Writer<'_, O> {
                 annotations.extend(at.map(|at| text("lf", at)));
                 (if worker == 0 { 2 } else { 4 + worker }, category, name, annotations)
             }
-            What::Waits(waits) => {
+            SliceKind::Waits(waits) => {
                 let tag = words::tag_of(waits).map(tagged).unwrap_or_default();
-                (3, "wait", words::waits(self.story, self.names, waits), tag)
+                (3, "wait", words::waits(self.timeline, self.names, waits), tag)
             }
         };
         if slice.is_open {
@@ -202,14 +202,14 @@ impl<O: Write> Writer<'_, O> {
     }
 
     /// Writes a message, with the arrow that begins, continues or ends there.
-    pub(crate) fn mark(&mut self, mark: &Mark, arrow: Option<Arrow>) -> io::Result<()> {
-        let word = &mark.word;
-        let mut annotations = word.tag.map(|tag| self.of_tag(tag)).unwrap_or_default();
-        annotations.push(number("bytes", word.bytes.into()));
-        let (from, to) = (if mark.sent { "to" } else { "from" }, self.peer(word.peer));
-        let what = match word.kind {
-            MessageType::PortAbsent => format!("absent: {}", words::connection(self.names, word.to)),
-            _ if word.is_value() => words::connection(self.names, word.to),
+    pub(crate) fn mark(&mut self, mark: &MessageMark, arrow: Option<Arrow>) -> io::Result<()> {
+        let message = &mark.message;
+        let mut annotations = message.tag.map(|tag| self.of_tag(tag)).unwrap_or_default();
+        annotations.push(number("bytes", message.bytes.into()));
+        let (from, to) = (if mark.sent { "to" } else { "from" }, self.peer(message.peer));
+        let what = match message.kind {
+            MessageType::PortAbsent => format!("absent: {}", words::connection(self.names, message.to)),
+            _ if message.is_value() => words::connection(self.names, message.to),
             kind => words::message(kind).to_owned(),
         };
         let (mut flow_ids, mut terminating_flow_ids) = (Vec::new(), Vec::new());
@@ -231,14 +231,14 @@ impl<O: Write> Writer<'_, O> {
     /// Returns the name of the other end of a connection.
     fn peer(&self, peer: u16) -> String {
         match peer {
-            RTI if self.story.is_rti => "a federate".to_owned(),
+            RTI if self.timeline.is_rti => "a federate".to_owned(),
             RTI => "the RTI".to_owned(),
             id => words::federate(self.names, id),
         }
     }
 
     fn of_tag(&self, tag: Tag) -> Vec<DebugAnnotation> {
-        vec![text("tag", &words::tag(tag, self.story.start))]
+        vec![text("tag", &words::tag(tag, self.timeline.start))]
     }
 }
 

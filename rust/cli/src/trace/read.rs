@@ -336,7 +336,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_no_trace_is_said_with_what_to_do() {
+    fn a_file_that_is_no_trace_is_refused_with_advice() {
         let mut foreign = blocks().concat();
         foreign[0] = b'x';
         let mut newer = blocks().concat();

@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use std::fmt::{self, Write as _};
 
 use super::names::TraceNames;
-use super::story::{Slice, Story, What};
+use super::timeline::{Slice, SliceKind, Timeline};
 use super::words::{self, duration};
 
 /// The width of a column of durations.
@@ -43,12 +43,12 @@ pub(crate) struct Sums {
 
 impl Sums {
     /// Adds an interval.
-    pub(crate) fn add(&mut self, slice: &Slice, story: &Story<'_>, names: &TraceNames) {
+    pub(crate) fn add(&mut self, slice: &Slice, timeline: &Timeline<'_>, names: &TraceNames) {
         match slice.what {
-            What::Waits(why) => {
-                self.waits.entry(words::waits(story, names, why)).or_default().add(slice.length());
+            SliceKind::Waits(why) => {
+                self.waits.entry(words::waits(timeline, names, why)).or_default().add(slice.length());
             }
-            What::Reaction(reaction, _, worker, tag) => {
+            SliceKind::Reaction(reaction, _, worker, tag) => {
                 self.reactions.entry(reaction).or_default().add(slice.length());
                 if worker == 0 {
                     self.running.add(slice.length());
@@ -57,24 +57,24 @@ impl Sums {
                     self.lag.add(slice.begin - tag.time.as_nanos());
                 }
             }
-            What::Tag(_) => {}
+            SliceKind::Tag(_) => {}
         }
     }
 
     /// Returns the part of the table about this participant, for users.
-    pub(crate) fn table(self, story: &Story<'_>) -> String {
+    pub(crate) fn table(self, timeline: &Timeline<'_>) -> String {
         let mut text = String::new();
         // Writing into a text does not fail.
-        let _ = self.write(&mut text, story);
+        let _ = self.write(&mut text, timeline);
         text
     }
 
-    fn write(self, text: &mut String, story: &Story<'_>) -> fmt::Result {
+    fn write(self, text: &mut String, timeline: &Timeline<'_>) -> fmt::Result {
         let Self { waits, reactions, running, lag } = self;
-        let whole = story.span.1 - story.span.0;
-        writeln!(text, "{}: {}", story.name, duration(whole))?;
-        if story.lost > 0 {
-            writeln!(text, "  the oldest {} records are lost: what follows is about the others", story.lost)?;
+        let whole = timeline.span.1 - timeline.span.0;
+        writeln!(text, "{}: {}", timeline.name, duration(whole))?;
+        if timeline.lost > 0 {
+            writeln!(text, "  the oldest {} records are lost: what follows is about the others", timeline.lost)?;
         }
         let row = |text: &mut String, name: &str, sum: &Sum| {
             let part = sum.total.saturating_mul(1000) / whole.max(1);
@@ -109,7 +109,7 @@ impl Sums {
         }
         writeln!(text, "  {:>WIDTH$} {:>WIDTH$} {:>WIDTH$}  reaction", "count", "mean", "longest")?;
         for (reaction, sum) in reactions {
-            let (name, at) = story.reaction(reaction);
+            let (name, at) = timeline.reaction(reaction);
             let at = at.map_or_else(String::new, |at| format!(" ({at})"));
             let (mean, longest) = (duration(sum.mean()), duration(sum.longest));
             writeln!(text, "  {:>WIDTH$} {mean:>WIDTH$} {longest:>WIDTH$}  {name}{at}", sum.count)?;

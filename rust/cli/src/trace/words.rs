@@ -2,10 +2,10 @@
 //! Formats records as text, for tracks and for the table.
 
 use lf_linux::model::time::Tag;
-use lf_linux::runtime::trace::{MessageType, Patience, RTI, Waits};
+use lf_linux::runtime::trace::{MessageType, RTI, WaitLimit, Waits};
 
 use super::names::TraceNames;
-use super::story::Story;
+use super::timeline::Timeline;
 
 /// Returns a duration with at most four digits.
 pub(crate) fn duration(ns: i64) -> String {
@@ -53,16 +53,16 @@ pub(crate) fn connection(names: &TraceNames, (id, port): (u16, u16)) -> String {
 }
 
 /// Returns the reason of a wait: the text after "waiting for".
-pub(crate) fn waits(story: &Story<'_>, names: &TraceNames, waits: Waits) -> String {
+pub(crate) fn waits(timeline: &Timeline<'_>, names: &TraceNames, waits: Waits) -> String {
     match waits {
-        Waits::Anything if story.is_rti => "messages".to_owned(),
+        Waits::Anything if timeline.is_rti => "messages".to_owned(),
         Waits::Anything => "anything to do".to_owned(),
         Waits::Time(_) => "the time of a tag".to_owned(),
         Waits::Start => "the start".to_owned(),
         Waits::End => "others to take the last words".to_owned(),
         Waits::Grant(_) => "a grant".to_owned(),
-        Waits::Input(_, input, Patience::Endless) => story.input(input),
-        Waits::Input(_, input, Patience::Limited) => format!("{}, no longer than maxwait", story.input(input)),
+        Waits::Input(_, input, WaitLimit::Endless) => timeline.input(input),
+        Waits::Input(_, input, WaitLimit::Limited) => format!("{}, no longer than maxwait", timeline.input(input)),
         Waits::Room(_, RTI) => "room at the RTI".to_owned(),
         Waits::Room(_, id) => format!("room at {}", federate(names, id)),
     }

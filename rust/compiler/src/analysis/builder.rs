@@ -4,12 +4,13 @@
 use std::collections::BTreeMap;
 
 use super::classes::{Described, Places};
-use super::graph::{Graph, Node};
+use super::graph::{Graph, LinkId, Node};
 use super::network::NetworkPorts;
 use super::order::Levels;
 use super::rate::Stream;
 use super::waits::Waits;
 use super::zero_delay::Cycles;
+use crate::arena::Arena;
 use crate::elaborated::Elaborated;
 use crate::instances::{InstanceId, ModeInstanceId};
 use crate::plan::{self, InstanceIndex, ModeIndex, PortIndex, TriggerIndex};
@@ -22,7 +23,7 @@ pub(super) struct Context<'a> {
     pub(super) network: &'a NetworkPorts,
     pub(super) decentralized: bool,
     /// The waits per connection of the graph.
-    pub(super) waits: &'a [Waits],
+    pub(super) waits: &'a Arena<LinkId, Waits>,
     pub(super) zero_delay: &'a Cycles,
     /// The cycles of federates, whatever the delays.
     pub(super) cycles: &'a Cycles,
@@ -59,7 +60,7 @@ pub(super) enum Source {
     /// The instance, and the position in its class.
     Action(InstanceId, usize),
     /// A connection of the graph.
-    Link(usize),
+    Link(LinkId),
 }
 
 impl FederateBuilder<'_> {
@@ -80,7 +81,7 @@ impl FederateBuilder<'_> {
         self.instances[&instance]
     }
 
-    pub(super) fn link_name(&self, link: usize) -> String {
+    pub(super) fn link_name(&self, link: LinkId) -> String {
         self.context.graph.link_name(link)
     }
 }

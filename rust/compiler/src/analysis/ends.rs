@@ -125,7 +125,7 @@ impl FederateBuilder<'_> {
     }
 
     fn logical_links(&self) -> impl Iterator<Item = &Link> {
-        self.context.graph.links.iter().filter(|link| link.is_logical_network())
+        self.context.graph.links.values().filter(|link| link.is_logical_network())
     }
 }
 

@@ -40,7 +40,7 @@ impl FederateBuilder<'_> {
                 used.insert(*root);
             }
         }
-        for link in graph.links.iter().filter(|link| link.network || link.copies || link.is_delayed()) {
+        for link in graph.links.values().filter(|link| link.network || link.copies || link.is_delayed()) {
             used.extend([graph.root[link.from], graph.root[link.to]].iter().filter(|n| self.owns(graph.instance[**n])));
         }
         self.ports = used.into_iter().enumerate().map(|(index, node)| (node, PortIndex(index))).collect();
@@ -50,7 +50,7 @@ impl FederateBuilder<'_> {
     fn reactions(&self, diagnostics: &mut Diagnostics) -> Vec<plan::ScheduledReaction> {
         let Context { graph, program, levels, .. } = *self.context;
         let mut reactions = Vec::new();
-        for (position, step) in graph.steps.iter().enumerate().filter(|(_, step)| self.owns(step.instance)) {
+        for (position, step) in graph.steps.iter().filter(|(_, step)| self.owns(step.instance)) {
             let (name, level) = (graph.step_name(position), levels.steps[position]);
             let mode = self.mode_index(step.mode);
             let number = match step.work {

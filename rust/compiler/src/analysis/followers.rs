@@ -1,11 +1,19 @@
 // SPDX-License-Identifier: Apache-2.0
 //! The order of reactions within a tag.
 
-use super::graph::Node;
+use super::graph::{Node, StepId};
+use crate::arena::{Arena, ArenaId as _, arena_ids};
 
-/// A node in the order of levels: reactions by their position in the graph, then connections to other federates by
-/// theirs.
-pub(super) type Vertex = usize;
+arena_ids! {
+    /// A vertex in the order of levels: steps by their position in the graph, then connections by theirs.
+    pub(super) Vertex;
+}
+
+impl From<StepId> for Vertex {
+    fn from(step: StepId) -> Self {
+        Self::at(step.position())
+    }
+}
 
 /// The reason why one vertex follows another.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -17,4 +25,4 @@ pub(super) enum Reason {
 }
 
 /// The followers of each vertex.
-pub(super) type Followers = Vec<Vec<(Vertex, Reason)>>;
+pub(super) type Followers = Arena<Vertex, Vec<(Vertex, Reason)>>;

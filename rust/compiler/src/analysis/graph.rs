@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 //! The ports and reactions of all instances, and the connections between them.
 
-use core::ops::Range;
 use std::collections::{BTreeMap, BTreeSet};
 
 use super::serializer;
@@ -18,6 +17,10 @@ use crate::syntax::ast::{ReactionKeyword, Transition};
 arena_ids! {
     /// A port of an instance, or a channel of a multiport, by its number in the whole program.
     pub(super) Node;
+    /// A position in [`Graph::links`].
+    pub(super) LinkId;
+    /// A position in [`Graph::steps`].
+    pub(super) StepId;
 }
 
 /// A reaction of an instance, or a connection that copies.
@@ -38,7 +41,7 @@ pub(super) enum Work {
     /// A reaction, by its position in the class.
     Reaction(usize),
     /// A copy of the value at one end of a connection to the other.
-    Copy(usize),
+    Copy(LinkId),
 }
 
 /// A connection of two ports of instances.
@@ -100,21 +103,21 @@ pub(super) struct Graph<'a> {
     /// The position of each port in its class, and the channel of a multiport.
     declared: Arena<Node, (usize, Option<usize>)>,
     /// All connections, in the order of the text within each container.
-    pub(super) links: Vec<Link>,
+    pub(super) links: Arena<LinkId, Link>,
     /// The connection into each port.
-    pub(super) into: Arena<Node, Option<usize>>,
+    pub(super) into: Arena<Node, Option<LinkId>>,
     /// The port whose storage each port uses.
     pub(super) root: Arena<Node, Node>,
     /// All reactions, in order of instances and then of declaration; then the connections that copy.
-    pub(super) steps: Vec<Step>,
+    pub(super) steps: Arena<StepId, Step>,
     /// The first of each instance's reactions, and the end of the last one's.
-    first_steps: Arena<InstanceId, usize>,
+    first_steps: Arena<InstanceId, StepId>,
     /// The modes that can be entered by reset.
     pub(super) resets: BTreeSet<ModeInstanceId>,
     /// Per storing port: the reactions that write it.
-    pub(super) writers: Arena<Node, Vec<usize>>,
+    pub(super) writers: Arena<Node, Vec<StepId>>,
     /// Per storing port: the reactions that read it, each with whether it triggers them.
-    pub(super) readers: Arena<Node, Vec<(usize, bool)>>,
+    pub(super) readers: Arena<Node, Vec<(StepId, bool)>>,
 }
 
 impl<'a> Graph<'a> {
@@ -126,10 +129,10 @@ impl<'a> Graph<'a> {
             first: Arena::default(),
             instance: Arena::default(),
             declared: Arena::default(),
-            links: Vec::new(),
+            links: Arena::default(),
             into: Arena::default(),
             root: Arena::default(),
-            steps: Vec::new(),
+            steps: Arena::default(),
             first_steps: Arena::default(),
             resets: BTreeSet::new(),
             writers: Arena::default(),
@@ -238,7 +241,7 @@ impl<'a> Graph<'a> {
                     let to = if copies && is_delayed && shares { self.copied(to, mode, span) } else { to };
                     let copies = copies && !is_delayed;
                     if !copies {
-                        self.into[to] = Some(self.links.len());
+                        self.into[to] = Some(self.links.next_id());
                     }
                     let serializer = network
                         .then(|| serializer::of_connection(connection, self.port(from), self.port(to), diagnostics))
@@ -387,7 +390,7 @@ impl<'a> Graph<'a> {
     }
 
     /// Returns the port by whose name a reaction reads the value that another one stores.
-    pub(super) fn node_read(&self, step: usize, root: Node) -> Option<Node> {
+    pub(super) fn node_read(&self, step: StepId, root: Node) -> Option<Node> {
         let read = self.reaction(step)?.parameters.iter().filter(|parameter| !parameter.effect);
         let nodes = read.filter_map(|parameter| match parameter.variable {
             Variable::Port(port) => Some(self.nodes(self.steps[step].instance, port)),
@@ -397,7 +400,7 @@ impl<'a> Graph<'a> {
     }
 
     /// Returns the connections from the storing port to a port with its value.
-    pub(super) fn connections_to(&self, mut node: Node) -> Vec<usize> {
+    pub(super) fn connections_to(&self, mut node: Node) -> Vec<LinkId> {
         let mut found = Vec::new();
         while let Some(link) = self.into[node].filter(|link| self.links[*link].is_alias()) {
             found.push(link);
@@ -413,7 +416,7 @@ impl<'a> Graph<'a> {
         self.writers = Arena::of(&self.instance, Vec::new());
         self.readers = Arena::of(&self.instance, Vec::new());
         for (position, instance) in tree.instances.iter() {
-            self.first_steps.push(self.steps.len());
+            self.first_steps.push(self.steps.next_id());
             let is_split = tree.is_share(position) || program.part(position).is_none();
             for (index, reaction) in program.class(position).reactions.iter().enumerate() {
                 // A federate has those reactions of the federated reactor that name no other one.
@@ -423,11 +426,10 @@ impl<'a> Graph<'a> {
                 {
                     continue;
                 }
-                let step = self.steps.len();
                 let mode = tree.mode_of(position, reaction.ast.mode);
                 let ends = reaction.parameters.iter().any(|it| it.variable == Variable::Shutdown);
                 let confined = mode.filter(|_| !ends);
-                self.steps.push(Step { instance: position, mode, confined, work: Work::Reaction(index) });
+                let step = self.steps.push(Step { instance: position, mode, confined, work: Work::Reaction(index) });
                 for parameter in &reaction.parameters {
                     if let Variable::Mode(mode, Transition::Reset) = parameter.variable {
                         self.resets.extend(tree.mode_of(position, Some(mode)));
@@ -445,41 +447,41 @@ impl<'a> Graph<'a> {
                 }
             }
         }
-        self.first_steps.push(self.steps.len());
+        self.first_steps.push(self.steps.next_id());
         // Resetting a mode resets its contents, and these begin in their initial modes.
         for (position, mode) in tree.modes.iter().filter(|(_, mode)| mode.initial) {
             if tree.instances[mode.instance].mode.is_some_and(|around| self.resets.contains(&around)) {
                 self.resets.insert(position);
             }
         }
-        for (position, link) in self.links.iter().enumerate().filter(|(_, link)| link.copies) {
-            let step = self.steps.len();
+        for (position, link) in self.links.iter().filter(|(_, link)| link.copies) {
             let (instance, mode) = (self.instance[link.to], link.mode);
-            self.steps.push(Step { instance, mode, confined: mode, work: Work::Copy(position) });
+            let step = self.steps.push(Step { instance, mode, confined: mode, work: Work::Copy(position) });
             self.writers[self.root[link.to]].push(step);
             self.readers[self.root[link.from]].push((step, true));
         }
     }
 
     /// Returns the steps of an instance's reactions, in the order of their declarations.
-    pub(super) fn reactions_of(&self, instance: InstanceId) -> Range<usize> {
-        self.first_steps[instance]..self.first_steps[InstanceId::at(instance.position() + 1)]
+    pub(super) fn reactions_of(&self, instance: InstanceId) -> impl Iterator<Item = StepId> + use<> {
+        let ends = [instance, InstanceId::at(instance.position() + 1)].map(|at| self.first_steps[at].position());
+        (ends[0]..ends[1]).map(StepId::at)
     }
 
     /// Returns the reaction of a step; `None` for a connection that copies.
-    pub(super) fn reaction(&self, step: usize) -> Option<&'a CheckedReaction<'a>> {
+    pub(super) fn reaction(&self, step: StepId) -> Option<&'a CheckedReaction<'a>> {
         let Step { instance, work: Work::Reaction(reaction), .. } = self.steps[step] else { return None };
         self.program.class(instance).reactions.get(reaction)
     }
 
     /// Returns the name of a connection: `a.x -> b.y`.
-    pub(super) fn link_name(&self, link: usize) -> String {
+    pub(super) fn link_name(&self, link: LinkId) -> String {
         let link = &self.links[link];
         format!("{} -> {}", self.path(link.from), self.path(link.to))
     }
 
     /// Returns the name of a reaction: `unit_a.sensor.reaction_1`, or with its own name instead of the last part.
-    pub(super) fn step_name(&self, step: usize) -> String {
+    pub(super) fn step_name(&self, step: StepId) -> String {
         let Step { instance, work, .. } = self.steps[step];
         let reaction = match work {
             Work::Reaction(reaction) => reaction,

@@ -9,15 +9,15 @@
 use std::collections::BTreeSet;
 
 use super::followers::{Followers, Reason, Vertex};
-use super::graph::{Graph, Node, Step, Work};
+use super::graph::{Graph, Node, Step, StepId, Work};
 use crate::instances::InstanceId;
 use crate::resolve::Variable;
 
 /// Adds that order to the followers, which have no cycles. Returns whether there are such reactions.
 pub(super) fn order(graph: &Graph<'_>, followers: &mut Followers) -> bool {
     let tree = &graph.program.tree;
-    let outlasts = |position: usize| graph.steps[position].confined != graph.steps[position].mode;
-    let last: Vec<_> = (0..graph.steps.len()).filter(|position| outlasts(*position)).collect();
+    let outlasts = |position: StepId| graph.steps[position].confined != graph.steps[position].mode;
+    let last: Vec<_> = graph.steps.ids().filter(|position| outlasts(*position)).collect();
     if last.is_empty() {
         return false;
     }
@@ -31,7 +31,7 @@ pub(super) fn order(graph: &Graph<'_>, followers: &mut Followers) -> bool {
             if is_second_look || !tree.exclude(step.mode, graph.steps[other].mode) {
                 continue;
             }
-            let (first, second) = (position.min(other), position.max(other));
+            let (first, second) = (Vertex::from(position.min(other)), Vertex::from(position.max(other)));
             let is_reversed = leads(&common, second, first) && !leads(followers, first, second);
             let (first, second) = if is_reversed { (second, first) } else { (first, second) };
             followers[first].push((second, Reason::Declared));
@@ -43,26 +43,26 @@ pub(super) fn order(graph: &Graph<'_>, followers: &mut Followers) -> bool {
 
 /// Joins the shares of the federated reactor: unfederated, its reactions belong to one instance, and follow each other.
 fn join_shares(graph: &Graph<'_>, followers: &mut Followers) {
-    let declared = |(position, step): (usize, &Step)| match step.work {
+    let declared = |(position, step): (StepId, &Step)| match step.work {
         Work::Reaction(reaction) if graph.program.tree.is_share(step.instance) => Some((reaction, position)),
         _ => None,
     };
-    let mut shared: Vec<_> = graph.steps.iter().enumerate().filter_map(declared).collect();
+    let mut shared: Vec<_> = graph.steps.iter().filter_map(declared).collect();
     shared.sort_unstable();
     for pair in shared.windows(2) {
-        followers[pair[0].1].push((pair[1].1, Reason::Declared));
+        followers[pair[0].1.into()].push((pair[1].1.into(), Reason::Declared));
     }
 }
 
 /// Joins reactions of other modes: federated, the mode at the time of sending is unknown when a value comes back by
 /// connections of the federated reactor, so they follow that value, too.
 fn join_around(graph: &Graph<'_>, followers: &mut Followers) {
-    for (position, step) in graph.steps.iter().enumerate().filter(|(_, step)| step.mode.is_some()) {
+    for (position, step) in graph.steps.iter().filter(|(_, step)| step.mode.is_some()) {
         for node in reads(graph, position).into_iter().filter(|node| is_from_around(graph, *node)) {
             let root = graph.root[node];
             for writer in &graph.writers[root] {
                 if graph.program.tree.exclude(graph.steps[*writer].confined, step.confined) {
-                    followers[*writer].push((position, Reason::Port(root)));
+                    followers[(*writer).into()].push((position.into(), Reason::Port(root)));
                 }
             }
         }
@@ -70,7 +70,7 @@ fn join_around(graph: &Graph<'_>, followers: &mut Followers) {
 }
 
 /// Returns the ports that a step reads, by the names that it uses.
-fn reads(graph: &Graph<'_>, position: usize) -> Vec<Node> {
+fn reads(graph: &Graph<'_>, position: StepId) -> Vec<Node> {
     let step = graph.steps[position];
     if let Work::Copy(link) = step.work {
         return vec![graph.links[link].from];

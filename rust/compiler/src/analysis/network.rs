@@ -6,7 +6,7 @@
 
 use std::collections::BTreeSet;
 
-use super::graph::{Graph, Link, Node};
+use super::graph::{Graph, Link, LinkId, Node};
 use crate::arena::Arena;
 use crate::instances::InstanceId;
 use crate::resolve::Variable;
@@ -16,14 +16,14 @@ use crate::syntax::ast::Direction;
 #[derive(Debug)]
 pub(super) struct NetworkPorts {
     /// Per federate, in the order of connections.
-    pub(super) outputs: Vec<Vec<usize>>,
+    pub(super) outputs: Vec<Vec<LinkId>>,
     /// Per federate, in the order of their port numbers on the wire.
-    pub(super) inputs: Vec<Vec<usize>>,
+    pub(super) inputs: Vec<Vec<LinkId>>,
     /// Per federate, ascending: the port numbers between those of the inputs that belong to connections from the
     /// federate to itself.
     pub(super) own_ports: Vec<Vec<u16>>,
     /// Per connection of the graph: whether values are sent over it.
-    pub(super) used: Vec<bool>,
+    pub(super) used: Arena<LinkId, bool>,
 }
 
 /// Numbers the connections between federates. A connection without a writer or a reader has no number, because no value
@@ -37,9 +37,9 @@ pub(super) fn number(graph: &Graph<'_>) -> NetworkPorts {
         outputs: vec![Vec::new(); count],
         inputs: vec![Vec::new(); count],
         own_ports: vec![Vec::new(); count],
-        used: graph.links.iter().map(|link| link.network && uses.is_used(link)).collect(),
+        used: graph.links.values().map(|link| link.network && uses.is_used(link)).collect(),
     };
-    for (position, link) in graph.links.iter().enumerate() {
+    for (position, link) in graph.links.iter() {
         let is_own = !link.network && uses.is_between_federates(link) && uses.is_used(link);
         // LF's own compiler sees no readers behind a delay, and gives such a connection no number.
         let is_numbered = network.used[position] || is_own && !uses.is_read_late(link);
@@ -55,7 +55,7 @@ pub(super) fn number(graph: &Graph<'_>) -> NetworkPorts {
             let link = &graph.links[*position];
             (uses.is_read_late(link), graph.part(link.from), graph.port_of(link.from), *position)
         });
-        let is_own = |position: usize| !graph.links[position].network;
+        let is_own = |position: LinkId| !graph.links[position].network;
         let last = inputs.iter().rposition(|position| !is_own(*position)).unwrap_or_default();
         own_ports.extend((0..).zip(&inputs[..last]).filter(|(_, position)| is_own(**position)).map(|(port, _)| port));
         inputs.retain(|position| !is_own(*position));
@@ -80,9 +80,9 @@ impl<'a> Uses<'a> {
     fn of(graph: &'a Graph<'a>) -> Self {
         let (written, read) = named(graph);
         let at_once = |link: &&Link| link.delay.is_none() && !link.physical;
-        let forth: Vec<_> = graph.links.iter().map(|link| (link.from, link.to)).collect();
-        let back: Vec<_> = graph.links.iter().map(|link| (link.to, link.from)).collect();
-        let back_at_once: Vec<_> = graph.links.iter().filter(at_once).map(|link| (link.to, link.from)).collect();
+        let forth: Vec<_> = graph.links.values().map(|link| (link.from, link.to)).collect();
+        let back: Vec<_> = graph.links.values().map(|link| (link.to, link.from)).collect();
+        let back_at_once: Vec<_> = graph.links.values().filter(at_once).map(|link| (link.to, link.from)).collect();
         let mut uses = Self { graph, written: BTreeSet::new(), read: BTreeSet::new(), read_at_once: BTreeSet::new() };
         uses.written = uses.declared(&reached(written, &forth));
         uses.read = uses.declared(&reached(read.clone(), &back));
@@ -124,7 +124,7 @@ impl<'a> Uses<'a> {
 /// Returns the ports that reactions name: whether they write them, and whether they read them.
 fn named(graph: &Graph<'_>) -> (Arena<Node, bool>, Arena<Node, bool>) {
     let (mut written, mut read) = (Arena::of(&graph.root, false), Arena::of(&graph.root, false));
-    for (position, step) in graph.steps.iter().enumerate() {
+    for (position, step) in graph.steps.iter() {
         let reaction = graph.reaction(position);
         for parameter in reaction.iter().flat_map(|reaction| &reaction.parameters) {
             let Variable::Port(port) = parameter.variable else { continue };

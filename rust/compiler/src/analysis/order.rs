@@ -11,10 +11,10 @@
 use std::collections::BTreeMap;
 
 use super::followers::{Followers, Reason, Vertex};
-use super::graph::{Graph, Node, Step, Work};
+use super::graph::{Graph, LinkId, Node, Step, StepId, Work};
 use super::last_tag;
 use super::zero_delay::is_immediate;
-use crate::arena::Arena;
+use crate::arena::{Arena, ArenaId as _};
 use crate::diagnostics::{Code, Diagnostic, Diagnostics, Span};
 use crate::instances::InstanceId;
 
@@ -22,9 +22,9 @@ use crate::instances::InstanceId;
 #[derive(Debug)]
 pub(super) struct Levels {
     /// Per reaction of the graph.
-    pub(super) steps: Vec<u16>,
+    pub(super) steps: Arena<StepId, u16>,
     /// Per connection of the graph, the level of sending over it; 0 for those that stay inside a federate.
-    pub(super) sends: Vec<u16>,
+    pub(super) sends: Arena<LinkId, u16>,
 }
 
 /// Returns the level of every reaction and of every connection to another federate. Returns `None`, with a diagnostic,
@@ -46,33 +46,32 @@ pub(super) fn order(graph: &Graph<'_>, diagnostics: &mut Diagnostics) -> Option<
     by_deadline(&mut levels, &deadlines);
     // The highest number stands for "no level".
     let level = |level: usize| u16::try_from(level).ok().filter(|level| *level < u16::MAX);
-    let Some(mut steps) = levels.into_iter().map(level).collect::<Option<Vec<_>>>() else {
+    let Some(mut steps) = levels.values().copied().map(level).collect::<Option<Vec<_>>>() else {
         let message = "this program has more than 65535 levels of reactions";
         diagnostics.push(Diagnostic::new(Code::TooLarge, graph.program.tree.instances[InstanceId::MAIN].span, message));
         return None;
     };
     let sends = steps.split_off(graph.steps.len());
-    Some(Levels { steps, sends })
+    Some(Levels { steps: steps.into(), sends: sends.into() })
 }
 
 /// All vertices that are neither in a cycle nor behind one.
 struct Sorted {
     /// The order: each vertex behind all that it follows.
     order: Vec<Vertex>,
-    levels: Vec<usize>,
+    levels: Arena<Vertex, usize>,
     /// By vertex: the number of its predecessors that are not in the order.
-    missing: Vec<usize>,
+    missing: Arena<Vertex, usize>,
 }
 
 fn sort(followers: &Followers) -> Sorted {
-    let count = followers.len();
-    let mut missing = vec![0_usize; count];
-    for (follower, _) in followers.iter().flatten() {
+    let mut missing = Arena::of(followers, 0_usize);
+    for (follower, _) in followers.values().flatten() {
         missing[*follower] += 1;
     }
-    let mut levels = vec![0_usize; count];
-    let mut ready: Vec<_> = (0..count).filter(|vertex| missing[*vertex] == 0).collect();
-    let mut order = Vec::with_capacity(count);
+    let mut levels = Arena::of(followers, 0_usize);
+    let mut ready: Vec<_> = followers.ids().filter(|vertex| missing[*vertex] == 0).collect();
+    let mut order = Vec::with_capacity(followers.len());
     while let Some(vertex) = ready.pop() {
         order.push(vertex);
         for (follower, _) in &followers[vertex] {
@@ -88,7 +87,7 @@ fn sort(followers: &Followers) -> Sorted {
 
 /// Returns the deadlines that order reactions, in nanoseconds; the highest number for none. Unknown deadlines are
 /// reported elsewhere.
-fn deadlines(graph: &Graph<'_>) -> Vec<i64> {
+fn deadlines(graph: &Graph<'_>) -> impl Iterator<Item = i64> {
     let deadline = |step: &Step| {
         let Work::Reaction(reaction) = step.work else { return None };
         let class = graph.program.class(step.instance);
@@ -96,12 +95,13 @@ fn deadlines(graph: &Graph<'_>) -> Vec<i64> {
         let value = &deadline.filter(|_| class.language.facts().deadlines_come_first)?.value;
         graph.program.time(step.instance, value, &mut Diagnostics::default())
     };
-    graph.steps.iter().map(|step| deadline(step).unwrap_or(i64::MAX)).collect()
+    graph.steps.values().map(move |step| deadline(step).unwrap_or(i64::MAX))
 }
 
 /// Passes deadlines on to predecessors: a reaction can meet its deadline only if these do.
-fn inherited(mut deadlines: Vec<i64>, order: &[Vertex], followers: &Followers) -> Vec<i64> {
-    deadlines.resize(followers.len(), i64::MAX);
+fn inherited(deadlines: impl Iterator<Item = i64>, order: &[Vertex], followers: &Followers) -> Arena<Vertex, i64> {
+    let sends = core::iter::repeat(i64::MAX);
+    let mut deadlines: Arena<Vertex, i64> = deadlines.chain(sends).take(followers.len()).collect();
     for vertex in order.iter().rev() {
         let behind = followers[*vertex].iter().map(|(follower, _)| deadlines[*follower]);
         deadlines[*vertex] = behind.min().map_or(deadlines[*vertex], |least| least.min(deadlines[*vertex]));
@@ -111,9 +111,9 @@ fn inherited(mut deadlines: Vec<i64>, order: &[Vertex], followers: &Followers) -
 
 /// Orders vertices with an earlier deadline before all with a later one or none. No vertex waits for one with a later
 /// deadline, so followers stay behind.
-fn by_deadline(levels: &mut [usize], deadlines: &[i64]) {
+fn by_deadline(levels: &mut Arena<Vertex, usize>, deadlines: &Arena<Vertex, i64>) {
     let mut ends: BTreeMap<i64, usize> = BTreeMap::new();
-    for (level, deadline) in levels.iter().zip(deadlines) {
+    for (level, deadline) in levels.values().zip(deadlines.values()) {
         let end = ends.entry(*deadline).or_default();
         *end = (*end).max(level + 1);
     }
@@ -121,23 +121,25 @@ fn by_deadline(levels: &mut [usize], deadlines: &[i64]) {
     for end in ends.values_mut() {
         begin += core::mem::replace(end, begin);
     }
-    for (level, deadline) in levels.iter_mut().zip(deadlines) {
+    for (level, deadline) in levels.values_mut().zip(deadlines.values()) {
         *level += ends[deadline];
     }
 }
 
 fn collect_followers(graph: &Graph<'_>) -> Followers {
     let tree = &graph.program.tree;
-    let sends = graph.steps.len();
-    let mut followers: Followers = vec![Vec::new(); sends + graph.links.len()];
+    let mut followers: Followers = vec![Vec::new(); graph.steps.len() + graph.links.len()].into();
     declared_order(graph, &mut followers);
     // The readers and senders of each storing port.
-    let mut behind: Arena<Node, Vec<Vertex>> =
-        graph.readers.values().map(|readers| readers.iter().map(|(reader, _)| *reader).collect()).collect();
-    for (position, link) in graph.links.iter().enumerate().filter(|(_, link)| link.network) {
-        behind[graph.root[link.from]].push(sends + position);
+    let mut behind: Arena<Node, Vec<Vertex>> = graph
+        .readers
+        .values()
+        .map(|readers| readers.iter().map(|(reader, _)| Vertex::from(*reader)).collect())
+        .collect();
+    for (position, link) in graph.links.iter().filter(|(_, link)| link.network) {
+        behind[graph.root[link.from]].push(sending(graph, position));
     }
-    let mode = |vertex: Vertex| graph.steps.get(vertex).and_then(|step| step.confined);
+    let mode = |vertex| step(graph, vertex).and_then(|step| graph.steps[step].confined);
     let mut follow = |vertex: Vertex, node: Node| {
         // Those that exclude each other never wait for each other.
         let behind = behind[node].iter().filter(|follower| !tree.exclude(mode(vertex), mode(**follower)));
@@ -145,14 +147,24 @@ fn collect_followers(graph: &Graph<'_>) -> Followers {
     };
     for (node, writers) in graph.writers.iter() {
         for writer in writers {
-            follow(*writer, node);
+            follow(Vertex::from(*writer), node);
         }
     }
-    for (position, link) in graph.links.iter().enumerate().filter(|(_, link)| is_immediate(link)) {
-        follow(sends + position, link.to);
+    for (position, link) in graph.links.iter().filter(|(_, link)| is_immediate(link)) {
+        follow(sending(graph, position), link.to);
     }
     order_copies(graph, &mut followers);
     followers
+}
+
+/// Returns the vertex of sending over a connection.
+fn sending(graph: &Graph<'_>, link: LinkId) -> Vertex {
+    Vertex::at(graph.steps.len() + link.position())
+}
+
+/// Returns the step of a vertex, unless it is one of sending.
+fn step(graph: &Graph<'_>, vertex: Vertex) -> Option<StepId> {
+    (vertex.position() < graph.steps.len()).then(|| StepId::at(vertex.position()))
 }
 
 /// Orders copies. A connection of a mode and a reaction to `shutdown` of another mode can set a port at one tag; the
@@ -160,11 +172,11 @@ fn collect_followers(graph: &Graph<'_>) -> Followers {
 fn order_copies(graph: &Graph<'_>, followers: &mut Followers) {
     let tree = &graph.program.tree;
     for writers in graph.writers.values() {
-        let copies = |writer: usize| matches!(graph.steps[writer].work, Work::Copy(_));
+        let copies = |writer: StepId| matches!(graph.steps[writer].work, Work::Copy(_));
         for reaction in writers.iter().copied().filter(|writer| !copies(*writer)) {
-            let apart = |copy: usize| tree.exclude(graph.steps[reaction].confined, graph.steps[copy].confined);
+            let apart = |copy: StepId| tree.exclude(graph.steps[reaction].confined, graph.steps[copy].confined);
             let behind = writers.iter().copied().filter(|copy| copies(*copy) && !apart(*copy));
-            followers[reaction].extend(behind.map(|copy| (copy, Reason::Declared)));
+            followers[reaction.into()].extend(behind.map(|copy| (copy.into(), Reason::Declared)));
         }
     }
 }
@@ -174,13 +186,13 @@ fn order_copies(graph: &Graph<'_>, followers: &mut Followers) {
 fn declared_order(graph: &Graph<'_>, followers: &mut Followers) {
     let tree = &graph.program.tree;
     // The last reactions of the instance so far: any other one precedes one of them.
-    let mut last: Vec<usize> = Vec::new();
-    let reactions = graph.steps.iter().enumerate().filter(|(_, step)| matches!(step.work, Work::Reaction(_)));
+    let mut last: Vec<StepId> = Vec::new();
+    let reactions = graph.steps.iter().filter(|(_, step)| matches!(step.work, Work::Reaction(_)));
     for (position, step) in reactions {
         last.retain(|before| graph.steps[*before].instance == step.instance);
-        let apart = |before: &usize| tree.exclude(graph.steps[*before].mode, step.mode);
+        let apart = |before: &StepId| tree.exclude(graph.steps[*before].mode, step.mode);
         last.iter().filter(|before| !apart(before)).for_each(|before| {
-            followers[*before].push((position, Reason::Declared));
+            followers[(*before).into()].push((position.into(), Reason::Declared));
         });
         let in_mode = step.mode != tree.instances[step.instance].mode;
         last.retain(|before| in_mode && graph.steps[*before].mode != step.mode);
@@ -247,10 +259,10 @@ impl CycleNames<'_> {
 
     /// Returns the connections inside a federate over which a value that is written to a port reaches the reading
     /// vertex.
-    fn connections(&self, root: Node, reader: Vertex) -> Vec<usize> {
-        let end = match self.link(reader) {
-            Some(link) => Some(self.graph.links[link].from),
-            None => self.graph.node_read(reader, root),
+    fn connections(&self, root: Node, reader: Vertex) -> Vec<LinkId> {
+        let end = match self.work(reader) {
+            Ok(step) => self.graph.node_read(step, root),
+            Err(link) => Some(self.graph.links[link].from),
         };
         end.map_or(Vec::new(), |end| self.graph.connections_to(end))
     }
@@ -270,13 +282,19 @@ impl CycleNames<'_> {
         }
     }
 
-    /// Returns the position of a vertex's connection, if it is one.
-    fn link(&self, vertex: Vertex) -> Option<usize> {
-        match self.graph.steps.get(vertex).map(|step| step.work) {
-            Some(Work::Copy(link)) => Some(link),
-            Some(Work::Reaction(_)) => None,
-            None => vertex.checked_sub(self.graph.steps.len()),
+    /// Returns the vertex's reaction, or else its connection.
+    fn work(&self, vertex: Vertex) -> Result<StepId, LinkId> {
+        let Some(step) = step(self.graph, vertex) else {
+            return Err(LinkId::at(vertex.position() - self.graph.steps.len()));
+        };
+        match self.graph.steps[step].work {
+            Work::Copy(link) => Err(link),
+            Work::Reaction(_) => Ok(step),
         }
+    }
+
+    fn link(&self, vertex: Vertex) -> Option<LinkId> {
+        self.work(vertex).err()
     }
 
     /// Returns whether a connection ends at this port, so that its name is the port's.
@@ -290,27 +308,27 @@ impl CycleNames<'_> {
 
     /// Returns the name of a reaction, or of the port at a connection's end.
     fn name(&self, vertex: Vertex) -> String {
-        match self.link(vertex) {
-            Some(link) => self.path(self.graph.links[link].to),
-            None => self.graph.step_name(vertex),
+        match self.work(vertex) {
+            Ok(step) => self.graph.step_name(step),
+            Err(link) => self.path(self.graph.links[link].to),
         }
     }
 
     fn span(&self, vertex: Vertex) -> Span {
-        if let Some(link) = self.link(vertex) {
-            return self.graph.links[link].span;
-        }
-        let step = self.graph.steps[vertex];
-        let class = self.graph.program.class(step.instance);
-        self.graph.reaction(vertex).map_or(class.ast.span(), |reaction| reaction.ast.keyword)
+        let step = match self.work(vertex) {
+            Ok(step) => step,
+            Err(link) => return self.graph.links[link].span,
+        };
+        let class = self.graph.program.class(self.graph.steps[step].instance);
+        self.graph.reaction(step).map_or(class.ast.span(), |reaction| reaction.ast.keyword)
     }
 }
 
 /// Returns a shortest cycle through the first vertex that has one, with the reason for each step.
-fn find_cycle(followers: &Followers, missing: &[usize]) -> Option<Vec<(Vertex, Reason)>> {
-    (0..missing.len()).filter(|vertex| missing[*vertex] > 0).find_map(|start| {
+fn find_cycle(followers: &Followers, missing: &Arena<Vertex, usize>) -> Option<Vec<(Vertex, Reason)>> {
+    missing.ids().filter(|vertex| missing[*vertex] > 0).find_map(|start| {
         // Breadth first, so that the path is a short one.
-        let mut from: Vec<Option<(Vertex, Reason)>> = vec![None; missing.len()];
+        let mut from: Arena<Vertex, Option<(Vertex, Reason)>> = Arena::of(missing, None);
         let mut queue = std::collections::VecDeque::from([start]);
         while let Some(vertex) = queue.pop_front() {
             for (follower, reason) in followers[vertex].iter().filter(|(follower, _)| missing[*follower] > 0) {
@@ -328,7 +346,7 @@ fn find_cycle(followers: &Followers, missing: &[usize]) -> Option<Vec<(Vertex, R
     })
 }
 
-fn path_back(from: &[Option<(Vertex, Reason)>], start: Vertex) -> Vec<(Vertex, Reason)> {
+fn path_back(from: &Arena<Vertex, Option<(Vertex, Reason)>>, start: Vertex) -> Vec<(Vertex, Reason)> {
     let mut path = Vec::new();
     let mut at = start;
     while let Some((vertex, reason)) = from[at] {

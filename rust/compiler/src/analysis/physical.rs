@@ -2,7 +2,8 @@
 //! The delay from a physical action, or a value on a physical connection, to a message to another federate.
 
 use super::builder::Context;
-use super::graph::{Node, Work};
+use super::graph::{Node, StepId, Work};
+use crate::arena::Arena;
 use crate::diagnostics::Diagnostics;
 use crate::instances::{InstanceId, ModeInstanceId};
 use crate::resolve::{ReactionVariable, Variable};
@@ -17,19 +18,19 @@ use crate::syntax::ast::ActionKind;
 /// not only a bound of its messages. A federate with a later grant could no longer be called to the event's tag.
 pub(super) fn least_delay(context: &Context<'_>, federate: usize) -> Option<i64> {
     let paths = PhysicalSearch { context, federate };
-    let count = context.graph.steps.len();
     if context.zero_delay.is_in_one(federate) {
-        let actions = (0..count).filter_map(|step| paths.physical_start(step));
+        let actions = context.graph.steps.ids().filter_map(|step| paths.physical_start(step));
         return actions.chain(paths.physical_ends().map(|(_, delay)| delay)).min();
     }
-    least_delay_to_output(&paths, count)
+    least_delay_to_output(&paths)
 }
 
-fn least_delay_to_output(paths: &PhysicalSearch<'_>, count: usize) -> Option<i64> {
+fn least_delay_to_output(paths: &PhysicalSearch<'_>) -> Option<i64> {
     let context = paths.context;
-    let mut least: Vec<Option<i64>> = (0..count).map(|step| paths.physical_start(step)).collect();
+    let steps = &context.graph.steps;
+    let mut least: Arena<StepId, Option<i64>> = steps.ids().map(|step| paths.physical_start(step)).collect();
     // A shorter path to a reaction can shorten the paths behind it; each round settles at least one reaction.
-    let mut open: Vec<usize> = (0..count).filter(|step| least[*step].is_some()).collect();
+    let mut open: Vec<StepId> = steps.ids().filter(|step| least[*step].is_some()).collect();
     let mut sent: Option<i64> = None;
     for (end, delay) in paths.physical_ends() {
         for (root, added) in paths.ports_behind(end) {
@@ -47,7 +48,7 @@ fn least_delay_to_output(paths: &PhysicalSearch<'_>, count: usize) -> Option<i64
     }
     while let Some(step) = open.pop() {
         let Some(delay) = least[step] else { continue };
-        let mut reach = |to: usize, added: i64| {
+        let mut reach = |to: StepId, added: i64| {
             let total = delay.saturating_add(added);
             if least[to].is_none_or(|known| total < known) {
                 least[to] = Some(total);
@@ -89,16 +90,16 @@ struct PhysicalSearch<'a> {
 }
 
 impl PhysicalSearch<'_> {
-    fn instance(&self, step: usize) -> InstanceId {
+    fn instance(&self, step: StepId) -> InstanceId {
         self.context.graph.steps[step].instance
     }
 
-    fn parameters(&self, step: usize) -> &[ReactionVariable] {
+    fn parameters(&self, step: StepId) -> &[ReactionVariable] {
         self.context.graph.reaction(step).map_or(&[], |reaction| &reaction.parameters)
     }
 
     /// Returns the ports that a step writes.
-    fn written(&self, step: usize) -> Vec<Node> {
+    fn written(&self, step: StepId) -> Vec<Node> {
         let graph = self.context.graph;
         if let Work::Copy(link) = graph.steps[step].work {
             return vec![graph.links[link].to];
@@ -112,10 +113,10 @@ impl PhysicalSearch<'_> {
     }
 
     /// Returns the steps that can run because a mode is entered.
-    fn steps_in(&self, mode: Option<ModeInstanceId>) -> impl Iterator<Item = usize> {
+    fn steps_in(&self, mode: Option<ModeInstanceId>) -> impl Iterator<Item = StepId> {
         let (graph, tree) = (self.context.graph, &self.context.program.tree);
-        let is_in = move |step: &usize| tree.modes_around(graph.steps[*step].mode).any(|around| Some(around) == mode);
-        (0..graph.steps.len()).filter(is_in)
+        let is_in = move |step: &StepId| tree.modes_around(graph.steps[*step].mode).any(|around| Some(around) == mode);
+        graph.steps.ids().filter(is_in)
     }
 
     fn min_delay(&self, instance: InstanceId, action: usize) -> i64 {
@@ -128,7 +129,7 @@ impl PhysicalSearch<'_> {
     }
 
     /// Returns the delay with which a physical action triggers a reaction of this federate directly.
-    fn physical_start(&self, step: usize) -> Option<i64> {
+    fn physical_start(&self, step: StepId) -> Option<i64> {
         let instance = self.instance(step);
         if self.context.program.part(instance) != Some(self.federate) {
             return None;
@@ -147,17 +148,17 @@ impl PhysicalSearch<'_> {
     /// Returns the ports of this federate that physical connections fill, each with the connection's delay.
     fn physical_ends(&self) -> impl Iterator<Item = (Node, i64)> {
         let graph = self.context.graph;
-        let links = graph.links.iter().filter(|link| link.physical);
+        let links = graph.links.values().filter(|link| link.physical);
         let own = links.filter(|link| graph.part(link.to) == Some(self.federate));
         own.map(|link| (link.to, link.delay.unwrap_or_default()))
     }
 
-    fn triggered_by(&self, instance: InstanceId, action: usize) -> Vec<usize> {
-        let is_triggered = |step: &usize| {
+    fn triggered_by(&self, instance: InstanceId, action: usize) -> Vec<StepId> {
+        let is_triggered = |step: &StepId| {
             self.instance(*step) == instance
                 && self.parameters(*step).iter().any(|it| it.triggers && it.variable == Variable::Action(action))
         };
-        (0..self.context.graph.steps.len()).filter(is_triggered).collect()
+        self.context.graph.steps.ids().filter(is_triggered).collect()
     }
 
     /// Returns a storing port and those that delayed connections fill from it, with the least added delay.
@@ -168,7 +169,7 @@ impl PhysicalSearch<'_> {
         while let Some((from, delay)) = found.get(next).copied() {
             next += 1;
             for link in
-                graph.links.iter().filter(|link| graph.root[link.from] == from && !link.network && !link.physical)
+                graph.links.values().filter(|link| graph.root[link.from] == from && !link.network && !link.physical)
             {
                 let Some(added) = link.delay else { continue };
                 let (to, total) = (graph.root[link.to], delay.saturating_add(added));

@@ -7,7 +7,7 @@
 
 use std::collections::BTreeSet;
 
-use super::graph::{Graph, Node, Work};
+use super::graph::{Graph, Node, StepId, Work};
 use crate::arena::Arena;
 use crate::diagnostics::Diagnostics;
 use crate::instances::{InstanceId, ModeInstanceId};
@@ -112,7 +112,7 @@ impl<'a> Rates<'a> {
     }
 
     /// Returns the events that trigger any of these reactions.
-    pub(super) fn of_steps(&mut self, steps: &[usize]) -> Rate {
+    pub(super) fn of_steps(&mut self, steps: &[StepId]) -> Rate {
         let mut rate = Rate::NONE;
         for step in steps {
             if let Work::Copy(link) = self.graph.steps[*step].work {

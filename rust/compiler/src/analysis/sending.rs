@@ -26,7 +26,7 @@ pub(super) fn check(graph: &mut Graph<'_>, program: &Program, diagnostics: &mut 
     });
     let mut ends = Ends { program, all: all.collect(), seen: BTreeSet::new(), told: BTreeSet::new(), diagnostics };
     let mut shapes = Vec::new();
-    for link in &graph.links {
+    for link in graph.links.values() {
         let mut between = None;
         if link.network {
             ends.check(graph, link.from, link);
@@ -40,7 +40,7 @@ pub(super) fn check(graph: &mut Graph<'_>, program: &Program, diagnostics: &mut 
         }
         shapes.push(between);
     }
-    for (link, shapes) in graph.links.iter_mut().zip(shapes) {
+    for (link, shapes) in graph.links.values_mut().zip(shapes) {
         link.shapes = shapes;
     }
 }

@@ -13,6 +13,7 @@
 //! from the periods of timers and the minimum spacings of actions.
 
 use super::builder::{FederateBuilder, Source};
+use super::graph::{LinkId, StepId};
 use super::rate::{Rate, Rates, direct_capacity, in_flight};
 use crate::diagnostics::{Code, Diagnostic, Diagnostics, Span};
 use crate::instances::InstanceId;
@@ -47,7 +48,7 @@ impl FederateBuilder<'_> {
                 _ => {}
             }
         }
-        for (position, link) in context.graph.links.iter().enumerate() {
+        for (position, link) in context.graph.links.iter() {
             if link.is_delayed() && self.owns(context.graph.instance[link.to]) {
                 self.add_delay(position, &mut rates, diagnostics);
             }
@@ -66,7 +67,7 @@ impl FederateBuilder<'_> {
     fn variables(&self) -> Vec<(InstanceId, Variable)> {
         let graph = self.context.graph;
         let mut variables = Vec::new();
-        for (position, step) in graph.steps.iter().enumerate().filter(|(_, step)| self.owns(step.instance)) {
+        for (position, step) in graph.steps.iter().filter(|(_, step)| self.owns(step.instance)) {
             let reaction = graph.reaction(position);
             let parameters = reaction.into_iter().flat_map(|reaction| &reaction.parameters);
             variables.extend(parameters.map(|parameter| (step.instance, parameter.variable)));
@@ -176,9 +177,9 @@ impl FederateBuilder<'_> {
     }
 
     /// Returns the reactions that can schedule an action.
-    fn schedulers(&self, instance: InstanceId, action: usize) -> Vec<usize> {
+    fn schedulers(&self, instance: InstanceId, action: usize) -> Vec<StepId> {
         let graph = self.context.graph;
-        let schedules = |step: &usize| {
+        let schedules = |step: &StepId| {
             let mut effects = graph.reaction(*step).into_iter().flat_map(|reaction| &reaction.parameters);
             effects.any(|it| it.effect && it.variable == Variable::Action(action))
         };
@@ -186,13 +187,13 @@ impl FederateBuilder<'_> {
     }
 
     /// Returns the capacity that the program sets for a connection, at itself or at its destination.
-    fn given_capacity(&self, link: usize) -> Option<usize> {
+    fn given_capacity(&self, link: LinkId) -> Option<usize> {
         let graph = self.context.graph;
         let link = &graph.links[link];
         link.capacity.or(graph.port(link.to).capacity)
     }
 
-    fn add_delay(&mut self, position: usize, rates: &mut Rates<'_>, diagnostics: &mut Diagnostics) {
+    fn add_delay(&mut self, position: LinkId, rates: &mut Rates<'_>, diagnostics: &mut Diagnostics) {
         let graph = self.context.graph;
         let link = &graph.links[position];
         let delay_ns = link.delay.unwrap_or_default();
@@ -235,7 +236,7 @@ impl FederateBuilder<'_> {
     fn add_network_input(
         &mut self,
         input: InputIndex,
-        position: usize,
+        position: LinkId,
         rates: &mut Rates<'_>,
         diagnostics: &mut Diagnostics,
     ) {
@@ -270,7 +271,7 @@ impl FederateBuilder<'_> {
     }
 
     /// Reports a queue that receives more messages during a wait than it holds, if that is certain.
-    fn report_crowd(&self, position: usize, rate: &Rate, capacity: usize, diagnostics: &mut Diagnostics) {
+    fn report_crowd(&self, position: LinkId, rate: &Rate, capacity: usize, diagnostics: &mut Diagnostics) {
         let link = &self.context.graph.links[position];
         let coming = in_flight(&rate.streams, link.delay.unwrap_or_default().saturating_add(self.wait_ns()));
         if !rate.complete || coming <= capacity {
@@ -295,13 +296,13 @@ impl FederateBuilder<'_> {
     }
 
     /// Returns whether a value on this connection can come back to the federate that sends it.
-    fn is_in_cycle(&self, link: usize) -> bool {
+    fn is_in_cycle(&self, link: LinkId) -> bool {
         let graph = self.context.graph;
         let from = graph.part(graph.links[link].from);
         from.is_some_and(|from| self.context.cycles.is_common(from, self.part))
     }
 
-    fn add_link(&mut self, position: usize, kind: TriggerKind, capacity: usize) {
+    fn add_link(&mut self, position: LinkId, kind: TriggerKind, capacity: usize) {
         let graph = self.context.graph;
         let link = &graph.links[position];
         let path = graph.path(link.to);

@@ -7,9 +7,10 @@
 
 use std::collections::BTreeMap;
 
-use super::graph::Graph;
+use super::graph::{Graph, LinkId, StepId};
 use super::network::NetworkPorts;
 use super::zero_delay::Cycles;
+use crate::arena::Arena;
 use crate::diagnostics::{Code, Diagnostic, Diagnostics, Span};
 use crate::instances::InstanceId;
 use crate::plan::Time;
@@ -33,19 +34,19 @@ pub(super) fn waits(
     network: &NetworkPorts,
     target: &Target,
     diagnostics: &mut Diagnostics,
-) -> Vec<Waits> {
+) -> Arena<LinkId, Waits> {
     let mut search = WaitSearch { graph, diagnostics, older: BTreeMap::new() };
     if target.coordination == Coordination::Centralized {
         search.report_idle();
-        return vec![Waits::default(); graph.links.len()];
+        return Arena::of(&graph.links, Waits::default());
     }
     search.report_idle_connections();
     search.report_older_handlers();
     let federates: Vec<i64> = (0..graph.program.parts.list.len()).map(|part| search.max_wait(part)).collect();
     search.report_older_parameters();
-    let handlers: Vec<i64> = (0..graph.steps.len()).map(|step| search.absent_after(step)).collect();
-    let mut waits = Vec::new();
-    for link in &graph.links {
+    let handlers: Arena<StepId, i64> = graph.steps.ids().map(|step| search.absent_after(step)).collect();
+    let mut waits = Arena::default();
+    for link in graph.links.values() {
         let receiver = graph.part(link.to).filter(|_| link.is_logical_network());
         waits.push(receiver.map_or_else(Waits::default, |receiver| {
             let readers = graph.readers[link.to].iter().map(|(reader, _)| handlers[*reader]);
@@ -130,7 +131,7 @@ impl<'a> WaitSearch<'a> {
     /// Reports connections with attributes that have no meaning there.
     fn report_idle_connections(&mut self) {
         let main = self.graph.program.main();
-        let counts = |span: Span| self.graph.links.iter().any(|link| link.span == span && link.is_logical_network());
+        let counts = |span: Span| self.graph.links.values().any(|link| link.span == span && link.is_logical_network());
         let mut idle: BTreeMap<Span, (&str, bool)> = BTreeMap::new();
         for connection in main.connections.iter().filter(|connection| !counts(connection.span)) {
             for (name, wait) in [("@maxwait", connection.max_wait), ("@absent_after", connection.absent_after)] {
@@ -223,14 +224,14 @@ impl<'a> WaitSearch<'a> {
     }
 
     /// Reports each cycle that no federate can leave: all wait without end for messages that would come at once.
-    fn report_deadlocks(&mut self, network: &NetworkPorts, waits: &[Waits]) {
+    fn report_deadlocks(&mut self, network: &NetworkPorts, waits: &Arena<LinkId, Waits>) {
         let (graph, parts) = (self.graph, &self.graph.program.parts);
         let cycles = Cycles::over(graph, |position, link| {
             let is_awaited = network.used[position] && waits[position].max_wait_ns == i64::MAX;
             is_awaited && link.is_logical_network() && link.delay.unwrap_or_default() == 0
         });
         let mut told = vec![false; parts.list.len()];
-        for link in graph.links.iter().filter(|link| link.is_logical_network()) {
+        for link in graph.links.values().filter(|link| link.is_logical_network()) {
             let ends = (graph.part(link.from), graph.part(link.to));
             let (Some(from), Some(to)) = ends else { continue };
             if !cycles.is_common(from, to) || told[from] {
@@ -249,12 +250,12 @@ impl<'a> WaitSearch<'a> {
     }
 
     fn has_logical_input(&self, part: usize) -> bool {
-        let mut links = self.graph.links.iter().filter(|link| link.is_logical_network());
+        let mut links = self.graph.links.values().filter(|link| link.is_logical_network());
         links.any(|link| self.graph.part(link.to) == Some(part))
     }
 
     /// Returns the offset of a reaction's older handler, 0 if it has none.
-    fn absent_after(&mut self, step: usize) -> i64 {
+    fn absent_after(&mut self, step: StepId) -> i64 {
         let instance = self.graph.steps[step].instance;
         let reaction = self.graph.reaction(step);
         let tardy = reaction.and_then(|reaction| reaction.ast.tardy.as_ref());

@@ -4,7 +4,7 @@
 //! Such federates may be at one tag at the same time, and wait within it for each other's values or absences. This is
 //! sound as long as no reactions wait for each other, which the order of reactions has shown.
 
-use super::graph::{Graph, Link};
+use super::graph::{Graph, Link, LinkId};
 
 /// The cycles of federates.
 #[derive(Debug)]
@@ -25,10 +25,10 @@ impl Cycles {
     }
 
     /// Returns the cycles over those connections that count, by their positions in the graph.
-    pub(super) fn over(graph: &Graph<'_>, counts: impl Fn(usize, &Link) -> bool) -> Self {
+    pub(super) fn over(graph: &Graph<'_>, counts: impl Fn(LinkId, &Link) -> bool) -> Self {
         let count = graph.program.parts.list.len();
         let mut next: Vec<Vec<usize>> = vec![Vec::new(); count];
-        for (_, link) in graph.links.iter().enumerate().filter(|(position, link)| counts(*position, link)) {
+        for (_, link) in graph.links.iter().filter(|(position, link)| counts(*position, link)) {
             if let (Some(from), Some(to)) = (graph.part(link.from), graph.part(link.to)) {
                 next[from].push(to);
             }

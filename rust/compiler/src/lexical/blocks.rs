@@ -43,7 +43,7 @@ pub(super) fn block_end(text: &str, skip: Skip) -> BlockEnd {
 }
 
 /// A bracket and its counterpart, whose lines begin at different columns.
-struct Askew {
+struct Misaligned {
     open: usize,
     close: usize,
 }
@@ -70,7 +70,7 @@ pub(super) fn brackets(text: &str, skip: Skip) -> Option<CodeProblem> {
     // The beginning of the first line is not part of the text.
     let mut line: Option<LineStart> = None;
     let mut open: Vec<(usize, Option<LineStart>)> = Vec::new();
-    let mut askew: Option<Askew> = None;
+    let mut pair: Option<Misaligned> = None;
     let mut at = 0;
     while at < bytes.len() {
         let end = skip(text, at);
@@ -78,14 +78,14 @@ pub(super) fn brackets(text: &str, skip: Skip) -> Option<CodeProblem> {
         match close {
             b'(' | b'[' | b'{' => open.push((at, line)),
             b')' | b']' | b'}' => {
-                let Some((start, opened)) = open.pop() else { return Some(superfluous(text, at, askew)) };
+                let Some((start, opened)) = open.pop() else { return Some(superfluous(text, at, pair)) };
                 if counterpart(bytes[start]) != close {
                     let outer = open.last().map(|(at, _)| *at);
                     return Some(crossed(text, start, at, outer));
                 }
                 let begins_line = line.filter(|line| line.at + line.blanks == at);
-                if askew.is_none() && opened.zip(begins_line).is_some_and(|(one, other)| one.blanks != other.blanks) {
-                    askew = Some(Askew { open: start, close: at });
+                if pair.is_none() && opened.zip(begins_line).is_some_and(|(one, other)| one.blanks != other.blanks) {
+                    pair = Some(Misaligned { open: start, close: at });
                 }
             }
             _ => {}
@@ -93,7 +93,7 @@ pub(super) fn brackets(text: &str, skip: Skip) -> Option<CodeProblem> {
         line = LineStart::last_in(text, at..end).or(line);
         at = end;
     }
-    Some(unclosed(text, open.last()?.0, askew))
+    Some(unclosed(text, open.last()?.0, pair))
 }
 
 /// Returns the problem of the first bracket that exceeds the nesting limit.
@@ -154,23 +154,22 @@ pub(super) fn strange(text: &str, skip: Skip, language: &str) -> Option<CodeProb
 }
 
 /// Returns the problem of a bracket that closes nothing.
-fn superfluous(text: &str, at: usize, askew: Option<Askew>) -> CodeProblem {
-    let also = askew.filter(|askew| text[askew.open..at].contains('\n'));
+fn superfluous(text: &str, at: usize, pair: Option<Misaligned>) -> CodeProblem {
+    let also = pair.filter(|pair| text[pair.open..at].contains('\n'));
     CodeProblem {
         code: Code::CodeSyntax,
         range: one(at),
         message: format!("this `{}` closes nothing", &text[one(at)]),
-        also: also
-            .map(|askew| (one(askew.close), "its line does not begin where that of its other bracket does".into())),
+        also: also.map(|pair| (one(pair.close), "its line does not begin where that of its other bracket does".into())),
         hint: Some("remove it, or open a bracket before it".into()),
     }
 }
 
 /// Returns the problem of a bracket that is not closed.
-fn unclosed(text: &str, at: usize, askew: Option<Askew>) -> CodeProblem {
-    let (at, also) = match askew {
+fn unclosed(text: &str, at: usize, pair: Option<Misaligned>) -> CodeProblem {
+    let (at, also) = match pair {
         // According to the lines, its counterpart belongs to another bracket.
-        Some(askew) if askew.open > at => (askew.open, Some((one(askew.close), "this closes another one".into()))),
+        Some(pair) if pair.open > at => (pair.open, Some((one(pair.close), "this closes another one".into()))),
         _ => (at, None),
     };
     let bracket = &text[one(at)];

@@ -11,7 +11,7 @@ use crate::{SourceProvider, compile};
 /// The worst case of a message: it leaves federate i as late as it may, takes as long as it may, and meets a clock that
 /// is as far ahead as it may be. It is in time if the receiver has not begun a tag after its own.
 #[derive(Clone, Copy, Debug)]
-struct Way {
+struct Case {
     from: usize,
     to: usize,
     lag: i64,
@@ -20,7 +20,7 @@ struct Way {
     delay: i64,
 }
 
-impl Way {
+impl Case {
     fn is_in_time(&self, offsets: &[i64]) -> bool {
         let tag = 1000;
         let sent_at = tag + offsets[self.from] + self.lag;
@@ -40,20 +40,26 @@ const FEDERATES: usize = 3;
 /// More than any path of such graphs demands: two connections of at most 6 each.
 const ENOUGH: i64 = 13;
 
-fn ways() -> impl Strategy<Value = Vec<Way>> {
-    let way = (0..FEDERATES, 0..FEDERATES, 0..=2_i64, 0..=2_i64, 0..=2_i64, 0..=8_i64);
-    let way =
-        way.prop_map(|(from, to, lag, latency, clock_error, delay)| Way { from, to, lag, latency, clock_error, delay });
-    prop::collection::vec(way.prop_filter("no federate sends to itself", |way| way.from != way.to), 0..6)
+fn cases() -> impl Strategy<Value = Vec<Case>> {
+    let case = (0..FEDERATES, 0..FEDERATES, 0..=2_i64, 0..=2_i64, 0..=2_i64, 0..=8_i64);
+    let case = case.prop_map(|(from, to, lag, latency, clock_error, delay)| Case {
+        from,
+        to,
+        lag,
+        latency,
+        clock_error,
+        delay,
+    });
+    prop::collection::vec(case.prop_filter("no federate sends to itself", |case| case.from != case.to), 0..6)
 }
 
 /// Returns all offsets up to [`ENOUGH`] with which every message is in time.
-fn safe(ways: &[Way]) -> Vec<Vec<i64>> {
+fn safe(cases: &[Case]) -> Vec<Vec<i64>> {
     let mut all = vec![Vec::new()];
     for _ in 0..FEDERATES {
         all = all.iter().flat_map(|start| (0..=ENOUGH).map(move |next| [&start[..], &[next]].concat())).collect();
     }
-    all.retain(|offsets| ways.iter().all(|way| way.is_in_time(offsets)));
+    all.retain(|offsets| cases.iter().all(|case| case.is_in_time(offsets)));
     all
 }
 
@@ -62,10 +68,10 @@ proptest! {
 
     /// With the computed offsets no message is late, and every smaller offset makes one late.
     #[test]
-    fn the_offsets_are_safe_and_no_smaller_ones_are(ways in ways()) {
-        let edges: Vec<Edge> = ways.iter().map(Way::edge).collect();
+    fn the_offsets_are_safe_and_no_smaller_ones_are(cases in cases()) {
+        let edges: Vec<Edge> = cases.iter().map(Case::edge).collect();
         let least = Least::of(FEDERATES, &edges);
-        let safe = safe(&ways);
+        let safe = safe(&cases);
         if least.cycles.is_empty() {
             let found: Vec<i64> = least.offsets.iter().map(|offset| offset.expect("there is no cycle")).collect();
             prop_assert!(safe.contains(&found), "{found:?} is not safe");
@@ -79,8 +85,8 @@ proptest! {
 
     /// A reported cycle is one, and it demands more in each round.
     #[test]
-    fn cycles_without_enough_delay_are_named(ways in ways()) {
-        let edges: Vec<Edge> = ways.iter().map(Way::edge).collect();
+    fn cycles_without_enough_delay_are_named(cases in cases()) {
+        let edges: Vec<Edge> = cases.iter().map(Case::edge).collect();
         let least = Least::of(FEDERATES, &edges);
         for cycle in &least.cycles {
             let next = cycle.iter().cycle().skip(1);
@@ -92,8 +98,8 @@ proptest! {
 
     /// The connections on the path of an offset add up to it.
     #[test]
-    fn the_path_explains_the_offset(ways in ways()) {
-        let edges: Vec<Edge> = ways.iter().map(Way::edge).collect();
+    fn the_path_explains_the_offset(cases in cases()) {
+        let edges: Vec<Edge> = cases.iter().map(Case::edge).collect();
         let least = Least::of(FEDERATES, &edges);
         for (node, offset) in least.offsets.iter().enumerate() {
             let path = least.path(node, &edges);
@@ -184,7 +190,7 @@ fn a_queue_that_cannot_hold_what_comes_during_a_wait_is_named() {
 }
 
 #[test]
-fn what_says_more_precisely_what_it_is_about_goes_first() {
+fn more_precise_bounds_go_first() {
     let plan =
         program("a = new Source() at 10.0.0.1 b = new Filter() at 10.0.0.2 c = new Sink() a.y -> b.x b.y -> c.x");
     let bounds = "latency: 5 ms\nclock-error: 100 us\n\

@@ -147,7 +147,7 @@ mod tests {
     }
 
     #[test]
-    fn what_needs_no_cmake_is_read() {
+    fn files_that_need_no_cmake_are_read() {
         let file = file(
             "add_compile_definitions(FOO=3.14 -DBAR) # and\n\
              IF (NOT WIN32)\n  target_link_libraries(${LF_MAIN_TARGET} PRIVATE m) # it\n\
@@ -176,7 +176,7 @@ mod tests {
     }
 
     #[test]
-    fn what_only_cmake_understands_is_named() {
+    fn commands_that_only_cmake_understands_are_named() {
         let unread = |text| file(text).unread;
         assert_eq!(unread("find_package(X REQUIRED)").as_deref(), Some("`find_package(X REQUIRED)`"));
         assert_eq!(unread("target_sources(other PRIVATE a.c)").as_deref(), Some("`target_sources(other PRIVATE a.c)`"));

@@ -129,7 +129,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_kept_leaves_as_much_for_copies() {
+    fn kept_buffers_leave_as_many_for_copies() {
         let joint = Connections { ends: 5, receiving: 3, local: true };
         for share in [SMALL, CROWDED, ROOMY] {
             let pools = joint.pools(share);

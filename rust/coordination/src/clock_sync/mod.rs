@@ -27,7 +27,7 @@ pub use correction::{ClockCorrection, DRIFT_PPB_MAX, SLEW_PPB_MAX};
 pub use estimator::{Estimate, Estimator, Exchange};
 pub use line::Line;
 pub use poll::Poll;
-pub use responder::{Heard, Responder, Round};
+pub use responder::{Responder, Response, Round};
 pub use tracker::Tracker;
 pub use trouble::Trouble;
 

@@ -30,7 +30,7 @@ const OFF_MAX: Interval = Interval::from_secs(60);
 
 /// The outcome of a datagram.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
-pub struct Heard {
+pub struct Response {
     /// The complete round, if this datagram completed one.
     pub round: Option<Round>,
     /// Whether to send T3 at once to the source of the datagram; call [`Responder::answered`] then.
@@ -84,19 +84,19 @@ impl Responder {
 
     /// Handles a datagram from the RTI's address; `now` is the time right after it was read, and `physical` the RTI's
     /// clock then, as far as it is known.
-    pub fn handle(&mut self, now: Instant, physical: Option<Instant>, from: Endpoint, datagram: &[u8]) -> Heard {
+    pub fn handle(&mut self, now: Instant, physical: Option<Instant>, from: Endpoint, datagram: &[u8]) -> Response {
         let message = match decode(datagram, &Limits::NONE) {
             Ok(Decoded::Complete { message, len }) if len == datagram.len() => message,
-            _ => return Heard::default(),
+            _ => return Response::default(),
         };
         if let Some(trouble) = self.check(now, physical, from, &message) {
-            return Heard { trouble: Some(trouble), ..Heard::default() };
+            return Response { trouble: Some(trouble), ..Response::default() };
         }
         match message {
             Message::T1(t1) => self.begin(now, Instant::from_nanos(t1), from),
             Message::T4(t4) => self.complete(now, Instant::from_nanos(t4), from),
             Message::CodedProbe(t5) => self.probe(now, Instant::from_nanos(t5), from),
-            _ => Heard::default(),
+            _ => Response::default(),
         }
     }
 
@@ -122,16 +122,16 @@ impl Responder {
         (off.as_nanos().saturating_abs() > OFF_MAX.as_nanos()).then_some(Trouble::FarOff(off))
     }
 
-    fn begin(&mut self, now: Instant, t1: Instant, from: Endpoint) -> Heard {
+    fn begin(&mut self, now: Instant, t1: Instant, from: Endpoint) -> Response {
         if let Some((last, came, _)) = self.last
             && now.since(came) < ROUND_TIME_OUT
         {
             if t1 <= last {
-                return Heard::default();
+                return Response::default();
             }
             if matches!(self.stage, Stage::Answered(_)) && t1.since(last) < ROUND_MIN {
                 self.stage = Stage::Idle;
-                return Heard::default();
+                return Response::default();
             }
         }
         let round = match self.stage {
@@ -140,27 +140,27 @@ impl Responder {
         };
         self.stage = Stage::Asked;
         self.last = Some((t1, now, from));
-        Heard { round, answer: true, trouble: None }
+        Response { round, answer: true, trouble: None }
     }
 
-    fn complete(&mut self, now: Instant, t4: Instant, from: Endpoint) -> Heard {
+    fn complete(&mut self, now: Instant, t4: Instant, from: Endpoint) -> Response {
         if let (Stage::Answered(t3), Some((t1, t2, sender))) = (self.stage, self.last)
             && sender == from
             && t4 >= t1
         {
             self.stage = Stage::Complete(Exchange { t1, t2, t3, t4 }, now);
         }
-        Heard::default()
+        Response::default()
     }
 
-    fn probe(&mut self, now: Instant, t5: Instant, from: Endpoint) -> Heard {
-        let Stage::Complete(exchange, came) = self.stage else { return Heard::default() };
+    fn probe(&mut self, now: Instant, t5: Instant, from: Endpoint) -> Response {
+        let Stage::Complete(exchange, came) = self.stage else { return Response::default() };
         if self.last.is_none_or(|(.., sender)| sender != from) || t5 < exchange.t4 {
-            return Heard::default();
+            return Response::default();
         }
         self.stage = Stage::Idle;
         let apart = now.since(came).as_nanos().saturating_sub(t5.since(exchange.t4).as_nanos());
         let gap = Some(Interval::from_nanos(apart.saturating_abs()));
-        Heard { round: Some(Round { exchange, gap }), ..Heard::default() }
+        Response { round: Some(Round { exchange, gap }), ..Response::default() }
     }
 }

@@ -131,7 +131,7 @@ mod tests {
     proptest! {
         /// No sequence of steps gets a federate further ahead than the limit, and an answer always lets it go on.
         #[test]
-        fn nobody_runs_away(steps in proptest::collection::vec(0..4u8, 0..200)) {
+        fn no_federate_runs_away(steps in proptest::collection::vec(0..4u8, 0..200)) {
             let mut pace = Pace::default();
             for step in steps {
                 match step {

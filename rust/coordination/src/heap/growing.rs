@@ -175,7 +175,7 @@ mod tests {
     }
 
     #[test]
-    fn what_cannot_be_had_is_refused_and_nothing_is_lost() {
+    fn a_buffer_that_cannot_grow_refuses_and_loses_nothing() {
         let mut input = InBuffer::new(Growing::new(4, 4, 6));
         input.space().copy_from_slice(b"abcd");
         input.filled(4);

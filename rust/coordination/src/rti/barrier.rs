@@ -159,7 +159,7 @@ mod tests {
     }
 
     #[test]
-    fn whoever_has_left_has_a_time_to_come_back_from_the_first_loss_on() {
+    fn federates_that_have_left_may_come_back_within_a_time_from_the_first_loss_on() {
         let (mut barrier, mut slots) = (Barrier::default(), [Slot::EMPTY; 2]);
         barrier.limit(Some(Instant::from_nanos(1)));
         assert_eq!(barrier.deadline(), None);

@@ -145,7 +145,7 @@ mod tests {
     }
 
     #[test]
-    fn what_cannot_be_added_is_never_too_late() {
+    fn a_delay_that_overflows_is_never_too_late() {
         let microstep = PathDelay { time: 0, microsteps: 1 };
         assert_eq!(microstep.after(tag_at(5, u32::MAX)), tag_at(5, u32::MAX));
         assert_eq!(microstep.after(Tag::FOREVER), Tag::FOREVER);

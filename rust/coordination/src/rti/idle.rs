@@ -77,7 +77,7 @@ mod tests {
     }
 
     #[test]
-    fn whoever_has_an_event_meanwhile_ends_it() {
+    fn a_federate_with_an_event_ends_the_idle_state() {
         let mut idle = Idle::Until(Instant::from_nanos(5));
         idle.note(Tag::at(Instant::from_nanos(7)), || false);
         assert_eq!(idle, Idle::No);

@@ -71,7 +71,7 @@ mod tests {
 
     proptest! {
         #[test]
-        fn what_is_written_is_read(
+        fn written_paths_are_read_back(
             time in 0..i64::MAX, microsteps: u16, federate: u16, reverse: u16, first: u16, second: u16,
         ) {
             let path = Path { federate, delay: PathDelay::of_parts(time, microsteps.into()), reverse };

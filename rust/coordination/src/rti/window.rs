@@ -101,7 +101,7 @@ mod tests {
     }
 
     #[test]
-    fn who_leaves_or_cannot_be_understood_names_no_tag() {
+    fn a_federate_that_leaves_or_sends_nonsense_names_no_tag() {
         for end in [Message::Resign, Message::Failed] {
             assert_eq!(look_ahead(&encoded(&[tagged(), end]), &LIMITS), Some(Tag::NEVER));
         }

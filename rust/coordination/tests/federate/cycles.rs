@@ -128,7 +128,7 @@ fn a_provisional_grant_for_a_tag_that_is_over_is_answered_at_once() {
 }
 
 #[test]
-fn nobody_is_called_beyond_the_last_tag() {
+fn no_tag_beyond_the_last_one_is_demanded() {
     let mut federate = running();
     federate.limit_stop(ms(5));
     provisional(&mut federate, ms(5).next_microstep());

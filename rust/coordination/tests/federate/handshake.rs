@@ -145,7 +145,7 @@ fn without_clock_synchronization_the_rti_is_told_so() {
 }
 
 #[test]
-fn what_cannot_work_is_refused_at_once() {
+fn impossible_configurations_are_refused_at_once() {
     let long = [b'x'; 256];
     let error = Federate::new(Config::with_needs(FederateId(0), &long)).unwrap_err();
     assert_eq!(error, ConfigError::FederationIdTooLong { bytes: 256 });

@@ -52,7 +52,7 @@ fn step<N: Needs>(federate: &mut Federate<'static, N>, deed: u8, at: i64) -> Str
 
 proptest! {
     #[test]
-    fn what_a_program_does_not_need_makes_no_difference(steps in prop::collection::vec((0..17u8, 0..30i64), 0..80)) {
+    fn capabilities_without_use_make_no_difference(steps in prop::collection::vec((0..17u8, 0..30i64), 0..80)) {
         let (mut whole, mut part) = (started::<All>(), started::<CentralizedSource>());
         for (deed, at) in steps {
             prop_assert_eq!(step(&mut whole, deed, at), step(&mut part, deed, at));
@@ -62,7 +62,7 @@ proptest! {
 }
 
 #[test]
-fn what_comes_though_no_program_needs_it_is_an_error() {
+fn messages_that_no_program_needs_are_errors() {
     let tag = to_wire(ms(1));
     for message in [
         Message::TaggedMessage { port: 0, federate: 1, tag, payload: b"1" },

@@ -149,7 +149,7 @@ fn a_net_beyond_the_dnet_is_not_left_out_for_ever() {
 }
 
 #[test]
-fn what_was_not_transmitted_is_replaced_by_what_says_more() {
+fn an_announcement_that_was_not_transmitted_is_replaced_by_a_later_one() {
     let mut federate = started(config(UPSTREAM, DOWNSTREAM));
     grant(&mut federate, ms(1000));
     for time in 0..500 {
@@ -205,7 +205,7 @@ fn a_dnet_at_the_skipped_net_is_not_earlier() {
 
 /// The RTI knows what the receiver of a message needs as soon as it forwards it, and asks for that; nothing else does.
 #[test]
-fn what_was_left_out_behind_a_message_is_told_when_the_rti_asks_for_it() {
+fn an_announcement_suppressed_behind_a_message_is_sent_when_the_rti_asks_for_it() {
     let mut federate = started(config(&[], DOWNSTREAM));
     federate.handle_message(NOW, Message::DownstreamNextEventTag(to_wire(Tag::FOREVER))).unwrap();
     let step = |federate: &mut Federate<'static>, at: i64| {
@@ -249,7 +249,7 @@ fn two_that_ask_to_stop_at_once_agree_without_a_reply() {
 }
 
 #[test]
-fn who_is_asked_to_stop_may_still_go_on_before_the_tag_it_named() {
+fn a_federate_asked_to_stop_may_go_on_before_the_tag_that_it_named() {
     let mut federate = started(config(&[], DOWNSTREAM));
     let event = federate.handle_message(NOW, Message::StopRequest(to_wire(ms(3))));
     assert_eq!(event, Ok(Event::StopRequested(ms(3))));
@@ -324,7 +324,7 @@ fn a_federate_without_neighbors_only_resigns() {
 }
 
 #[test]
-fn what_comes_after_the_end_is_ignored() {
+fn messages_after_the_end_are_ignored() {
     let mut federate = started(config(UPSTREAM, DOWNSTREAM));
     federate.finish();
     assert_eq!(federate.handle_message(NOW, tagged(Tag::NEVER, &[])), Ok(Event::None));

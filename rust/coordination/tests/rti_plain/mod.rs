@@ -7,7 +7,7 @@ use lf_coordination::rti::{ClockSync, Config, ConnectionId};
 use lf_testkit::rti::dialogue::START;
 use lf_testkit::rti::{Rig, Sizes};
 use lf_wire::{DELAY_NONE, Decoded, Limits, Message, NeighborStructure, Tag, decode};
-use plain::{Plain, Said};
+use plain::{Plain, RtiMessage};
 use proptest::prelude::*;
 
 const FEDERATION: &[u8] = b"plain";
@@ -72,17 +72,17 @@ fn start(count: u16, edges: &[(u16, u16, i64)], dnet: bool) -> (Rig, Vec<Connect
     (rig, connections)
 }
 
-fn said(rig: &mut Rig, connection: ConnectionId) -> Vec<Said> {
+fn said(rig: &mut Rig, connection: ConnectionId) -> Vec<RtiMessage> {
     let bytes = rig.take(connection, usize::MAX);
     let mut rest = &bytes[..];
     let mut said = Vec::new();
     while let Ok(Decoded::Complete { message, len }) = decode(rest, &Limits::NONE) {
         rest = &rest[len..];
         said.extend(match message {
-            Message::TagGrant(tag) => Some(Said::Tag(tag)),
-            Message::ProvisionalTagGrant(tag) => Some(Said::Ptag(tag)),
-            Message::DownstreamNextEventTag(tag) => Some(Said::Dnet(tag)),
-            Message::TaggedMessage { tag, .. } => Some(Said::Message(tag)),
+            Message::TagGrant(tag) => Some(RtiMessage::Tag(tag)),
+            Message::ProvisionalTagGrant(tag) => Some(RtiMessage::Ptag(tag)),
+            Message::DownstreamNextEventTag(tag) => Some(RtiMessage::Dnet(tag)),
+            Message::TaggedMessage { tag, .. } => Some(RtiMessage::Message(tag)),
             Message::StopRequest(_) | Message::StopGranted(_) => None,
             other => panic!("{other:?} should not come"),
         });
@@ -96,7 +96,7 @@ proptest! {
 
     /// Whatever the federates say, and whether they keep the rules or not.
     #[test]
-    fn what_is_said_is_what_the_plain_rules_say(
+    fn messages_are_those_of_the_plain_rules(
         (count, edges) in graph(),
         dnet in any::<bool>(),
         events in proptest::collection::vec(event(), 0..80),

@@ -13,7 +13,7 @@ type Delay = (i64, u32);
 
 /// A message of the RTI to a federate.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Said {
+pub(crate) enum RtiMessage {
     Tag(Tag),
     Ptag(Tag),
     Dnet(Tag),
@@ -46,7 +46,7 @@ pub(crate) struct Plain {
     stop: Tag,
     stop_requested: bool,
     stop_granted: bool,
-    pub(crate) said: Vec<Vec<Said>>,
+    pub(crate) said: Vec<Vec<RtiMessage>>,
 }
 
 fn then((time, microsteps): Delay, rest: Delay) -> Delay {
@@ -181,7 +181,7 @@ impl Plain {
         if !self.federates[to].present {
             return;
         }
-        self.said[to].push(Said::Message(tag));
+        self.said[to].push(RtiMessage::Message(tag));
         if self.federates[to].completed < tag {
             self.federates[to].in_transit.insert(tag);
         }
@@ -253,10 +253,10 @@ impl Plain {
         }
         let Some((tag, provisional)) = self.what_to_grant(federate) else { return false };
         if provisional {
-            self.said[federate].push(Said::Ptag(tag));
+            self.said[federate].push(RtiMessage::Ptag(tag));
             self.federates[federate].provisional = tag;
         } else {
-            self.said[federate].push(Said::Tag(tag));
+            self.said[federate].push(RtiMessage::Tag(tag));
             self.federates[federate].granted = tag;
         }
         // Another one may wait for a later tag.
@@ -357,7 +357,7 @@ impl Plain {
         let own = &mut self.federates[federate];
         if own.present && tag != own.dnet && own.next <= tag {
             own.dnet = tag;
-            self.said[federate].push(Said::Dnet(tag));
+            self.said[federate].push(RtiMessage::Dnet(tag));
         }
     }
 }

@@ -215,7 +215,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_written_for_a_federate_is_for_it_alone() {
+    fn lines_for_a_federate_are_for_it_alone() {
         let script = Script::read("x hwmon /sys/a\na.x hwmon /sys/b\n1 s b.x 1\n").expect("it makes sense");
         let path = |federate| script.bound(federate, "x").map(|bound| bound.binding.path.as_str());
         assert_eq!((path("a"), path("b"), path("c")), (Some("/sys/b"), None, Some("/sys/a")));

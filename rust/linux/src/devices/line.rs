@@ -20,7 +20,7 @@ pub(crate) enum Value {
 /// The content of a line.
 pub(super) enum ScriptLine {
     /// A change of a device.
-    Change(Happening),
+    Change(Schedule),
     /// A binding to a device of this computer.
     Binding(String, Binding),
 }
@@ -30,7 +30,7 @@ impl ScriptLine {
         let mut words = Words { rest: line };
         // A time begins with a digit, and the name of a device does not.
         if !words.peek().is_some_and(|word| word.starts_with(|first: char| first.is_alphabetic() || first == '_')) {
-            return Happening::read(words).map(Self::Change);
+            return Schedule::read(words).map(Self::Change);
         }
         let device = words.next().unwrap_or_default().to_owned();
         let binding = Binding::read(&device, &mut words)?;
@@ -42,7 +42,7 @@ impl ScriptLine {
 }
 
 /// A change, once or repeatedly.
-pub(super) struct Happening {
+pub(super) struct Schedule {
     pub(super) at: Interval,
     pub(super) device: String,
     pub(super) value: Value,
@@ -50,7 +50,7 @@ pub(super) struct Happening {
     pub(super) until: Interval,
 }
 
-impl Happening {
+impl Schedule {
     fn read(mut words: Words<'_>) -> Result<Self, String> {
         let at = time(&mut words)?;
         let device = words.next().ok_or("after the time comes the name of a device, and its value")?;

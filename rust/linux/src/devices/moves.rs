@@ -34,12 +34,12 @@ pub struct Reader {
     /// The federate.
     pub name: String,
     /// The usable part.
-    pub takes: Takes,
+    pub takes: AcceptedMoves,
 }
 
 /// The part of a script that a participant can use.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Takes {
+pub enum AcceptedMoves {
     /// Everything: a program for Linux finds values of all devices, and reports itself what it cannot use.
     All,
     /// Levels of pins: an image on `native_sim`.
@@ -70,7 +70,7 @@ fn checked(script: &str, readers: &[Reader]) -> Result<Script, ScriptError> {
 /// All lines of the script that are invalid, that none of their participants can use, or that do not name one of
 /// several participants although one of them is an image.
 pub fn moves(script: &str, federate: &str, readers: &[Reader]) -> Result<Vec<Move>, String> {
-    let alone = [Reader { name: federate.to_owned(), takes: Takes::Pins }];
+    let alone = [Reader { name: federate.to_owned(), takes: AcceptedMoves::Pins }];
     let readers = if readers.is_empty() { &alone } else { readers };
     let script = checked(script, readers).map_err(|error| error.to_string())?;
     let own = format!("{federate}.");
@@ -109,15 +109,15 @@ fn refusal(name: &str, is_level: bool, readers: &[Reader]) -> Option<String> {
     let meant: Vec<_> = readers.iter().filter(|reader| owner.is_none_or(|owner| reader.name == owner)).collect();
     let is_level = is_level && !device.contains('@') && !is_part(device);
     let takes = |reader: &&Reader| match reader.takes {
-        Takes::All => true,
-        Takes::Pins => is_level,
-        Takes::Nothing => false,
+        AcceptedMoves::All => true,
+        AcceptedMoves::Pins => is_level,
+        AcceptedMoves::Nothing => false,
     };
     let able: Vec<_> = meant.iter().copied().filter(takes).collect();
     if let Some(first) = able.first() {
         // A program asks for its devices by name when it runs. What an image lacks becomes known only then, too, so an
         // unknown or ambiguous name would stay undetected.
-        let is_clear = able.len() == 1 || able.iter().all(|reader| reader.takes == Takes::All);
+        let is_clear = able.len() == 1 || able.iter().all(|reader| reader.takes == AcceptedMoves::All);
         return (owner.is_none() && !is_clear).then(|| {
             let names: Vec<_> = able.iter().map(|reader| reader.name.as_str()).collect();
             let (names, first) = (names.join(", "), &first.name);
@@ -129,7 +129,7 @@ fn refusal(name: &str, is_level: bool, readers: &[Reader]) -> Option<String> {
         (_, [one]) => format!("{} is an image, which finds", one.name),
         _ => "all participants are images, which find".to_owned(),
     };
-    Some(if meant.iter().any(|reader| reader.takes == Takes::Pins) {
+    Some(if meant.iter().any(|reader| reader.takes == AcceptedMoves::Pins) {
         format!("{device}: {who} levels of pins, 0 or 1, and nothing else; a program for Linux finds it")
     } else {
         format!("{device}: {who} nothing of a script: only images on native_sim with emulated pins do")
@@ -159,7 +159,7 @@ fn level(value: &Value) -> Option<bool> {
 mod tests {
     use super::*;
 
-    fn readers(takes: &[(&str, Takes)]) -> Vec<Reader> {
+    fn readers(takes: &[(&str, AcceptedMoves)]) -> Vec<Reader> {
         takes.iter().map(|(name, takes)| Reader { name: (*name).to_owned(), takes: *takes }).collect()
     }
 
@@ -167,7 +167,7 @@ mod tests {
     fn moves_are_in_order_and_those_of_others_are_left_out() {
         let script =
             "2 ms b.sw0 1 every 2 ms until 4 ms\n3 ms b.sw0 0\n1 ms b.sw1 1\n1 ms a.sw1 1\n5 ms line \"text\"\n";
-        let readers = readers(&[("a", Takes::Pins), ("b", Takes::Pins), ("c", Takes::All)]);
+        let readers = readers(&[("a", AcceptedMoves::Pins), ("b", AcceptedMoves::Pins), ("c", AcceptedMoves::All)]);
         let told = |federate: &str| {
             let moves = moves(script, federate, &readers).expect("it makes sense");
             moves.iter().map(Move::to_string).collect::<Vec<_>>()
@@ -183,11 +183,11 @@ mod tests {
     /// A pin without a federate belongs to the one participant that can have it, whatever kinds there are.
     #[test]
     fn a_pin_that_may_be_of_an_image_or_of_another_participant_has_to_say_whose_it_is() {
-        let kinds = [Takes::All, Takes::Pins, Takes::Nothing];
+        let kinds = [AcceptedMoves::All, AcceptedMoves::Pins, AcceptedMoves::Nothing];
         for (a, b, c) in kinds.iter().flat_map(|a| kinds.iter().flat_map(move |b| kinds.map(|c| (*a, *b, c)))) {
             let readers = readers(&[("a", a), ("b", b), ("c", c)]);
-            let takes: Vec<_> = readers.iter().filter(|reader| reader.takes != Takes::Nothing).collect();
-            let images = takes.iter().filter(|reader| reader.takes == Takes::Pins).count();
+            let takes: Vec<_> = readers.iter().filter(|reader| reader.takes != AcceptedMoves::Nothing).collect();
+            let images = takes.iter().filter(|reader| reader.takes == AcceptedMoves::Pins).count();
             let result = check("1 ms sw0 1", &readers);
             assert_eq!(
                 result.is_ok(),
@@ -200,7 +200,7 @@ mod tests {
                 assert!(check("1 ms sw0 1", std::slice::from_ref(reader)).is_ok());
             }
         }
-        let error = check("1 ms x 1\n1 ms sw0 1", &readers(&[("a", Takes::All), ("b", Takes::Pins)]));
+        let error = check("1 ms x 1\n1 ms sw0 1", &readers(&[("a", AcceptedMoves::All), ("b", AcceptedMoves::Pins)]));
         let says = error.expect_err("nobody knows whose pins these are");
         assert!(
             says.ends_with("line 2: sw0: a, b can take this, and an image is among them; say who: a.sw0"),
@@ -213,15 +213,16 @@ mod tests {
     fn a_line_that_nobody_can_carry_out_is_an_error_that_names_it() {
         let text = "0 s t@48[0x00] 0x1980\n0 s t[ambient_temp] 1\n0 s adc0 1500\n0 s uart \"x\"\n0 s b.sw0 1\n\
                     led0 gpio /dev/gpiochip0 17\n0 s sw0 1\n0 s keys[1] 1\n0 s x.sw0 1\n";
-        let lines = |takes: &[(&str, Takes)]| {
+        let lines = |takes: &[(&str, AcceptedMoves)]| {
             let refused = moves(text, "a", &readers(takes)).expect_err("some are refused");
             let number = |line: &str| line.strip_prefix("line ")?.split(':').next()?.parse::<u32>().ok();
             refused.lines().filter_map(number).collect::<Vec<_>>()
         };
-        assert_eq!(lines(&[("a", Takes::Pins), ("b", Takes::Nothing)]), [1, 2, 3, 4, 5, 6, 9]);
-        assert_eq!(lines(&[("a", Takes::Nothing), ("b", Takes::Nothing)]), [1, 2, 3, 4, 5, 6, 7, 8, 9]);
-        assert_eq!(lines(&[("a", Takes::Pins), ("b", Takes::All)]), [7, 8, 9]);
-        let error = moves("\n0 s t[0x00] 7", "a", &readers(&[("a", Takes::Pins)])).expect_err("it has no registers");
+        assert_eq!(lines(&[("a", AcceptedMoves::Pins), ("b", AcceptedMoves::Nothing)]), [1, 2, 3, 4, 5, 6, 9]);
+        assert_eq!(lines(&[("a", AcceptedMoves::Nothing), ("b", AcceptedMoves::Nothing)]), [1, 2, 3, 4, 5, 6, 7, 8, 9]);
+        assert_eq!(lines(&[("a", AcceptedMoves::Pins), ("b", AcceptedMoves::All)]), [7, 8, 9]);
+        let error =
+            moves("\n0 s t[0x00] 7", "a", &readers(&[("a", AcceptedMoves::Pins)])).expect_err("it has no registers");
         assert!(error.starts_with("line 2: t[0x00]: a is an image, which finds levels of pins"), "{error}");
     }
 }

@@ -150,7 +150,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn what_is_measured_is_written_and_read() {
+    fn measurements_are_written_and_read() {
         let changes = vec![(Interval::ZERO, Signal::Real(0.25)), (Interval::from_nanos(7), Signal::Real(-1.5))];
         let recording = Recording {
             federate: "a".to_owned(),
@@ -165,7 +165,7 @@ mod tests {
     }
 
     #[test]
-    fn who_starts_later_is_shown_later() {
+    fn a_participant_that_starts_later_is_shown_later() {
         let part = |start, at| Recording {
             federate: "a".to_owned(),
             start: Some(Instant::from_nanos(start)),

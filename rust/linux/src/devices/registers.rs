@@ -100,7 +100,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_written_stays_until_the_script_changes_it() {
+    fn registers_keep_their_values_until_the_script_changes_them() {
         let mut registers = Registers::default();
         registers.becomes(0, at(0), &[0x19, 0x80]);
         registers.becomes(3, at(0), &[0x50, 0]);

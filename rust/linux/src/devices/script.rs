@@ -21,7 +21,7 @@ use lf_devices::Channel;
 use lf_model::time::Interval;
 
 use super::binding::Bound;
-use super::line::{Happening, ScriptLine, Value};
+use super::line::{Schedule, ScriptLine, Value};
 use super::words::{hexadecimal, without_comment};
 
 /// The maximum number of changes of a script, repeated ones included.
@@ -92,8 +92,8 @@ impl Script {
 
     /// Adds the content of a line. `count` is the number of changes.
     fn take(&mut self, line: u32, read: ScriptLine, count: &mut usize) -> Result<(), String> {
-        let Happening { at, device, value, every, until } = match read {
-            ScriptLine::Change(happening) => happening,
+        let Schedule { at, device, value, every, until } = match read {
+            ScriptLine::Change(schedule) => schedule,
             ScriptLine::Binding(device, binding) => {
                 if let Some(Bound { line, .. }) = self.bound.get(&device) {
                     return Err(format!("line {line} says already which device {device} is"));
@@ -269,7 +269,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_repeated_ends() {
+    fn repetitions_end() {
         let script =
             Script::read("0 ms c 1 every 2 ms until 5 ms\n1 ms c 0 every 2 ms until 5 ms").expect("it is sound");
         let expected: Vec<_> = (0..6).map(|at| (ms(at), f64::from(u8::from(at % 2 == 0)))).collect();

@@ -10,20 +10,20 @@ use log::Level;
 /// The interrupts of a device, until this is dropped.
 #[derive(Debug)]
 pub struct Watch {
-    _ends: Box<dyn Kept>,
+    _ends: Box<dyn WatchGuard>,
 }
 
 impl Watch {
     /// Returns a watch that ends its source when it is dropped.
-    pub(super) fn until_dropped(ends: impl Kept + 'static) -> Self {
+    pub(super) fn until_dropped(ends: impl WatchGuard + 'static) -> Self {
         Self { _ends: Box::new(ends) }
     }
 }
 
 /// A value that a reactor can keep, whichever thread runs it.
-pub(super) trait Kept: fmt::Debug + Send + Sync {}
+pub(super) trait WatchGuard: fmt::Debug + Send + Sync {}
 
-impl<T: fmt::Debug + Send + Sync> Kept for T {}
+impl<T: fmt::Debug + Send + Sync> WatchGuard for T {}
 
 /// Events of a device that had no room in the queue of its action, and that were not logged yet.
 #[derive(Debug)]

@@ -138,7 +138,7 @@ mod tests {
     }
 
     #[test]
-    fn who_gets_no_answer_for_too_long_is_at_the_end() {
+    fn a_connection_without_an_answer_for_too_long_ends() {
         let begin = Instant::now();
         let mut silence = Silence::new(begin);
         // Boards 4 and 8 have a closed window and answer, the last probe of 8 is in transit, 5 is probed for liveness,
@@ -168,13 +168,13 @@ mod tests {
     }
 
     #[test]
-    fn what_linux_does_not_say_is_no_silence() {
+    fn a_connection_that_linux_does_not_report_is_not_silent() {
         assert_eq!(Silence::new(Instant::now()).judge("", Instant::now()), []);
         assert_eq!(Silence::new(Instant::now()).judge("no: such lines", Instant::now()), []);
     }
 
     #[test]
-    fn it_is_looked_now_and_then() {
+    fn connections_are_checked_at_intervals() {
         let now = Instant::now();
         let mut silence = Silence::new(now);
         for begin in [now, now + CHECK_INTERVAL] {
@@ -186,7 +186,7 @@ mod tests {
 
     /// An event loop with nothing to do calls only when a check is due.
     #[test]
-    fn what_is_heard_is_judged_before_the_next_look() {
+    fn a_report_is_judged_before_the_next_check() {
         let begin = Instant::now();
         let mut silence = Silence::new(begin);
         for (after, gone) in [(CHECK_INTERVAL, vec![]), (CHECK_INTERVAL + SILENCE, vec![board(2)])] {
@@ -199,7 +199,7 @@ mod tests {
 
     /// No call waits for Linux's table: it is there at some later check, or never.
     #[test]
-    fn what_is_heard_is_judged_when_it_is_there() {
+    fn a_report_is_judged_once_it_is_complete() {
         let begin = Instant::now();
         let mut silence = Silence::new(begin);
         assert_eq!(silence.heard(begin), []);

@@ -93,7 +93,7 @@ fn bytes_then_the_end() {
 
 /// An attempt without a listener has an outcome, and it is an error.
 #[test]
-fn nobody_listens() {
+fn a_port_without_a_listener_refuses() {
     let (mut sockets, _reader, _writer) = table();
     let listener = sockets.listen(0).expect("a listener");
     let port = sockets.local_port(listener).expect("its port");

@@ -4,11 +4,11 @@
 //! Times are milliseconds. Every bench has the same cells: two timers, two logical actions, a physical action, a
 //! watchdog, three ports, a connection with `after` from port 0, an input, and an output from port 1.
 use lf_model::{
-    ActionTiming, DeliverError, Delivery, Engine, Full, InputId, Instant, Interval, LogicalActionQueue, ModeCell,
-    ModeCells, ModeEvents, ModeId, ModeInfo, ModeTrigger, ModelError, Modes, NetworkInput, NetworkOutput, OutputId,
-    PayloadError, PhysicalActionQueue, PhysicalInbox, Placed, Policy, Port, PortId, PortInfo, Program, Progress,
-    QueuedPort, ReactionContext, ReactionId, ReactionInfo, ReactionKind, Settings, Storage, Tables, Tag, TardyInput,
-    Timer, TriggerCell, TriggerId, TriggerInfo, TriggerKind, Undelivered, Watchdog,
+    ActionTiming, DeliverError, Delivery, Engine, EngineStorage, Full, InputId, Instant, Interval, LogicalActionQueue,
+    ModeCell, ModeCells, ModeEvents, ModeId, ModeInfo, ModeTrigger, ModelError, Modes, NetworkInput, NetworkOutput,
+    OutputId, PayloadError, PhysicalActionQueue, PhysicalInbox, Placed, Policy, Port, PortId, PortInfo, Program,
+    Progress, QueuedPort, ReactionContext, ReactionId, ReactionInfo, ReactionKind, Settings, Storage, Tables, Tag,
+    TardyInput, Timer, TriggerCell, TriggerId, TriggerInfo, TriggerKind, Undelivered, Watchdog,
 };
 
 use lf_testkit::host::{Clock, Host};
@@ -341,13 +341,13 @@ impl Builder {
 /// Returns an engine in memory of the right size; no bench has more than four modes.
 fn engine(tables: &'static Tables, settings: Settings, tardy: bool, modal: bool) -> Engine<'static> {
     if modal {
-        let storage: &'static mut Storage<11, 1, 1, 1, 0, 0, 4, 10> = Box::leak(Box::default());
+        let storage: &'static mut Storage<11, 1, 1, 1, 0, 0, 4, 10> = Box::leak(Box::new(EngineStorage::new()));
         Engine::new(tables, storage, settings)
     } else if tardy {
-        let storage: &'static mut Storage<10, 1, 1, 1, 1, 1> = Box::leak(Box::default());
+        let storage: &'static mut Storage<10, 1, 1, 1, 1, 1> = Box::leak(Box::new(EngineStorage::new()));
         Engine::new(tables, storage, settings)
     } else {
-        let storage: &'static mut Storage<10, 1, 1, 1> = Box::leak(Box::default());
+        let storage: &'static mut Storage<10, 1, 1, 1> = Box::leak(Box::new(EngineStorage::new()));
         Engine::new(tables, storage, settings)
     }
 }

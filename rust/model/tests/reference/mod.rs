@@ -51,12 +51,12 @@ pub(crate) struct Plan {
 pub(crate) type Step = (TagPair, usize, Option<u32>);
 
 /// A message to other federates at this tag, of this port: a value, or its absence.
-pub(crate) type Told = (TagPair, usize, Option<u32>);
+pub(crate) type NetworkMessage = (TagPair, usize, Option<u32>);
 
 #[derive(Debug, PartialEq)]
 pub(crate) struct Outcome {
     pub trace: Vec<Step>,
-    pub told: Vec<Told>,
+    pub told: Vec<NetworkMessage>,
     /// By message, whether the queue was full.
     pub full: Vec<bool>,
     pub failed: bool,

@@ -444,7 +444,7 @@ impl<O: Outlet, N: Needs> Env for TagEnv<'_, '_, O, N> {
 #[cfg(test)]
 mod tests {
     use lf_coordination::federate::{All, AwaitedInput, Config};
-    use lf_model::{PortId, PortInfo, Settings, Storage, Tables, TriggerInfo, TriggerKind};
+    use lf_model::{EngineStorage as _, PortId, PortInfo, Settings, Storage, Tables, TriggerInfo, TriggerKind};
 
     use super::*;
 
@@ -487,7 +487,7 @@ mod tests {
     }
 
     #[test]
-    fn what_comes_after_the_last_tag_needs_no_room() {
+    fn messages_after_the_last_tag_need_no_room() {
         with_execution(|execution| {
             execution.start(Instant::from_nanos(100));
             let tag = |time| Some(Tag::at(Instant::from_nanos(time)));

@@ -14,7 +14,7 @@ use super::late::Late;
 use super::receiver::{Disposition, Policy, too_long};
 use crate::error::{PeerFault, RunError};
 use crate::platform::Platform;
-use crate::trace::{Event, Recording, Word};
+use crate::trace::{Event, Recording, TracedMessage};
 
 /// The parts that such a message changes.
 pub(super) struct FromPeer<'x, 'a, 's, P, N: Needs> {
@@ -65,7 +65,7 @@ impl<P: Platform, N: Needs> Policy for FromPeer<'_, '_, '_, P, N> {
         };
         if !self.execution.engine.is_done() && self.execution.lacks_room(input, tag) {
             if self.recording.is_on() {
-                self.recording.note(self.platform, Event::Held(Word::of(&message, self.from)));
+                self.recording.note(self.platform, Event::Held(TracedMessage::of(&message, self.from)));
             }
             return Ok(Disposition::Held(tag.unwrap_or(Tag::FOREVER), Some(input)));
         }

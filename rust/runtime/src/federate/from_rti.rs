@@ -207,7 +207,9 @@ fn name_input(error: FederateError, engine: &Engine<'_>) -> RunError {
 mod tests {
     use core::time::Duration;
 
-    use lf_model::{NetworkInput, PortId, PortInfo, Settings, Storage, Tables, TriggerInfo, TriggerKind};
+    use lf_model::{
+        EngineStorage as _, NetworkInput, PortId, PortInfo, Settings, Storage, Tables, TriggerInfo, TriggerKind,
+    };
 
     use super::*;
 

@@ -19,7 +19,7 @@ const ANSWER_TIME_OUT: Interval = Interval::from_secs(10);
 pub struct Outbound<'s> {
     connection: Connection<'s>,
     answer: InBuffer<[u8; 2]>,
-    stage: Approach,
+    stage: ConnectStage,
     /// The statement of the next introduction whether this federate is transient. LF 0.12 accepts no introduction that
     /// says it, LF 0.13 none that does not, and the release of the receiver is unknown: so each attempt uses the other
     /// form. That of LF 0.13 is the first, because a receiver of LF 0.12 refuses it at once, while one of LF 0.13 would
@@ -41,7 +41,7 @@ pub struct Outbound<'s> {
 
 /// The stage of the connection.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
-enum Approach {
+enum ConnectStage {
     /// It is not to be made yet.
     Absent,
     /// An attempt is open; `true` when the socket reports an outcome.
@@ -60,7 +60,7 @@ impl<'s> Outbound<'s> {
         Self {
             connection: Connection::new(&mut [], output),
             answer: InBuffer::new([0; 2]),
-            stage: Approach::Absent,
+            stage: ConnectStage::Absent,
             says_transient: Some(false),
             answer_due: Instant::NEVER,
             trouble: None,
@@ -93,7 +93,7 @@ impl<'s> Outbound<'s> {
 
     /// Returns whether the other federate has left, so that messages to it are lost.
     pub(super) fn has_ended(&self) -> bool {
-        self.stage == Approach::Ended
+        self.stage == ConnectStage::Ended
     }
 
     /// Counts one more message for a federate that has left. Returns `true` for the first.
@@ -111,7 +111,7 @@ impl<'s> Outbound<'s> {
     pub(super) fn connect<P: Platform>(&mut self, platform: &mut P, address: Endpoint) {
         self.end(platform);
         match platform.connect(address) {
-            Ok(socket) => self.stage = Approach::Connecting(socket, false),
+            Ok(socket) => self.stage = ConnectStage::Connecting(socket, false),
             Err(error) => self.trouble = Some(PeerFault::Unreachable(error)),
         }
         self.answer_due = platform.now() + ANSWER_TIME_OUT;
@@ -131,19 +131,19 @@ impl<'s> Outbound<'s> {
 
     /// Handles that the other side has ended the connection.
     fn lose_peer<P: Platform>(&mut self, platform: &mut P) {
-        self.left_early |= self.stage == Approach::Open;
+        self.left_early |= self.stage == ConnectStage::Open;
         self.end(platform);
     }
 
     /// Ends the connection: the other side has left, or cannot be reached; or this one has sent everything.
     pub(super) fn end<P: Platform>(&mut self, platform: &mut P) {
-        if let Approach::Connecting(socket, _) = self.stage {
+        if let ConnectStage::Connecting(socket, _) = self.stage {
             platform.close(socket);
         }
         // At least its last message is not complete.
-        let loses = self.stage == Approach::Open && !self.is_empty();
+        let loses = self.stage == ConnectStage::Open && !self.is_empty();
         self.lost = self.lost.saturating_add(u64::from(loses));
-        self.stage = Approach::Ended;
+        self.stage = ConnectStage::Ended;
         self.connection.close(platform);
         self.answer.clear();
         self.blocked_since = None;
@@ -166,15 +166,15 @@ impl<'s> Outbound<'s> {
 
     /// Does the next step. Returns `true` when the connection is there.
     fn step<P: Platform>(&mut self, platform: &mut P, introduction: &Message<'_>) -> Result<bool, PeerFault> {
-        if let Approach::Connecting(socket, true) = self.stage {
+        if let ConnectStage::Connecting(socket, true) = self.stage {
             platform.connected(socket).map_err(PeerFault::Unreachable)?;
             self.connection.open(socket);
-            self.stage = Approach::Introduced;
+            self.stage = ConnectStage::Introduced;
             self.output().push(introduction).map_err(|_| PeerFault::Unreachable(NetError::NoSocketLeft))?;
             self.says_transient = self.says_transient.xor(Some(false));
         }
         self.flush(platform);
-        if let (Approach::Introduced, Some(socket)) = (self.stage, self.connection.socket()) {
+        if let (ConnectStage::Introduced, Some(socket)) = (self.stage, self.connection.socket()) {
             match platform.read(socket, self.answer.space()) {
                 Ok(Transfer::Bytes(count)) => self.answer.filled(count),
                 Ok(Transfer::WouldBlock) => {}
@@ -184,21 +184,21 @@ impl<'s> Outbound<'s> {
             match read_answer(self.answer.bytes()) {
                 IntroductionReply::Incomplete => {}
                 IntroductionReply::Accepted => {
-                    self.stage = Approach::Open;
+                    self.stage = ConnectStage::Open;
                     return Ok(true);
                 }
                 IntroductionReply::Rejected(code) => return Err(PeerFault::Refuses(code)),
                 IntroductionReply::Wrong(error) => return Err(PeerFault::Bytes(error)),
             }
         }
-        if self.stage == Approach::Ended {
+        if self.stage == ConnectStage::Ended {
             return Err(self.trouble.unwrap_or(PeerFault::Unanswered));
         }
         if self.is_attempt() && platform.now() < self.answer_due { Ok(false) } else { Err(PeerFault::Unanswered) }
     }
 
     fn is_attempt(&self) -> bool {
-        matches!(self.stage, Approach::Connecting(..) | Approach::Introduced)
+        matches!(self.stage, ConnectStage::Connecting(..) | ConnectStage::Introduced)
     }
 
     /// Returns when to give up the open attempt.
@@ -208,7 +208,7 @@ impl<'s> Outbound<'s> {
 
     /// Looks for the end of the other side, which never says anything else.
     pub(super) fn detect_end<P: Platform>(&mut self, platform: &mut P) {
-        if let (Approach::Open, Some(socket)) = (self.stage, self.connection.socket())
+        if let (ConnectStage::Open, Some(socket)) = (self.stage, self.connection.socket())
             && !matches!(platform.read(socket, &mut [0; 1]), Ok(Transfer::WouldBlock | Transfer::Bytes(_)))
         {
             self.lose_peer(platform);
@@ -216,7 +216,7 @@ impl<'s> Outbound<'s> {
     }
 
     pub(super) fn set_interest<P: Platform>(&self, platform: &mut P) {
-        if let Approach::Connecting(socket, _) = self.stage {
+        if let ConnectStage::Connecting(socket, _) = self.stage {
             platform.set_interest(socket, Interest::WRITE);
         } else if let Some(socket) = self.connection.socket() {
             platform.set_interest(socket, Interest { readable: true, writable: !self.is_empty() });
@@ -225,7 +225,7 @@ impl<'s> Outbound<'s> {
 
     /// Handles that a wait found this socket ready.
     pub(super) fn handle_ready(&mut self, ready: SocketId) {
-        if let Approach::Connecting(socket, has_outcome) = &mut self.stage {
+        if let ConnectStage::Connecting(socket, has_outcome) = &mut self.stage {
             *has_outcome |= *socket == ready;
         }
     }

@@ -15,7 +15,7 @@ use super::session::Session;
 use crate::description::{CONTROL_BYTES, TAGGED_MESSAGE_HEADER_BYTES};
 use crate::log_event::{PeerEvent, report};
 use crate::platform::Platform;
-use crate::trace::{Event, RTI, Recording, Word};
+use crate::trace::{Event, RTI, Recording, TracedMessage};
 use log::Level;
 
 /// The connections of a federate, to send over.
@@ -51,7 +51,7 @@ impl<'x, 's, P: Platform, N: Needs> Output<'x, '_, 's, P, N> {
 fn sent(kind: MessageType, message: &Outgoing<'_>, tag: Option<Tag>, peer: u16, bytes: usize) -> Event {
     let to = (message.output.federate, message.output.port);
     let bytes = u32::try_from(bytes).unwrap_or(u32::MAX);
-    Event::Sent(Word { kind, peer, to, tag, bytes })
+    Event::Sent(TracedMessage { kind, peer, to, tag, bytes })
 }
 
 impl<P: Platform, N: Needs> Outlet for Output<'_, '_, '_, P, N> {
@@ -90,11 +90,7 @@ impl<P: Platform, N: Needs> Outlet for Output<'_, '_, '_, P, N> {
             return Ok(());
         };
         let encode = |bytes: &mut [u8]| message.encode(bytes);
-        let pushed = match tag {
-            None => peer.output().push_p2p_with(port, federate, max_len, encode),
-            Some(tag) => peer.output().push_p2p_tagged_with(port, federate, tag, max_len, encode),
-        };
-        match pushed {
+        match peer.output().push_p2p_with(port, federate, tag, max_len, encode) {
             Ok(bytes) => {
                 let kind = tag.map_or(MessageType::P2pMessage, |_| MessageType::P2pTaggedMessage);
                 recording.note(platform, sent(kind, message, tag.map(|_| message.tag), federate, bytes));

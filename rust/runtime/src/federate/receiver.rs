@@ -234,7 +234,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_true_for_all_that_is_held_has_it_looked_at_again() {
+    fn a_change_that_concerns_all_held_messages_has_them_examined_again() {
         run(&[message(0, 1), message(0, 2), Message::Resign], [0, 0], |take| assert_eq!(take(None).looks, 5));
     }
 }

@@ -34,11 +34,11 @@ pub enum Event {
     /// The same reaction ends.
     ReactionEnds(u16, u16),
     /// A message goes into the send buffer.
-    Sent(Word),
+    Sent(TracedMessage),
     /// A message has arrived, and waits for room in the queue of its input. It may be recorded more than once.
-    Held(Word),
+    Held(TracedMessage),
     /// A message has arrived and is handled. With values, its value follows.
-    Received(Word),
+    Received(TracedMessage),
     /// A part of the value of the previous event.
     Data(Chunk),
     /// The event loop begins to wait.
@@ -55,7 +55,7 @@ pub enum Event {
 
 /// The recorded part of a message.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
-pub struct Word {
+pub struct TracedMessage {
     /// Its type.
     pub kind: MessageType,
     /// The federate at the other end of the connection, or [`RTI`]. In records of an RTI, [`RTI`] is a federate that
@@ -69,7 +69,7 @@ pub struct Word {
     pub bytes: u32,
 }
 
-impl Word {
+impl TracedMessage {
     /// Returns the recorded part of a message.
     pub fn of(message: &Message<'_>, peer: u16) -> Self {
         let (tag, to) = match *message {
@@ -181,14 +181,14 @@ pub enum Waits {
     /// A grant for this tag.
     Grant(Tag),
     /// An input at this tag, by its index in the tables, and the limit of the wait.
-    Input(Tag, u16, Patience),
+    Input(Tag, u16, WaitLimit),
     /// Room for a message of this tag, at a federate or at [`RTI`].
     Room(Tag, u16),
 }
 
 /// The limit of a wait for an input.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Debug)]
-pub enum Patience {
+pub enum WaitLimit {
     /// Until the status of the input is known.
     Endless,
     /// At most for a time, such as `@maxwait`.

@@ -12,7 +12,7 @@ mod record;
 mod recording;
 mod ring;
 
-pub use event::{CHUNK_BYTES, Chunk, Event, Patience, RTI, Waits, Word};
+pub use event::{CHUNK_BYTES, Chunk, Event, RTI, TracedMessage, WaitLimit, Waits};
 pub use header::{Damage, FORMAT, Header, MAGIC, RECORD_BYTES, Role};
 pub use lf_wire::MessageType;
 pub use record::Record;

@@ -18,7 +18,7 @@ use lf_model::time::{Instant, Microstep, Tag};
 use lf_model::{Part, TriggerId};
 use lf_wire::MessageType;
 
-use super::event::{CHUNK_BYTES, Chunk, Event, Patience, Waits, Word, has_tag};
+use super::event::{CHUNK_BYTES, Chunk, Event, TracedMessage, WaitLimit, Waits, has_tag};
 use super::header::{Bytes, Damage, RECORD_BYTES};
 
 /// An event and its time.
@@ -59,9 +59,9 @@ impl Fields {
         Self { time, microstep, ..self }
     }
 
-    fn word(kind: u8, word: Word) -> Self {
-        let ((port, lane), detail) = (word.to, word.kind.byte());
-        Self { detail, bytes: word.bytes, peer: word.peer, port, lane, ..Self::new(kind) }.tag(word.tag)
+    fn message(kind: u8, message: TracedMessage) -> Self {
+        let ((port, lane), detail) = (message.to, message.kind.byte());
+        Self { detail, bytes: message.bytes, peer: message.peer, port, lane, ..Self::new(kind) }.tag(message.tag)
     }
 
     fn waits(waits: Waits) -> Self {
@@ -70,7 +70,7 @@ impl Fields {
             Waits::Time(tag) => (1, Some(tag), 0, 0),
             Waits::Start => (2, None, 0, 0),
             Waits::Grant(tag) => (3, Some(tag), 0, 0),
-            Waits::Input(tag, input, patience) => (4, Some(tag), input, u16::from(patience == Patience::Limited)),
+            Waits::Input(tag, input, limit) => (4, Some(tag), input, u16::from(limit == WaitLimit::Limited)),
             Waits::Room(tag, peer) => (5, Some(tag), peer, 0),
             Waits::End => (6, None, 0, 0),
         };
@@ -84,7 +84,7 @@ impl Fields {
             1 => Waits::Time(tag),
             2 => Waits::Start,
             3 => Waits::Grant(tag),
-            4 => Waits::Input(tag, self.port, if self.lane == 0 { Patience::Endless } else { Patience::Limited }),
+            4 => Waits::Input(tag, self.port, if self.lane == 0 { WaitLimit::Endless } else { WaitLimit::Limited }),
             5 => Waits::Room(tag, self.port),
             6 => Waits::End,
             _ => return None,
@@ -95,10 +95,10 @@ impl Fields {
         Tag { time: Instant::from_nanos(self.time), microstep: Microstep(self.microstep) }
     }
 
-    fn to_word(&self) -> Option<Word> {
+    fn to_message(&self) -> Option<TracedMessage> {
         let kind = MessageType::from_byte(self.detail)?;
         let tag = has_tag(kind).then(|| self.to_tag());
-        Some(Word { kind, peer: self.peer, to: (self.port, self.lane), tag, bytes: self.bytes })
+        Some(TracedMessage { kind, peer: self.peer, to: (self.port, self.lane), tag, bytes: self.bytes })
     }
 
     fn of(event: Event) -> Self {
@@ -116,15 +116,15 @@ impl Fields {
                 Self { detail, port: reaction, lane, ..Self::new(5) }
             }
             Event::ReactionEnds(port, lane) => Self { port, lane, ..Self::new(6) },
-            Event::Sent(word) => Self::word(7, word),
-            Event::Received(word) => Self::word(8, word),
+            Event::Sent(message) => Self::message(7, message),
+            Event::Received(message) => Self::message(8, message),
             Event::WaitBegins(waits) => Self::waits(waits),
             Event::WaitEnds => Self::new(10),
             Event::Ends(failed) => Self { detail: failed.into(), ..Self::new(11) },
             Event::Lost(count) => Self { time: count.cast_signed(), ..Self::new(12) },
             Event::Seam => Self::new(13),
             Event::Due(time) => Self { time: time.as_nanos(), ..Self::new(14) },
-            Event::Held(word) => Self::word(15, word),
+            Event::Held(message) => Self::message(15, message),
             Event::Physical(trigger) => Self { port: trigger.0, ..Self::new(18) },
             // They have encodings of their own.
             Event::Begins(_) | Event::Data(_) => Self::default(),
@@ -147,15 +147,15 @@ impl Fields {
                 Event::ReactionBegins(self.port, part, self.lane)
             }
             6 => Event::ReactionEnds(self.port, self.lane),
-            7 => Event::Sent(self.to_word()?),
-            8 => Event::Received(self.to_word()?),
+            7 => Event::Sent(self.to_message()?),
+            8 => Event::Received(self.to_message()?),
             9 => Event::WaitBegins(self.to_waits()?),
             10 => Event::WaitEnds,
             11 => Event::Ends(self.detail != 0),
             12 => Event::Lost(self.time.cast_unsigned()),
             13 => Event::Seam,
             14 => Event::Due(Instant::from_nanos(self.time)),
-            15 => Event::Held(self.to_word()?),
+            15 => Event::Held(self.to_message()?),
             18 => Event::Physical(TriggerId(self.port)),
             _ => return None,
         })
@@ -279,8 +279,8 @@ mod tests {
     fn a_message_of_every_type_is_read_again_with_its_tag() {
         let some = Tag::at(Instant::from_nanos(7));
         for kind in MessageType::ALL.iter().copied() {
-            let word = Word { kind, peer: 1, to: (2, 3), tag: has_tag(kind).then_some(some), bytes: 4 };
-            let record = Record { at: Instant::from_nanos(9), event: Event::Received(word) };
+            let message = TracedMessage { kind, peer: 1, to: (2, 3), tag: has_tag(kind).then_some(some), bytes: 4 };
+            let record = Record { at: Instant::from_nanos(9), event: Event::Received(message) };
             assert_eq!(Record::from_bytes(&record.to_bytes()), Ok(record));
         }
     }

@@ -10,7 +10,7 @@ use lf_model::time::{Instant, Tag};
 use lf_model::{Engine, InputId, Program, Tables};
 use lf_wire::{Decoded, Limits, Message, decode};
 
-use super::event::{Chunk, Event, Patience, RTI, Waits, Word, payload};
+use super::event::{Chunk, Event, RTI, TracedMessage, WaitLimit, Waits, payload};
 use super::header::{Header, Role};
 use crate::federate::Reason;
 use crate::platform::Platform;
@@ -161,7 +161,7 @@ impl Recording<'_> {
     #[inline]
     pub(crate) fn note_sent(&mut self, platform: &mut impl Platform, message: &Message<'_>, peer: u16) {
         if let Some((recorder, _)) = self.to() {
-            recorder.record(platform.now(), Event::Sent(Word::of(message, peer)));
+            recorder.record(platform.now(), Event::Sent(TracedMessage::of(message, peer)));
         }
     }
 
@@ -184,7 +184,7 @@ impl Recording<'_> {
     /// Records a message received at this time of the platform's clock, with its value if values are recorded.
     pub(crate) fn note_received_at(&mut self, at: Instant, message: &Message<'_>, peer: u16) {
         let Some((recorder, values)) = self.to() else { return };
-        recorder.record(at, Event::Received(Word::of(message, peer)));
+        recorder.record(at, Event::Received(TracedMessage::of(message, peer)));
         if let Some(value) = payload(message).filter(|_| values) {
             record_value(recorder, at, value);
         }
@@ -207,10 +207,10 @@ pub(crate) fn step_event(step: ReactionStep, worker: u16) -> Event {
 /// Returns the reason of a federate's wait: `reason`, with its input if it has one, or else the time of its next tag.
 /// `is_timed`: only for a time.
 pub(crate) fn waits(reason: Option<Reason>, input: Option<InputId>, next: Option<Tag>, is_timed: bool) -> Waits {
-    let patience = if is_timed { Patience::Limited } else { Patience::Endless };
+    let limit = if is_timed { WaitLimit::Limited } else { WaitLimit::Endless };
     match (reason, next) {
         (Some(Reason::Grant(tag)), _) => Waits::Grant(tag),
-        (Some(Reason::Input(tag, _)), _) => Waits::Input(tag, input.map_or(u16::MAX, |input| input.0), patience),
+        (Some(Reason::Input(tag, _)), _) => Waits::Input(tag, input.map_or(u16::MAX, |input| input.0), limit),
         (Some(Reason::Room(tag, peer)), _) => Waits::Room(tag, peer.unwrap_or(RTI)),
         (Some(Reason::Rti(..) | Reason::Id | Reason::Answer(_) | Reason::Peer(..) | Reason::Others), _) => Waits::Start,
         (None, Some(tag)) if is_timed => Waits::Time(tag),

@@ -8,7 +8,7 @@ use lf_coordination::Deadline;
 use lf_coordination::heap::{Growing, Memory, Sizes};
 use lf_coordination::rti::{AfterLoss, ClockSync as RtiClockSync, Config, Outcome, RtiEvent, START_REPORT, SetupError};
 use lf_model::time::{Interval, Tag};
-use lf_model::{Engine, Settings};
+use lf_model::{Engine, EngineStorage as _, Settings};
 use lf_runtime::platform::{Endpoint, Interest, IpAddress, Platform as _, SocketId, Transfer};
 use lf_runtime::trace::{Record, Recording};
 use lf_runtime::{
@@ -20,7 +20,7 @@ use lf_wire::Storage;
 
 use super::lines;
 use super::node::{Behavior, Late, Log, Node, NodeStorage, TardyStorage};
-use lf_testkit::world::{Blocking, Conditions, Fate, Threads, Trouble, Virtual};
+use lf_testkit::world::{Blocking, Conditions, Fault, Threads, Trouble, Virtual};
 
 /// The port of the first listener of a federate.
 const FIRST_EPHEMERAL_PORT: u16 = 49_152;
@@ -92,7 +92,7 @@ pub(crate) struct Plan {
     /// on each connection.
     pub intruders: Vec<Intruder>,
     /// The faults: time, participant and kind.
-    pub fates: Vec<(Interval, usize, Fate)>,
+    pub faults: Vec<(Interval, usize, Fault)>,
     /// The memory in bytes that the RTI's computer has for the input of one connection, and for its output.
     pub rti_memory: (usize, usize),
 }
@@ -174,7 +174,7 @@ impl Plan {
             same_id: BTreeMap::new(),
             strangers: BTreeSet::new(),
             intruders: Vec::new(),
-            fates: Vec::new(),
+            faults: Vec::new(),
             rti_memory: (usize::MAX, usize::MAX),
         }
     }
@@ -258,10 +258,10 @@ pub(crate) fn run(plan: &Plan, conditions: Conditions) -> Report {
     let intruders: Vec<_> =
         plan.intruders.iter().map(|intruder| (intruder, world.join(Interval::ZERO, Interval::ZERO))).collect();
     for (_, platform) in &intruders {
-        world.plan(INTRUSION, platform.number(), Fate::Kill);
+        world.plan(INTRUSION, platform.number(), Fault::Kill);
     }
-    for (at, participant, fate) in &plan.fates {
-        world.plan(*at, *participant, *fate);
+    for (at, participant, fault) in &plan.faults {
+        world.plan(*at, *participant, *fault);
     }
     std::thread::scope(|scope| {
         let results = &results;

@@ -157,7 +157,7 @@ pub(crate) fn queued(port: PortId, capacity: usize) -> Option<Cell> {
 /// Returns an input whose messages can be tardy.
 pub(crate) fn tardy(port: PortId, capacity: usize, side: &'static Side) -> Option<Cell> {
     let queue: Option<Box<dyn AnyQueue>> = by_capacity!(capacity, N => Box::new(TardyInput::<Value, N>::new(port)));
-    let kept = Some(Kept { side, handled: Vec::new() });
+    let kept = Some(TardyLog { side, handled: Vec::new() });
     queue.map(|queue| Cell::Queued(Queued { queue, capacity, pending: 0, most: 0, kept }))
 }
 
@@ -220,11 +220,11 @@ pub(crate) struct Queued {
     /// The maximum number of messages that it held.
     pub(crate) most: usize,
     /// The log of an input whose messages can be tardy.
-    pub(crate) kept: Option<Kept>,
+    pub(crate) kept: Option<TardyLog>,
 }
 
 /// The log of an input whose messages can be tardy.
-pub(crate) struct Kept {
+pub(crate) struct TardyLog {
     side: &'static Side,
     /// The handled messages.
     pub(crate) handled: Vec<Handled>,

@@ -3,7 +3,7 @@
 
 use lf_compiler::plan::{self, Plan};
 use lf_model::time::{Interval, Tag};
-use lf_model::{Engine, Program as _, Settings, Storage, Tables};
+use lf_model::{Engine, EngineStorage, Program as _, Settings, Storage, Tables};
 use lf_runtime::platform::Endpoint;
 use lf_runtime::trace::Recording;
 use lf_runtime::{
@@ -32,9 +32,9 @@ impl EngineMemory {
     pub(super) fn new(tables: &Tables) -> Self {
         let modes = tables.mode_count();
         if modes <= 16 && tables.triggers.len() <= 64 && tables.reactions.len() <= 128 && tables.ports.len() <= 128 {
-            Self::Small(Box::default())
+            Self::Small(Box::new(EngineStorage::new()))
         } else {
-            Self::Large(Box::default())
+            Self::Large(Box::new(EngineStorage::new()))
         }
     }
 

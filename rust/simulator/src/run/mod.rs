@@ -48,7 +48,7 @@ pub(crate) enum FederateEnd {
 
 /// The log events of the RTI.
 #[derive(Clone, Debug, Default)]
-pub(crate) struct Noted {
+pub(crate) struct RtiLog {
     started: Option<Instant>,
     pub(crate) overflow: bool,
     pub(crate) late: bool,
@@ -68,7 +68,7 @@ pub(crate) struct Report {
     pub(crate) played: Played,
     /// The recordings of the RTI, and then of each federate, as far as they recorded.
     pub(crate) records: Vec<Option<Records>>,
-    pub(crate) noted: Noted,
+    pub(crate) rti_log: RtiLog,
     /// The faults that occurred, with their participants, as planned.
     pub(crate) struck: Vec<(usize, FaultKind)>,
     /// By federate: the granted stop, and the tag before which the RTI has received all its messages.
@@ -102,7 +102,7 @@ pub(crate) struct Report {
 
 impl Report {
     pub(crate) fn started(&self) -> Option<Instant> {
-        self.noted.started
+        self.rti_log.started
     }
 
     /// Returns whether a fault affected a federate.
@@ -144,14 +144,14 @@ pub(crate) struct Lateness {
 
 /// A participant, before, while and after it takes part.
 enum Participant<'a> {
-    NotYet(Seat<'a>),
+    NotYet(ParticipantMemory<'a>),
     Rti(Box<Centre<'a>>),
     Federate(Box<Member<'a>>),
     Gone,
 }
 
 /// The memory that a participant will use.
-enum Seat<'a> {
+enum ParticipantMemory<'a> {
     Rti(&'a mut RtiMemory<'a>),
     Federate(&'a mut FederateMemory),
 }
@@ -168,8 +168,8 @@ impl Participant<'_> {
         if let Self::NotYet(_) = self {
             let Self::NotYet(seat) = std::mem::replace(self, Self::Gone) else { return Step::End(Ok(())) };
             let made = match seat {
-                Seat::Rti(memory) => memory.begin().map(|made| Participant::Rti(Box::new(made))),
-                Seat::Federate(memory) => memory.begin().map(|made| Participant::Federate(Box::new(made))),
+                ParticipantMemory::Rti(memory) => memory.begin().map(|made| Participant::Rti(Box::new(made))),
+                ParticipantMemory::Federate(memory) => memory.begin().map(|made| Participant::Federate(Box::new(made))),
             };
             match made {
                 Ok(made) => *self = made,
@@ -198,7 +198,7 @@ impl Participant<'_> {
 
 /// The outputs of a run besides its report.
 #[derive(Clone, Copy, Default)]
-pub(crate) struct Telling {
+pub(crate) struct OutputOptions {
     /// Whether to print all messages.
     pub(crate) prints: bool,
     /// Whether all participants record their events.
@@ -206,20 +206,20 @@ pub(crate) struct Telling {
 }
 
 /// Runs a scenario whose federation has this plan.
-pub(crate) fn run(scenario: &Scenario, plan: &Plan, telling: Telling) -> Result<Report, BuildError> {
-    let Telling { prints, records } = telling;
+pub(crate) fn run(scenario: &Scenario, plan: &Plan, options: OutputOptions) -> Result<Report, BuildError> {
+    let OutputOptions { prints, records } = options;
     reports::listen();
     reports::take();
     let world = world(&scenario.conditions, combine(scenario.seed, 11));
     world.lock().network.medium_mut().watch.prints = prints;
-    let noted = Rc::new(RefCell::new(Noted::default()));
+    let rti_log = Rc::new(RefCell::new(RtiLog::default()));
     let mut buffers = RtiBuffers::new(scenario, plan.federates.len());
     // The recordings show the times of physical actions.
     let of_federates = records || scenario.has_physical_actions();
     let recorded = |is_kept: bool| is_kept.then(Records::default);
     let records: Vec<_> =
         (0..=plan.federates.len()).map(|index| recorded(if index == 0 { records } else { of_federates })).collect();
-    let notices = note_into(Rc::clone(&noted), prints);
+    let notices = note_into(Rc::clone(&rti_log), prints);
     let mut rti = RtiMemory::new(scenario, plan, world.platform(0), notices, &mut buffers, records[0].clone());
     let mut federates = Vec::new();
     for (index, federate) in (1..).zip(&plan.federates) {
@@ -227,8 +227,8 @@ pub(crate) fn run(scenario: &Scenario, plan: &Plan, telling: Telling) -> Result<
         federates.push(FederateMemory::new(scenario, plan, federate, world.platform(index), records)?);
     }
     let mut stage = Stage {
-        participants: std::iter::once(Participant::NotYet(Seat::Rti(&mut rti)))
-            .chain(federates.iter_mut().map(|memory| Participant::NotYet(Seat::Federate(memory))))
+        participants: std::iter::once(Participant::NotYet(ParticipantMemory::Rti(&mut rti)))
+            .chain(federates.iter_mut().map(|memory| Participant::NotYet(ParticipantMemory::Federate(memory))))
             .collect(),
         ends: vec![FederateEnd::Gone; plan.federates.len()],
         ended: vec![None; plan.federates.len()],
@@ -242,7 +242,7 @@ pub(crate) fn run(scenario: &Scenario, plan: &Plan, telling: Telling) -> Result<
         cut_short: false,
     };
     stage.faults.sort_by_key(|fault| fault.at);
-    let violation = stage.play(&world, &noted);
+    let violation = stage.play(&world, &rti_log);
     let Stage { ends, ended, counted, outcome, struck, turns, participants, cut_short, .. } = stage;
     drop(participants);
     let world = world.lock();
@@ -254,7 +254,7 @@ pub(crate) fn run(scenario: &Scenario, plan: &Plan, telling: Telling) -> Result<
         stops: Vec::new(),
         played: Played::new(),
         records: records.clone(),
-        noted: noted.borrow().clone(),
+        rti_log: rti_log.borrow().clone(),
         struck,
         granted: watch.seen.iter().map(|seen| seen.stop).collect(),
         capacities: plan.federates.iter().map(capacities).collect(),
@@ -344,17 +344,17 @@ fn senders(federate: &Federate) -> Vec<usize> {
     federate.inputs.iter().map(|input| usize::from(input.federate)).collect()
 }
 
-fn note_into(noted: Rc<RefCell<Noted>>, prints: bool) -> Box<dyn FnMut(RtiEvent<'_>)> {
+fn note_into(rti_log: Rc<RefCell<RtiLog>>, prints: bool) -> Box<dyn FnMut(RtiEvent<'_>)> {
     Box::new(move |event| {
         if prints {
             println!("RTI: {event}");
         }
-        let mut noted = noted.borrow_mut();
+        let mut rti_log = rti_log.borrow_mut();
         match event {
-            RtiEvent::Started(start) => noted.started = Some(start),
-            RtiEvent::InTransitFull(_) => noted.overflow = true,
-            RtiEvent::Late { .. } => noted.late = true,
-            RtiEvent::Dropped { .. } => noted.dropped = true,
+            RtiEvent::Started(start) => rti_log.started = Some(start),
+            RtiEvent::InTransitFull(_) => rti_log.overflow = true,
+            RtiEvent::Late { .. } => rti_log.late = true,
+            RtiEvent::Dropped { .. } => rti_log.dropped = true,
             _ => {}
         }
     })
@@ -413,10 +413,10 @@ impl Progress {
 
 impl Stage<'_> {
     /// Runs turn by turn, until all participants have ended or none can go on.
-    fn play(&mut self, world: &Shared<Cables>, noted: &RefCell<Noted>) -> Option<Violation> {
+    fn play(&mut self, world: &Shared<Cables>, rti_log: &RefCell<RtiLog>) -> Option<Violation> {
         loop {
             let mut locked = world.lock();
-            if self.first_fault.is_none() && noted.borrow().started.is_some() {
+            if self.first_fault.is_none() && rti_log.borrow().started.is_some() {
                 self.first_fault = Some(locked.now());
             }
             let fault_at = self.next_fault(&locked);

@@ -28,7 +28,7 @@ pub use blocking::Blocking;
 pub use platform::Virtual;
 pub use side::{Side, Thread};
 pub use threads::Threads;
-pub use turns::{Fate, Trouble};
+pub use turns::{Fault, Trouble};
 pub use wires::{Conditions, Move, Wires};
 
 /// The speed of a participant's computer, in nanoseconds.

@@ -6,7 +6,7 @@ use std::sync::Arc;
 use lf_model::time::Interval;
 use lf_runtime::trace::Record;
 
-use super::turns::{Fate, Trouble, Turns};
+use super::turns::{Fault, Trouble, Turns};
 use super::wires::{Conditions, Move, Wires};
 use super::{Pace, Side, Virtual, World};
 use crate::random::Random;
@@ -37,8 +37,8 @@ impl Threads {
     ///
     /// # Panics
     /// If that time is past.
-    pub fn plan(&self, at: Interval, participant: usize, fate: Fate) {
-        self.0.plan(nanos(at), participant, fate);
+    pub fn plan(&self, at: Interval, participant: usize, fault: Fault) {
+        self.0.plan(nanos(at), participant, fault);
     }
 
     /// Starts the first turn. Each participant's thread begins with [`Virtual::begin`].

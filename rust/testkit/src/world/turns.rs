@@ -21,7 +21,7 @@ pub enum Trouble {
 
 /// An event that affects a participant from outside.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
-pub enum Fate {
+pub enum Fault {
     /// A request to end (^C).
     Interrupt,
     /// The end of the process: its system closes its sockets.
@@ -39,7 +39,7 @@ pub(super) struct Turns<M: Medium> {
 #[derive(Debug)]
 struct State {
     turn: Option<usize>,
-    fates: Vec<(u64, usize, Fate)>,
+    faults: Vec<(u64, usize, Fault)>,
     turns_left: u64,
     trouble: Option<Trouble>,
     /// Whether it did not end even after it was interrupted.
@@ -49,13 +49,13 @@ struct State {
 impl<M: Medium> Turns<M> {
     /// Returns the state before the first turn.
     pub(super) fn new(world: World<M>) -> Self {
-        let state = State { turn: None, fates: Vec::new(), turns_left: TURNS_MAX, trouble: None, hopeless: false };
+        let state = State { turn: None, faults: Vec::new(), turns_left: TURNS_MAX, trouble: None, hopeless: false };
         Self { world: Shared::new(world), state: Mutex::new(state), handed_over: Condvar::new() }
     }
 
     /// Schedules a fault of a participant at this virtual time.
-    pub(super) fn plan(&self, at: u64, participant: usize, fate: Fate) {
-        lock(&self.state).fates.push((at, participant, fate));
+    pub(super) fn plan(&self, at: u64, participant: usize, fault: Fault) {
+        lock(&self.state).faults.push((at, participant, fault));
     }
 
     /// Returns the failure of the world, if there is one.
@@ -101,13 +101,13 @@ impl State {
             self.give_up(world, Trouble::Busy);
         }
         loop {
-            let next_fate = self.fates.iter().map(|(at, ..)| *at).min();
+            let next_fate = self.faults.iter().map(|(at, ..)| *at).min();
             self.turn = world.next_turn(next_fate);
             if self.turn.is_some() || world.left() == 0 || self.hopeless {
                 return;
             }
             match next_fate {
-                Some(at) => self.apply_fates(world, at),
+                Some(at) => self.apply_faults(world, at),
                 None => self.give_up(world, Trouble::Stuck),
             }
         }
@@ -120,10 +120,10 @@ impl State {
         (0..world.members.len()).for_each(|participant| world.interrupt(participant));
     }
 
-    fn apply_fates<M: Medium>(&mut self, world: &mut World<M>, now: u64) {
+    fn apply_faults<M: Medium>(&mut self, world: &mut World<M>, now: u64) {
         world.advance_to(now);
-        for (_, participant, fate) in self.fates.extract_if(.., |(at, ..)| *at <= now) {
-            if fate == Fate::Kill {
+        for (_, participant, fault) in self.faults.extract_if(.., |(at, ..)| *at <= now) {
+            if fault == Fault::Kill {
                 world.switch_off(participant);
             }
             world.interrupt(participant);

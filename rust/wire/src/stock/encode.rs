@@ -3,13 +3,13 @@
 
 use super::layouts::{byte, fixed_bytes};
 use crate::bytes::Writer;
-use crate::{Beyond, EncodeError, Message, MessageType, NeighborStructure, Tag};
+use crate::{EncodeError, LengthOverflow, Message, MessageType, NeighborStructure, Tag};
 
 /// Writes a message to the beginning of `target` and returns its length in bytes.
 ///
 /// # Errors
-/// [`EncodeError::NoRoom`] if `target` is shorter than [`encoded_len`], [`EncodeError::Beyond`] if a part of the
-/// message is longer than its length field can hold. Nothing has been written then.
+/// [`EncodeError::NoRoom`] if `target` is shorter than [`encoded_len`], [`EncodeError::LengthOverflow`] if a part of
+/// the message is longer than its length field can hold. Nothing has been written then.
 pub(crate) fn encode(message: &Message<'_>, target: &mut [u8]) -> Result<usize, EncodeError> {
     let lengths = message.lengths()?;
     let len = encoded_len(message);
@@ -40,7 +40,7 @@ pub(crate) fn encoded_len(message: &Message<'_>) -> usize {
 impl Message<'_> {
     /// Returns the values of the length fields, checked before the first byte is written; 0 if the message lacks the
     /// field.
-    fn lengths(&self) -> Result<[u32; 2], Beyond> {
+    fn lengths(&self) -> Result<[u32; 2], LengthOverflow> {
         let message = self.message_type();
         let checked = |field, length, max| length_field(message, field, length, max);
         Ok(match self {
@@ -136,9 +136,9 @@ impl Message<'_> {
 const PAYLOAD_LENGTH: &str = "payload length";
 
 /// Returns the value of a length field, unless it exceeds the maximum of the field.
-fn length_field(message: MessageType, field: &'static str, length: usize, max: u32) -> Result<u32, Beyond> {
+fn length_field(message: MessageType, field: &'static str, length: usize, max: u32) -> Result<u32, LengthOverflow> {
     let found = u32::try_from(length).ok().filter(|length| *length <= max);
-    found.ok_or(Beyond { message, field, length, max })
+    found.ok_or(LengthOverflow { message, field, length, max })
 }
 
 /// Writes a federation id behind its length, and the kind of a federate between them if there is one.

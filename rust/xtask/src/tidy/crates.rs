@@ -147,7 +147,7 @@ mod tests {
     }
 
     #[test]
-    fn what_a_crate_depends_on_is_what_it_may_know() {
+    fn crates_depend_on_those_that_they_may_know() {
         assert_eq!(known_crates(&tree("words, and `base`")), []);
         let findings = known_crates(&tree("nothing else here"));
         assert_eq!(findings.len(), 1, "{findings:?}");

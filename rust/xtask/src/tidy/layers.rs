@@ -104,7 +104,7 @@ mod tests {
     }
 
     #[test]
-    fn what_a_table_allows_is_used_and_all_else_is_found() {
+    fn arrows_that_a_table_does_not_allow_are_found() {
         assert_eq!(found("`low`"), Vec::<String>::new());
         assert_eq!(
             found(""),
@@ -113,7 +113,7 @@ mod tests {
     }
 
     #[test]
-    fn what_a_table_allows_in_vain_is_found() {
+    fn unused_rows_of_a_table_are_found() {
         assert_eq!(found("`low`, `other`"), ["docs/one.md `high` does not use `other`"]);
     }
 }

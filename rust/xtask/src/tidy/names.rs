@@ -116,7 +116,7 @@ mod tests {
     }
 
     #[test]
-    fn what_only_tests_define_and_what_belongs_to_a_trait_does_not_count() {
+    fn names_in_tests_and_of_traits_do_not_count() {
         let tree = tree(&[
             ("rust/a/src/lib.rs", "struct Port; trait Has { type Port; } #[cfg(test)] mod tests { struct Port; }"),
             ("rust/a/src/b/tests.rs", "struct Port;"),

@@ -10,6 +10,8 @@ use lf_devices::Problem;
 use crate::raw;
 
 /// A constant of C of type `T`: the specification of a device. Only C reads it.
+///
+/// Rust cannot make one. An `unsafe extern` block declares it, whose author promises that C has it with that type.
 #[repr(C)]
 pub struct Spec<T> {
     _opaque: [u8; 0],

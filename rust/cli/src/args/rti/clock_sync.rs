@@ -112,7 +112,7 @@ mod tests {
     }
 
     #[test]
-    fn what_makes_no_sense_is_warned_of_and_the_rti_goes_on_as_the_stock_one() {
+    fn options_without_sense_are_warned_of_and_the_rti_goes_on_as_the_stock_one() {
         for (words, expected, warning) in [
             (&["off", "exchanges-per-interval", "5"][..], ClockSync::Off, "does not apply to `off`"),
             (&["init", "period", "5000000"], INIT, "only applies to `on`"),

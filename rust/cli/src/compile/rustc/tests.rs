@@ -107,7 +107,7 @@ fn an_error_in_generated_code_is_left_out_where_one_in_the_program_explains_it()
 }
 
 #[test]
-fn what_has_no_place_in_the_program_is_shown_as_it_is() {
+fn messages_without_a_place_in_the_program_are_shown_unchanged() {
     let error = diagnostic("error", &[span("other.rs", 1, (1, 2), r#""expansion":null"#)], "");
     assert_eq!(text_of(&[error]), "as rustc prints it\n\n");
 }

@@ -119,7 +119,7 @@ fn errors_of_other_crates_are_shown_as_they_are() {
 }
 
 #[test]
-fn what_cannot_be_read_is_named() {
+fn unreadable_files_are_named() {
     let world = World::new();
     let missing = world.path("missing.json");
     let text = |path: &Path| explain(&[path.to_owned()]).expect_err("it cannot be read").to_string();

@@ -4,7 +4,7 @@
 use std::io::{self, Write};
 
 use lf_linux::model::time::{Instant, Tag};
-use lf_linux::runtime::trace::{Event, MessageType, RTI, Word};
+use lf_linux::runtime::trace::{Event, MessageType, RTI, TracedMessage};
 
 /// The direction of a message.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
@@ -32,13 +32,13 @@ pub(super) struct MessageLine {
 impl MessageLine {
     /// Returns the line of a message; `None` for other events.
     pub(super) fn of(at: i64, event: Event) -> Option<Self> {
-        let (direction, word) = match event {
-            Event::Received(word) => (Direction::Received, word),
-            Event::Sent(word) => (Direction::Sent, word),
+        let (direction, message) = match event {
+            Event::Received(message) => (Direction::Received, message),
+            Event::Sent(message) => (Direction::Sent, message),
             _ => return None,
         };
-        let Word { kind, peer, to: (to, _), tag, bytes } = word;
-        let has_receiver = word.is_value() || kind == MessageType::PortAbsent;
+        let TracedMessage { kind, peer, to: (to, _), tag, bytes } = message;
+        let has_receiver = message.is_value() || kind == MessageType::PortAbsent;
         Some(Self {
             now: Instant::from_nanos(at),
             direction,

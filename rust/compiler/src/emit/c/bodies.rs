@@ -95,7 +95,7 @@ impl Bodies for CBodies<'_> {
         false
     }
 
-    fn parameters(&self) -> Option<TokenStream> {
+    fn parameters(&self) -> TokenStream {
         parameters::of_main(self.job.view)
     }
 

@@ -36,8 +36,8 @@ impl ArgumentKind {
     }
 }
 
-/// Returns the parameters for the program's `main`; `None` if there are none.
-pub(super) fn of_main(view: &View<'_>) -> Option<TokenStream> {
+/// Returns the parameters for the program's `main`.
+pub(super) fn of_main(view: &View<'_>) -> TokenStream {
     let class = view.class(view.plan.main);
     let rows = class.parameters.iter().map(|parameter| {
         let (name, ty) = (&parameter.name, CType::new(class, &parameter.ty));
@@ -63,7 +63,10 @@ pub(super) fn of_main(view: &View<'_>) -> Option<TokenStream> {
         quote!(lf::Parameter { name: #name, ty: #ty, kind: #kind, default: #default })
     });
     let rows: Vec<TokenStream> = rows.collect();
-    (!rows.is_empty()).then(|| quote!(lf::Parameters { rows: &[#(#rows),*], give: lf::c::give_parameter }))
+    if rows.is_empty() {
+        return quote!(lf::Parameters::NONE);
+    }
+    quote!(lf::Parameters { rows: &[#(#rows),*], give: lf::c::give_parameter })
 }
 
 impl ClassFile<'_, '_> {

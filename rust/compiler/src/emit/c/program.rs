@@ -110,6 +110,7 @@ impl ProgramFile<'_, '_> {
         let federate = self.symbols.federate;
         let ports = (0..federate.ports.len()).map(|index| format!("(lf_port_base_t *)&lf_port_{index}"));
         self.table("lf_port_base_t *const lf_ports[]", ports.collect());
+        self.text.line(format_args!("const uint16_t lf_port_count = {};", federate.ports.len()));
         let triggers = federate.triggers.iter().enumerate().map(|(index, trigger)| {
             if is_shown(&trigger.kind) { format!("(lf_action_base_t *)&lf_trigger_{index}") } else { "NULL".to_owned() }
         });
@@ -118,6 +119,7 @@ impl ProgramFile<'_, '_> {
             .map(|index| if self.queues(index) { format!("&{}", pool_name(index)) } else { "NULL".to_owned() });
         let pools = pools.collect();
         self.table("lf_pool_t *const lf_queue_pools[]", pools);
+        self.text.line(format_args!("const uint16_t lf_trigger_count = {};", federate.triggers.len()));
     }
 
     fn table(&mut self, name: &str, mut rows: Vec<String>) {

@@ -37,7 +37,7 @@ pub(in crate::emit) trait Bodies {
     fn uses_devices(&self) -> bool;
 
     /// Returns the parameters of the main reactor that a command line can set.
-    fn parameters(&self) -> Option<TokenStream>;
+    fn parameters(&self) -> TokenStream;
 
     /// Returns the lengths of the values that an RTI in this crate forwards, as expressions.
     ///

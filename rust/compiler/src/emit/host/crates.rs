@@ -35,7 +35,7 @@ pub(in crate::emit) fn emit(
     bodies.emit(&mut output)?;
     generated.extend(output.mapped);
     if let Some(federate) = job.federate.filter(|_| !job.is_image) {
-        generated.insert(1, main(job, federate, &generated, bodies.parameters())?);
+        generated.insert(1, main(job, federate, &generated, &bodies.parameters())?);
     }
     files.push(File { path: format!("{folder}/Cargo.toml"), text: manifest::of_crate(job, bodies) });
     files.extend(build_files);
@@ -108,13 +108,13 @@ fn root(job: &Job<'_>, bodies: &dyn Bodies) -> Result<(File, FileMap), EmitError
     Splices::new(job.plan()).finish(format!("{}/src/lib.rs", job.folder), tokens)
 }
 
-/// Emits `main.rs` of a program for this computer, with the places of its lines in the LF program, and perhaps with the
-/// parameters that a command line can set.
+/// Emits `main.rs` of a program for this computer, with the places of its lines in the LF program, and the parameters
+/// that a command line can set.
 fn main(
     job: &Job<'_>,
     federate: &Federate,
     generated: &[(File, FileMap)],
-    parameters: Option<TokenStream>,
+    parameters: &TokenStream,
 ) -> Result<(File, FileMap), EmitError> {
     let about = format!(" Runs `{}` on this computer.", job.name);
     let library = ident(&job.package.replace('-', "_"));
@@ -126,19 +126,15 @@ fn main(
         "/// The map from lines of generated code to places in the program, for panics.\n\
          const LINES: &[Lines] = &[\n{rows}];\n"
     ));
-    let call = if let Some(parameters) = parameters {
-        quote!(lf::main_with(#parameters, &DESCRIPTION, #owner::new, Storage::new))
-    } else {
-        quote!(lf::main(&DESCRIPTION, #owner::new, Storage::new))
-    };
     let tokens = quote! {
         #![doc = #about]
         use lf::Lines;
         use #library::federate::{DESCRIPTION, #owner, Storage};
         #lines
+        const PARAMETERS: lf::Parameters = #parameters;
         fn main() -> std::process::ExitCode {
             lf::name_lf_lines(LINES);
-            #call
+            lf::main::<_, Storage>(PARAMETERS, &DESCRIPTION, #owner::new)
         }
     };
     splices.finish(format!("{}/src/main.rs", job.folder), tokens)

@@ -5,6 +5,7 @@ use core::cell::RefCell;
 use std::collections::BTreeSet;
 
 use proc_macro2::TokenStream;
+use quote::quote;
 
 use super::layout::Layout;
 use super::payloads::Payloads;
@@ -95,8 +96,8 @@ impl Bodies for RustBodies<'_> {
             || self.codes().any(|code| language.words(code).any(|word| DEVICES.contains(&word)))
     }
 
-    fn parameters(&self) -> Option<TokenStream> {
-        None
+    fn parameters(&self) -> TokenStream {
+        quote!(lf::Parameters::NONE)
     }
 
     fn payload_lengths(&self) -> Result<Vec<String>, EmitError> {

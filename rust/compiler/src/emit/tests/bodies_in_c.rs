@@ -125,7 +125,7 @@ fn words_for_the_linker_are_told_to_the_linker_and_paths_begin_beside_the_progra
 }
 
 #[test]
-fn what_needs_a_library_that_images_do_not_have_is_refused_at_its_place() {
+fn code_for_a_library_that_images_lack_is_refused_at_its_place() {
     for flag in ["-fsanitize=address", "-fopenmp", "--coverage"] {
         let text = format!("target C {{ compiler-flags: [\"-O2\",\n  \"{flag}\"] }}\nmain reactor {{ }}\n");
         let plan = compile("P.lf", &BTreeMap::from([("P.lf".to_owned(), text)])).plan.expect("it is right");

@@ -82,7 +82,7 @@ fn a_plan_survives_json() {
 }
 
 #[test]
-fn what_needs_a_heap_is_refused_for_images_and_for_an_rti_that_forwards_it() {
+fn values_that_need_a_heap_are_refused_for_images_and_for_an_rti_that_forwards_them() {
     let text = "target Rust
 reactor A { @max_length(9) output x: String  @max_length(7) output y: {= Vec<u8> =}  reaction(startup) -> x, y {= =} }
 reactor B { input x: String  input y: {= Vec<u8> =}  reaction(x, y) {= =} }
@@ -188,7 +188,7 @@ fn all_federates_look_for_the_rti_where_it_is_deployed() {
 }
 
 #[test]
-fn what_is_emitted_is_rust() {
+fn emitted_code_is_rust() {
     let plan = fixture::plan();
     for deployment in [Deployment::default(), all_on(&plan, "some_board")] {
         for file in rust_files(&emit_on(&plan, &deployment)) {

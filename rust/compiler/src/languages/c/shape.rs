@@ -89,7 +89,7 @@ mod tests {
     use crate::plan::Shape;
 
     #[test]
-    fn what_is_known_without_a_compiler() {
+    fn shapes_are_known_without_a_compiler() {
         let list = |of| Shape::List(Box::new(of));
         assert_eq!(shape("unsigned int"), Ok(Shape::Unsigned(4)));
         assert_eq!(shape("int []"), Ok(list(Shape::Signed(4))));

@@ -350,7 +350,7 @@ mod tests {
     }
 
     #[test]
-    fn what_may_be_sent_is_not_refused() {
+    fn sendable_types_are_not_refused() {
         for ty in [
             "u8",
             "()",
@@ -380,7 +380,7 @@ mod tests {
     }
 
     #[test]
-    fn what_cannot_be_sent_is_refused_with_the_reason() {
+    fn types_that_cannot_be_sent_are_refused_with_the_reason() {
         let all = [
             ("usize", None, None),
             ("[isize; 3]", None, None),

@@ -192,7 +192,7 @@ mod tests {
     }
 
     #[test]
-    fn what_preambles_declare_has_the_shape_of_c() {
+    fn types_of_preambles_have_the_shape_of_c() {
         let field = |name: &str, shape| (name.to_owned(), shape);
         let more = Array(Box::new(Unsigned(2)), 2);
         let point = Struct(vec![field("x", Float(8)), field("kind", Unsigned(1)), field("more", more)]);
@@ -212,7 +212,7 @@ mod tests {
     }
 
     #[test]
-    fn what_others_cannot_know_is_refused() {
+    fn types_that_other_languages_cannot_know_are_refused() {
         for ty in ["(u8, u8)", "Pair", "Own", "Rich", "Elsewhere", "usize", "[u8; N]", "&str"] {
             assert_eq!(of(ty), None, "{ty}");
         }

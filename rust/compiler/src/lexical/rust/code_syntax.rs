@@ -114,7 +114,7 @@ mod tests {
     }
 
     #[test]
-    fn what_the_parser_says_is_at_its_place() {
+    fn errors_of_the_parser_are_at_their_place() {
         let (at, message) = found("\n  é = 1 + ;", CodeKind::Statements).expect("it is wrong");
         assert_eq!(at, 12, "{message}");
         let (at, _) = found("1 + ", CodeKind::Expression).expect("it is wrong");
@@ -128,7 +128,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_right_has_no_problem() {
+    fn correct_code_has_no_problem() {
         for text in ["", " let a: &'static str = \"}\";\n a ", "if let Some(x) = y && x > 0 { } else { loop {} }"] {
             assert_eq!(found(text, CodeKind::Statements), None, "{text}");
         }

@@ -55,7 +55,7 @@ fn a_provisional_grant_that_comes_too_late_is_confirmed_at_once_or_when_the_tag_
 }
 
 #[test]
-fn what_a_stop_takes_back_has_to_be_asked_for_again() {
+fn grants_that_a_stop_takes_back_have_to_be_requested_again() {
     let mut tags = started();
     tags.grant(Tag::FOREVER);
     tags.begin(tag(1, 0));
@@ -68,7 +68,7 @@ fn what_a_stop_takes_back_has_to_be_asked_for_again() {
 }
 
 #[test]
-fn what_is_left_out_is_told_after_a_while() {
+fn suppressed_announcements_are_sent_after_a_while() {
     let mut tags = started();
     announce(&mut tags, tag(1, 0));
     tags.net_transmitted();

@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 
 use lf_linux::model::Part;
 use lf_linux::model::time::Tag;
-use lf_linux::runtime::trace::{Event, MessageType, Record, Waits, Word};
+use lf_linux::runtime::trace::{Event, MessageType, Record, TracedMessage, Waits};
 
 use super::clock::Clock;
 use super::names::TracedFederate;
@@ -14,7 +14,7 @@ use crate::failure::Failure;
 
 /// The timeline of a participant. Each pass derives it from the records again, because they can be many.
 #[derive(Debug)]
-pub(crate) struct Story<'a> {
+pub(crate) struct Timeline<'a> {
     recorded: &'a Recorded,
     pub(crate) name: String,
     pub(crate) is_rti: bool,
@@ -36,9 +36,9 @@ pub(crate) struct Story<'a> {
 
 /// An element of a timeline.
 #[derive(Debug)]
-pub(crate) enum Told {
+pub(crate) enum TimelineElement {
     Slice(Slice),
-    Mark(Mark),
+    Message(MessageMark),
 }
 
 /// An interval.
@@ -46,14 +46,14 @@ pub(crate) enum Told {
 pub(crate) struct Slice {
     pub(crate) begin: i64,
     pub(crate) end: i64,
-    pub(crate) what: What,
+    pub(crate) what: SliceKind,
     /// Whether the participant ended in the middle of it.
     pub(crate) is_open: bool,
 }
 
 /// The kind of an interval.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) enum What {
+pub(crate) enum SliceKind {
     Tag(Tag),
     /// A reaction: its number, its part, its worker, and its tag.
     Reaction(u16, Part, u16, Option<Tag>),
@@ -62,10 +62,10 @@ pub(crate) enum What {
 
 /// A sent or received message.
 #[derive(Clone, Debug, PartialEq)]
-pub(crate) struct Mark {
+pub(crate) struct MessageMark {
     pub(crate) at: i64,
     pub(crate) sent: bool,
-    pub(crate) word: Word,
+    pub(crate) message: TracedMessage,
 }
 
 impl Slice {
@@ -74,7 +74,7 @@ impl Slice {
     }
 }
 
-impl<'a> Story<'a> {
+impl<'a> Timeline<'a> {
     /// Scans the records of a participant for the properties that all later passes need.
     ///
     /// # Errors
@@ -104,15 +104,15 @@ impl<'a> Story<'a> {
         Ok(Self { recorded, name, is_rti, id, names, span, start, lost, workers, clock, fast })
     }
 
-    /// Calls `told` with all intervals and messages, each when it ends.
+    /// Calls `found` with all intervals and messages, each when it ends.
     ///
     /// # Errors
     /// When the records cannot be read.
-    pub(crate) fn tell(&self, told: &mut dyn FnMut(Told)) -> Result<(), Failure> {
-        let mut teller = Teller { open: BTreeMap::new(), tag: None, fast: self.fast, told };
+    pub(crate) fn for_each(&self, found: &mut dyn FnMut(TimelineElement)) -> Result<(), Failure> {
+        let mut builder = TimelineBuilder { open: BTreeMap::new(), tag: None, fast: self.fast, found };
         let time = |record: &Record| self.clock.time(record.at.as_nanos());
-        self.recorded.in_order(time, |at, event| teller.take(at, event))?;
-        teller.end(self.span.1);
+        self.recorded.in_order(time, |at, event| builder.take(at, event))?;
+        builder.end(self.span.1);
         Ok(())
     }
 
@@ -141,38 +141,40 @@ enum Track {
 }
 
 /// Returns whether a message is drawn: one with a tag, with a value, or about the end of a participant.
-fn is_shown(word: &Word) -> bool {
-    word.tag.is_some() || word.is_value() || matches!(word.kind, MessageType::Resign | MessageType::Failed)
+fn is_shown(message: &TracedMessage) -> bool {
+    message.tag.is_some() || message.is_value() || matches!(message.kind, MessageType::Resign | MessageType::Failed)
 }
 
-struct Teller<'a> {
-    open: BTreeMap<Track, (i64, What)>,
+struct TimelineBuilder<'a> {
+    open: BTreeMap<Track, (i64, SliceKind)>,
     tag: Option<Tag>,
     fast: bool,
-    told: &'a mut dyn FnMut(Told),
+    found: &'a mut dyn FnMut(TimelineElement),
 }
 
-impl Teller<'_> {
+impl TimelineBuilder<'_> {
     fn take(&mut self, at: i64, event: Event) {
         match event {
             Event::TagBegins(tag) => {
                 self.tag = Some(tag);
-                self.begin(Track::Tag, at, What::Tag(tag));
+                self.begin(Track::Tag, at, SliceKind::Tag(tag));
             }
             Event::TagEnds(_) => {
                 self.close(Track::Tag, at, false);
                 self.tag = None;
             }
             Event::ReactionBegins(reaction, part, worker) => {
-                self.begin(Track::Reaction(worker), at, What::Reaction(reaction, part, worker, self.tag));
+                self.begin(Track::Reaction(worker), at, SliceKind::Reaction(reaction, part, worker, self.tag));
             }
             Event::ReactionEnds(_, worker) => self.close(Track::Reaction(worker), at, false),
-            Event::WaitBegins(waits) => self.begin(Track::Wait, at, What::Waits(waits)),
+            Event::WaitBegins(waits) => self.begin(Track::Wait, at, SliceKind::Waits(waits)),
             Event::WaitEnds => self.close(Track::Wait, at, false),
             // The messages of the handshake and of clock synchronization are not drawn.
-            Event::Sent(word) | Event::Received(word) if !is_shown(&word) => {}
-            Event::Sent(word) => (self.told)(Told::Mark(Mark { at, sent: true, word })),
-            Event::Received(word) => (self.told)(Told::Mark(Mark { at, sent: false, word })),
+            Event::Sent(message) | Event::Received(message) if !is_shown(&message) => {}
+            Event::Sent(message) => (self.found)(TimelineElement::Message(MessageMark { at, sent: true, message })),
+            Event::Received(message) => {
+                (self.found)(TimelineElement::Message(MessageMark { at, sent: false, message }));
+            }
             Event::Begins(_)
             | Event::Clock(_)
             | Event::Starts(..)
@@ -186,7 +188,7 @@ impl Teller<'_> {
         }
     }
 
-    fn begin(&mut self, place: Track, at: i64, what: What) {
+    fn begin(&mut self, place: Track, at: i64, what: SliceKind) {
         // An open interval ends where the next one begins; its own end was not recorded.
         self.close(place, at, true);
         self.open.insert(place, (at, what));
@@ -196,14 +198,14 @@ impl Teller<'_> {
     fn close(&mut self, place: Track, end: i64, is_open: bool) {
         let Some((begin, what)) = self.open.remove(&place) else { return };
         let due = match what {
-            What::Waits(Waits::Grant(tag) | Waits::Input(tag, ..)) if !self.fast => Some(tag),
+            SliceKind::Waits(Waits::Grant(tag) | Waits::Input(tag, ..)) if !self.fast => Some(tag),
             _ => None,
         };
         // Before the time of its tag a participant would wait in any case.
         let mut begin = begin;
         if let Some(tag) = due.filter(|tag| tag.time.as_nanos() > begin) {
             let until = tag.time.as_nanos().min(end);
-            self.slice(Slice { begin, end: until, what: What::Waits(Waits::Time(tag)), is_open: false });
+            self.slice(Slice { begin, end: until, what: SliceKind::Waits(Waits::Time(tag)), is_open: false });
             begin = until;
         }
         if due.is_none() || begin < end {
@@ -212,7 +214,7 @@ impl Teller<'_> {
     }
 
     fn slice(&mut self, slice: Slice) {
-        (self.told)(Told::Slice(slice));
+        (self.found)(TimelineElement::Slice(slice));
     }
 
     fn end(&mut self, at: i64) {
