@@ -9,6 +9,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::io::{self, Read, Write};
 use std::net::{Shutdown, SocketAddr, TcpStream, UdpSocket};
 use std::path::Path;
+use std::time::{SystemTime, UNIX_EPOCH};
 
 use lf_federations::{Lfz, TIME_OUT};
 use lf_testkit::golden::replay::{Received, Rti, replay};
@@ -111,6 +112,15 @@ impl Rti for Tcp {
             let _ = open.stream.shutdown(Shutdown::Both);
         }
         Ok(())
+    }
+
+    fn now(&mut self) -> i64 {
+        let since_1970 = SystemTime::now().duration_since(UNIX_EPOCH).unwrap_or_default();
+        i64::try_from(since_1970.as_nanos()).unwrap_or(i64::MAX)
+    }
+
+    fn wait_until(&mut self, _: i64) -> io::Result<()> {
+        Err(io::Error::other("a test does not sleep"))
     }
 
     fn bind(&mut self, federate: u16) -> io::Result<u16> {
