@@ -298,7 +298,7 @@ fn count_messages(stream: &[u8], decode: Decode) -> usize {
     for byte in stream {
         buffer.space()[0] = *byte;
         buffer.filled(1);
-        let late = query_end.take(buffer.bytes());
+        let late = usize::from(query_end.take(buffer.bytes()).is_some());
         buffer.consume(late);
         match decode(buffer.bytes()) {
             Ok(Decoded::Complete { message, len }) => {

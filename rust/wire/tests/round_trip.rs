@@ -31,7 +31,7 @@ fn receive(stream: &[u8], pieces: &[usize], buffer: &mut InBuffer<&mut [u8]>) ->
         space[..n].copy_from_slice(piece);
         buffer.filled(n);
         rest = later;
-        let late = query_end.take(buffer.bytes());
+        let late = usize::from(query_end.take(buffer.bytes()).is_some());
         if let Some(question) = received.last_mut() {
             question.extend(&buffer.bytes()[..late]);
         }
@@ -42,7 +42,7 @@ fn receive(stream: &[u8], pieces: &[usize], buffer: &mut InBuffer<&mut [u8]>) ->
             query_end.follow(&message);
             received.push(bytes);
             buffer.consume(len);
-            assert_eq!(query_end.take(buffer.bytes()), 0, "what is there is read at once");
+            assert_eq!(query_end.take(buffer.bytes()), None, "what is there is read at once");
         }
     }
     received

@@ -34,7 +34,7 @@
 //! start (`barrier`), the exchanges and rounds of clock synchronization (`exchange`, `clock_sync`) and reports of waits
 //! (`watch`). A step that concerns several parts borrows them: `handshake` those that admit a federate, `sending` the
 //! members, their tags and the outlet. `machine` handles what concerns all of them: how federates leave. Flow control
-//! (`window`) has no state of its own.
+//! (`window`) has no state of its own. `transients` has all that concerns federates that come and go.
 
 mod barrier;
 mod clock_sync;
@@ -66,6 +66,8 @@ mod suspend;
 mod tag_state;
 mod tags;
 mod timing;
+#[cfg(feature = "transients")]
+mod transients;
 mod waits;
 mod watch;
 mod window;

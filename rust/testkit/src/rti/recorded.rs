@@ -118,6 +118,7 @@ impl replay::Rti for Recorded {
 /// If it does not support an option.
 pub fn config(setup: &RtiSetup) -> Config<'static> {
     let mut config = Config::new(setup.federation_id.clone().leak().as_bytes(), 1 << 16);
+    config.transients = setup.transient_federates;
     let mut options = setup.options.iter().map(String::as_str);
     while let Some(option) = options.next() {
         match (option, &mut config.clock_sync) {
