@@ -176,9 +176,7 @@ impl Handshake<'_, '_> {
             (Message::FedResponse { hmac }, Phase::Proof { own, claimed }, _) => {
                 self.on_proof(connection, claimed, own, hmac)
             }
-            (Message::TransientFedIds { federate, kind: KIND_TRANSIENT, .. }, ..)
-                if self.config.transients() == 0 =>
-            {
+            (Message::TransientFedIds { federate, kind: KIND_TRANSIENT, .. }, ..) if self.config.transients() == 0 => {
                 Err(Refusal { federate: Some(FederateId(federate)), ..Violation::Transient.into() })
             }
             (

@@ -254,7 +254,7 @@ impl<O: Outlet> Sending<'_, '_, O> {
             return Ok(step);
         }
         #[cfg(feature = "transients")]
-        self.members.slots[to].life.record_message(tag);
+        self.members.slots[to].life.record(tag);
         let (late, is_full) = self.tags.message_forwarded(to, tag);
         if late {
             let times = self.members.slots[from].tallies.late.count();

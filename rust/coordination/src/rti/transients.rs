@@ -46,14 +46,14 @@ pub(super) struct Life {
     pub(super) has_neighbors: bool,
     /// The first tag of its current life.
     begin: Tag,
-    /// The latest tag of a message that was sent to it, in any life or between two.
-    latest_message: Tag,
+    /// The latest tag that it has completed in an earlier life, or of a message that was sent to it.
+    past: Tag,
 }
 
 impl Life {
     /// The state of an id that no federate has had.
     pub(super) const NONE: Self =
-        Self { is_transient: false, has_neighbors: false, begin: Tag::NEVER, latest_message: Tag::NEVER };
+        Self { is_transient: false, has_neighbors: false, begin: Tag::NEVER, past: Tag::NEVER };
 
     /// Records that a federate takes this id.
     pub(super) fn join(&mut self, is_transient: bool) {
@@ -65,9 +65,9 @@ impl Life {
         tag < self.begin
     }
 
-    /// Records a message to the federate.
-    pub(super) fn record_message(&mut self, tag: Tag) {
-        self.latest_message = self.latest_message.max(tag);
+    /// Records a tag of the past: the next life begins after it.
+    pub(super) fn record(&mut self, tag: Tag) {
+        self.past = self.past.max(tag);
     }
 }
 
@@ -258,20 +258,20 @@ impl Tags<'_> {
     }
 
     /// Returns the first tag of a federate whose clock shows this time, or FOREVER if there is none.
-    fn effective_start(&self, federate: usize, clock: Instant, latest_message: Tag) -> Tag {
+    fn effective_start(&self, federate: usize, clock: Instant, past: Tag) -> Tag {
         let earliest = Tag::at(clock.max(self.start.unwrap_or(clock)));
         let row = self.graph.nodes[federate].outgoing;
         let downstream = (0..row.len).map(|index| self.graph.other_end(row, index));
         let granted = downstream.filter(|other| *other != federate && !self.state(*other).departed);
         let granted = granted.map(|other| self.state(other).reach());
-        let before = granted.chain([self.state(federate).completed, latest_message]);
+        let before = granted.chain([past]);
         before.filter(|tag| *tag != Tag::NEVER).map(earliest_after).fold(earliest, Tag::max)
     }
 
     /// Begins the life of a federate at its effective start.
     fn begin_life(&mut self, federate: usize, begin: Tag) {
         let node = &mut self.graph.nodes[federate];
-        node.tags = TagState { completed: begin.before(), ..TagState::EMPTY };
+        node.tags = TagState::EMPTY;
         node.next_event = begin;
         self.graph.find_paths();
     }
@@ -326,7 +326,7 @@ impl<O: Outlet> Sending<'_, '_, O> {
 
     /// Drops such a message.
     pub(super) fn drop_missed(&mut self, from: usize, to: u16, tag: Tag) {
-        self.members.slots[usize::from(to)].life.record_message(tag);
+        self.members.slots[usize::from(to)].life.record(tag);
         let times = self.members.slots[from].tallies.dropped.count();
         self.outlet.log(RtiEvent::Missed { from: id(from), to: to.into(), times });
     }
@@ -505,7 +505,7 @@ impl Rti<'_> {
         if !slot.is_transient() {
             return Err(Violation::Unexpected(MessageType::Timestamp));
         }
-        let begin = self.tags.effective_start(federate, clock, slot.life.latest_message);
+        let begin = self.tags.effective_start(federate, clock, slot.life.past);
         if !self.tags.horizon.is_open || self.stop.granted().is_some() || !begin.is_finite() {
             self.refuse_late(federate, connection, outlet);
             return Ok(());
@@ -560,6 +560,7 @@ impl Rti<'_> {
         self.members.slots[federate].end_life();
         self.members.forget_registrations(federate);
         if took_part {
+            self.members.slots[federate].life.record(self.tags.state(federate).completed);
             self.tags.depart(federate);
             let stop_tag = self.stop.tag();
             let mut sending = Sending { members: &mut self.members, tags: &mut self.tags, outlet };
@@ -607,9 +608,7 @@ impl Rti<'_> {
 
     /// Closes the federation to those that are absent when no persistent federate is left.
     pub(super) fn expect_nobody_if_alone(&mut self, outlet: &mut impl Outlet) {
-        let stays = |federate| {
-            self.members.running(federate).is_some() && !self.members.slots[federate].is_transient()
-        };
+        let stays = |federate| self.members.running(federate).is_some() && !self.members.slots[federate].is_transient();
         if self.tags.horizon.is_open && !(0..self.members.slots.len()).any(stays) {
             self.tags.horizon.is_open = false;
             self.advance_all(outlet);
