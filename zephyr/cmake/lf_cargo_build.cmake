@@ -38,7 +38,7 @@ list(APPEND arguments --config "build.rustflags=[${flags}]")
 set(redirection)
 if(LINT)
   set(crate ${repository}/rust/zephyr)
-  set(arguments clippy ${arguments} --features peers,datagrams,ipv6,texts,traces,postcard,c -- -D warnings -A dead_code)
+  set(arguments clippy ${arguments} --features peers,datagrams,ipv6,texts,traces,transients,postcard,c -- -D warnings -A dead_code)
   # Cargo would look for clippy where rustup is before it looks beside itself.
   list(APPEND environment CARGO=${cargo})
   cmake_path(REPLACE_FILENAME cargo cargo-clippy)
