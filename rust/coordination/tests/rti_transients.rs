@@ -18,7 +18,7 @@ const ID: &[u8] = b"Unidentified Federation";
 enum Edit {
     /// This message to this connection comes after the step.
     After(usize, u16, Message<'static>),
-    /// The step has this message in place of its own.
+    /// The step has this message instead of its own.
     Instead(usize, Message<'static>),
     /// Nothing comes there.
     Without(usize),
@@ -260,7 +260,7 @@ fn a_cycle_below_an_absent_federate_goes_on() {
     play_edited("21b-zero-delay-cycle-below-absent", moves);
 }
 
-/// What lies before the effective start is dropped, and its sender is not held up.
+/// A message before the effective start is dropped, and its sender is not held up.
 #[test]
 fn what_comes_too_early_is_dropped() {
     play_edited("23-message-before-effective-start-after", vec![Without(18), Without(20), After(25, 1, ENDLESS)]);
@@ -295,7 +295,7 @@ fn a_stop_is_one_of_all() {
     );
 }
 
-/// Whoever cannot join learns it at once, and the others go on.
+/// A federate that cannot join learns it at once, and the others go on.
 #[test]
 fn who_cannot_join_disturbs_nobody() {
     let late = vec![

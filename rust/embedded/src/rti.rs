@@ -181,8 +181,9 @@ pub trait Storage: Send + 'static {
     fn setup(&'static mut self, config: Config<'static>, datagrams: Option<SocketId>) -> RtiSetup<'static>;
 }
 
-/// The memory of an RTI for these numbers of federates, transient ones among them, connections that can be open at once,
-/// upstream federates of one, and different tags in transit to one (see [`RtiStorage`]); and of buffers of this size.
+/// The memory of an RTI for these numbers of federates, transient ones among them, connections that can be open at
+/// once, upstream federates of one, and different tags in transit to one (see [`RtiStorage`]); and of buffers of this
+/// size.
 pub struct Parts<
     const FEDERATES: usize,
     const TRANSIENTS: usize,

@@ -91,8 +91,9 @@ proptest! {
 
     /// A transient federate takes every message as others do, but for the long form of TIMESTAMP.
     #[test]
-    fn a_transient_federate_finds_its_effective_start(all in one_of_each(), start: i64, tag in (any::<i64>(), any::<u32>())) {
-        let (time, microstep) = tag;
+    fn a_transient_federate_finds_its_effective_start(
+        all in one_of_each(), start: i64, time: i64, microstep: u32,
+    ) {
         let message = Message::EffectiveStart { start, tag: Tag::new(time, microstep) };
         let bytes = encoded(&message);
         for cut in 0..bytes.len() {

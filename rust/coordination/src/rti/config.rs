@@ -143,6 +143,27 @@ impl<'a> Config<'a> {
         }
     }
 
+    /// Returns the storage for registrations, cleared, if it suffices for the transient federates among `federates`.
+    #[cfg(feature = "transients")]
+    pub(super) fn check_transients<'s>(
+        &self,
+        federates: usize,
+        registrations: &'s mut [bool],
+    ) -> Result<&'s mut [bool], SetupError> {
+        if self.transients() == 0 {
+            return Ok(&mut []);
+        }
+        if self.transients() >= federates {
+            return Err(SetupError::Transients { transients: self.transients, federates });
+        }
+        let (needed, found) = (federates.saturating_mul(federates), registrations.len());
+        let Some(registrations) = registrations.get_mut(..needed) else {
+            return Err(SetupError::Storage { part: "registrations", needed, found });
+        };
+        registrations.fill(false);
+        Ok(registrations)
+    }
+
     pub(super) fn check(&self) -> Result<(), SetupError> {
         if self.federation_id.len() > FEDERATION_ID_BYTES_MAX {
             return Err(SetupError::FederationIdTooLong { bytes: self.federation_id.len() });

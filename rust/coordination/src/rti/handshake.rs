@@ -3,8 +3,8 @@
 //!
 //! The messages have a fixed order: with authentication `FED_NONCE`, which is answered by `RTI_RESPONSE`, and
 //! `FED_RESPONSE`, where a right proof has no answer; `FED_IDS` or `TRANSIENT_FED_IDS`, which is answered by ACK (the
-//! module `transients` decides whether a federate may join a running federation); `NEIGHBOR_STRUCTURE`; `UDP_PORT`; then, if both sides want it, the initial
-//! clock synchronization (`exchange`). Anything else is refused, as soon as there are as many bytes as the header of
+//! module `admission` decides who may join a running federation); `NEIGHBOR_STRUCTURE`; `UDP_PORT`; then, if both sides
+//! want it, the initial clock synchronization (`exchange`). Anything else is refused, as soon as there are as many bytes as the header of
 //! the right message has. A connection that comes when all federates are there learns the true reason of the refusal,
 //! once it has sent its id.
 
@@ -15,6 +15,8 @@ use lf_wire::{
     decode,
 };
 
+#[cfg(feature = "transients")]
+use super::admission::Admission;
 use super::barrier::Barrier;
 use super::config::{ClockSync, Config};
 use super::exchange::{Exchanges, TIME_MESSAGE_BYTES};
@@ -24,8 +26,6 @@ use super::members::Members;
 use super::outlet::{ConnectionId, Outlet, Verdict};
 use super::storage::{Connection, Membership, Phase};
 use super::strangers::Strangers;
-#[cfg(feature = "transients")]
-use super::transients::Admission;
 use crate::auth::{Authenticator, Nonce, Proof};
 use crate::{FederateId, IpAddress};
 
@@ -56,16 +56,6 @@ enum HandshakeStep {
     Done,
     /// There is no room for the reply yet.
     NoRoom,
-}
-
-/// The place of a federate that joins.
-#[derive(Clone, Copy, PartialEq, Eq)]
-pub(super) enum Entry {
-    /// Nobody has its id.
-    Vacant,
-    /// It takes the place of another instance, which still runs.
-    #[cfg(feature = "transients")]
-    Successor,
 }
 
 /// The parts that a handshake needs: its connection, the id that it claims, and those that wait for its end.
@@ -261,8 +251,8 @@ impl Handshake<'_, '_> {
         if usize::from(federate) >= self.members.slots.len() {
             return Err(refusal(RejectCode::IdOutOfRange));
         }
-        let entry = self.entry(federate, is_transient);
-        let entry = entry.map_err(|(code, violation)| Refusal { violation, ..refusal(code) })?;
+        let succeeds = self.succeeds(federate, is_transient);
+        let succeeds = succeeds.map_err(|(code, violation)| Refusal { violation, ..refusal(code) })?;
         if outlet.room(connection) < Message::Ack.encoded_len() {
             return Ok(HandshakeStep::NoRoom);
         }
@@ -270,7 +260,7 @@ impl Handshake<'_, '_> {
         let known = &mut self.members.connections[connection.0];
         known.federate = Some(federate);
         known.phase = Phase::Neighbors;
-        if entry == Entry::Vacant {
+        if !succeeds {
             let slot = &mut self.members.slots[usize::from(federate)];
             slot.membership = Membership::Joining(connection);
             slot.address = known.address;
@@ -280,8 +270,9 @@ impl Handshake<'_, '_> {
         Ok(HandshakeStep::Done)
     }
 
-    /// Returns how a peer can have the id that it claims, or why it cannot.
-    fn entry(&self, federate: u16, is_transient: bool) -> Result<Entry, (RejectCode, Option<Violation>)> {
+    /// Returns whether a peer takes the place of another instance, which runs, with the id that it claims, or why it
+    /// cannot have that.
+    fn succeeds(&self, federate: u16, is_transient: bool) -> Result<bool, (RejectCode, Option<Violation>)> {
         #[cfg(feature = "transients")]
         if let Some(entry) = self.admission.entry(self.members, federate, is_transient) {
             return entry;
@@ -289,7 +280,7 @@ impl Handshake<'_, '_> {
         #[cfg(not(feature = "transients"))]
         let _ = is_transient;
         match self.members.slots[usize::from(federate)].membership {
-            Membership::Free => Ok(Entry::Vacant),
+            Membership::Free => Ok(false),
             Membership::Departed => Err((RejectCode::IdInUse, Some(Violation::HasLeft))),
             Membership::Joining(_) | Membership::Joined(_) => Err((RejectCode::IdInUse, None)),
         }

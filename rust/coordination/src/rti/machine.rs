@@ -12,6 +12,8 @@ use lf_derive::outlined;
 use lf_model::time::{Instant, Tag};
 use lf_wire::{ADDRESS_PORT_UNKNOWN, Limits, Message, message_bytes_max};
 
+#[cfg(feature = "transients")]
+use super::admission::Admission;
 use super::barrier::{self, Barrier};
 use super::clock_sync::Rounds;
 use super::config::{AfterLoss, Config, SetupError};
@@ -27,8 +29,6 @@ use super::stop::Stop;
 use super::storage::{Connection, Membership, Phase, RtiStorage, Slot, Tallies, id};
 use super::strangers::{self, Strangers};
 use super::tags::Tags;
-#[cfg(feature = "transients")]
-use super::transients::Admission;
 use super::watch::Watch;
 use crate::auth::Nonce;
 use crate::{FederateId, IpAddress, Tally};

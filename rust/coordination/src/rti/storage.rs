@@ -6,10 +6,10 @@ use lf_wire::{ADDRESS_PORT_UNKNOWN, QueryEnd};
 
 use super::config::SetupError;
 use super::graph::Node;
+#[cfg(feature = "transients")]
+use super::life::{Life, Notices};
 use super::outlet::ConnectionId;
 use super::path::PathWords;
-#[cfg(feature = "transients")]
-use super::transients::{Life, Notices};
 use crate::auth::Nonce;
 use crate::clock_sync::Poll;
 use crate::{FederateId, IpAddress, Tally};
@@ -83,7 +83,7 @@ pub(super) struct Pending {
     pub(super) stop_granted: bool,
     /// The range of ids of federates upstream that may have left since the last message about that.
     pub(super) left: Option<(u16, u16)>,
-    /// What is pending because of transient federates.
+    /// The notices about transient federates.
     #[cfg(feature = "transients")]
     pub(super) notices: Notices,
     pub(super) grant: bool,
@@ -165,7 +165,7 @@ pub struct Slot {
     pub(super) ahead: Interval,
     /// Whether the last byte of its last question for an address may still come.
     pub(super) query_end: QueryEnd,
-    /// What the RTI knows of it beyond one life, and of its current one.
+    /// The knowledge about it that is not of one life only, if it is transient.
     #[cfg(feature = "transients")]
     pub(super) life: Life,
     /// Whether it wants to be granted the stop tag like any other tag.
@@ -216,6 +216,15 @@ impl Slot {
         return self.life.is_transient;
         #[cfg(not(feature = "transients"))]
         return false;
+    }
+}
+
+#[cfg(feature = "transients")]
+impl Slot {
+    /// Forgets everything that belongs to the life of a transient federate in the running federation.
+    pub(super) fn end_life(&mut self) {
+        let life = Life { begin: Tag::NEVER, ..self.life };
+        *self = Self { membership: Membership::Departed, life, ..Self::EMPTY };
     }
 }
 

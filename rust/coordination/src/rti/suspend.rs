@@ -9,6 +9,8 @@ use super::clock_sync::Rounds;
 use super::config::{Config, SetupError};
 use super::exchange::Exchanges;
 use super::graph::Graph;
+#[cfg(feature = "transients")]
+use super::horizon::Horizon;
 use super::idle::Idle;
 use super::machine::Rti;
 use super::members::Members;
@@ -17,8 +19,6 @@ use super::stop::Stop;
 use super::storage::{RtiStorage, Tallies};
 use super::strangers::Strangers;
 use super::tags::Tags;
-#[cfg(feature = "transients")]
-use super::transients::Horizon;
 use super::watch::Watch;
 
 /// The state of an RTI outside of its storage; see [`Rti::suspend`].

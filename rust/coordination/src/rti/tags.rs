@@ -9,13 +9,13 @@
 use lf_model::time::{Instant, Tag};
 
 use super::graph::{Graph, Node};
+#[cfg(feature = "transients")]
+use super::horizon::Horizon;
 use super::idle::Idle;
 use super::in_transit::InTransit;
 use super::storage::id;
 use super::suspected_violation::SuspectedViolation;
 use super::tag_state::TagState;
-#[cfg(feature = "transients")]
-use super::transients::Horizon;
 use crate::{Deadline, FederateId};
 
 /// The tags of all federates.

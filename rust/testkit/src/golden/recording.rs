@@ -140,8 +140,8 @@ pub struct Frame {
     pub bytes: Mask,
     /// The content for the masked bytes; only in frames that the tester sends, and there whenever a byte is masked.
     pub fill: Option<Fill>,
-    /// The tag of a message whose time is masked because the start time varies. The start time itself is masked in front
-    /// of an effective start.
+    /// The tag of a message whose time is masked because the start time varies. The start time itself is masked in
+    /// front of an effective start.
     pub tag: Option<RelativeTag>,
     /// A description of the message for readers.
     pub message: String,
