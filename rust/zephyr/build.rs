@@ -53,6 +53,7 @@ const NUMBERS: &[&str] = &[
     "LF_RTI_UPSTREAM",
     "LF_RTI_CONNECTIONS",
     "LF_RTI_IN_TRANSIT",
+    "LF_RTI_TRANSIENTS",
     "LF_RTI_BUFFER_SIZE",
     "LF_LINE_SIZE",
     "LF_TOKEN_SIZE",

@@ -135,15 +135,15 @@ impl<'a> Reader<'a> {
 #[macro_export]
 macro_rules! coded {
     ($type:ident $(<$life:lifetime>)? {
-        $($variant:ident $(($($place:ident),*))? $({ $($field:ident),* })?),* $(,)?
+        $($(#[$condition:meta])? $variant:ident $(($($place:ident),*))? $({ $($field:ident),* })?),* $(,)?
     }) => {
         const _: () = {
             #[derive(Clone, Copy)]
-            enum Kind { $($variant),* }
+            enum Kind { $($(#[$condition])? $variant),* }
             impl $(<$life>)? $crate::code::Encode for $type $(<$life>)? {
                 fn encode(&self, to: &mut $crate::code::Writer<'_>) {
                     match self {
-                        $(Self::$variant $(($($place),*))? $({$($field),*})? => {
+                        $($(#[$condition])? Self::$variant $(($($place),*))? $({$($field),*})? => {
                             to.small(Kind::$variant as u32);
                             $($($crate::code::Encode::encode($place, to);)*)?
                             $($($crate::code::Encode::encode($field, to);)*)?
@@ -154,10 +154,12 @@ macro_rules! coded {
             impl $(<$life>)? $crate::code::Decode for $type $(<$life>)? {
                 fn decode(from: &mut $crate::code::Reader<'_>) -> Option<Self> {
                     let kind = from.number()?;
-                    $(if kind == Kind::$variant as u64 {
-                        $($(let $place = $crate::code::Decode::decode(from)?;)*)?
-                        $($(let $field = $crate::code::Decode::decode(from)?;)*)?
-                        return Some(Self::$variant $(($($place),*))? $({$($field),*})?);
+                    $($(#[$condition])? {
+                        if kind == Kind::$variant as u64 {
+                            $($(let $place = $crate::code::Decode::decode(from)?;)*)?
+                            $($(let $field = $crate::code::Decode::decode(from)?;)*)?
+                            return Some(Self::$variant $(($($place),*))? $({$($field),*})?);
+                        }
                     })*
                     None
                 }
@@ -361,12 +363,12 @@ coded!(FederateError {
 
 coded!(SetupError {
     FederationIdTooLong { bytes }, StartTimeMultiple, ClockSyncPeriod, Window, Federates { slots },
-    Storage { part, needed, found },
+    Storage { part, needed, found }, #[cfg(feature = "transients")] Transients { transients, federates },
 });
 coded!(Violation {
     Bytes(error), TooLong { bytes, max }, Unexpected(message), Clock(clock), NoSuchFederate(id),
     Delay { upstream, delay_ns }, TooManyUpstream { max }, OtherFederate(id), NoAuthentication, HasLeft,
-    Transient, NoTag { to },
+    Transient, NoTag { to }, #[cfg(feature = "transients")] OtherNeighbors,
 });
 coded!(Cause {
     Failed, ConnectionLost, Violation(violation), NoClock, NoStopReply, NoMemory { bytes }, Aborted,
@@ -384,7 +386,8 @@ coded!(RtiEvent<'a> {
     Resigned(federate), Lost { federate, cause, started }, SuspectedViolation { federate, violation }, Waits(waits),
     Missing(federate), UnknownType { federate, found, times }, Dropped { from, to, times }, Late { from, to, times },
     Sum { federate, unknown, late, dropped }, InTransitFull(federate), StopRequested(federate), StopGranted(tag),
-    Stranger(from),
+    Stranger(from), #[cfg(feature = "transients")] Begins { federate, tag },
+    #[cfg(feature = "transients")] Replaced(federate), #[cfg(feature = "transients")] Missed { from, to, times },
 });
 
 #[cfg(test)]

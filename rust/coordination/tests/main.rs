@@ -28,4 +28,6 @@ mod rti_stop;
 mod rti_strangers;
 mod rti_suspected_violations;
 mod rti_suspend;
+mod rti_swaps;
+mod rti_transients;
 mod rti_watch;

@@ -133,40 +133,10 @@ fn a_federate_that_does_not_authenticate_is_rejected_and_others_are_accepted_aft
     assert!(notices[..2].iter().all(|notice| notice.contains("auth: true")), "{notices:#?}");
 }
 
-/// 60 and 62, of LF 0.13: its form of the question for an address is answered, and a federate that says that it is
-/// persistent joins. The recorded RTI grants a federate whose upstream federates have all left its own NETs, one by
-/// one.
-#[test]
-fn federates_of_lf_0_13_are_served_and_freed_when_all_upstream_have_left() {
-    for (name, own) in [("60-query-with-kind", 1), ("62-persistent-by-103", 1)] {
-        let mut recording = load(name);
-        let at = closed(&recording, 0);
-        recording.steps.insert(at + 1, Step::Recv(frame(own, TAG_FOREVER)));
-        for piece in [usize::MAX, 1, 3, 7] {
-            play_in_pieces(&recording, piece);
-        }
-    }
-}
-
-/// 61: in addition, the recorded RTI looks at the others only at the next NET when a connection closes without RESIGN.
-#[test]
-fn a_federate_that_waits_for_one_that_vanishes_goes_on_at_once() {
-    let mut recording = load("61-upstreams-gone");
-    let at = closed(&recording, 0);
-    // TAG (start+29999999, 4294967295), which the NET of the other upstream federate allows.
-    recording.steps.insert(at + 1, Step::Recv(frame(2, "077f8dc8e4b3b6e00dffffffff")));
-    let at = closed(&recording, 1);
-    let is_grant = |step: &Step| matches!(step, Step::Recv(frame) if frame.connection == 2);
-    let later = recording.steps.split_off(at + 1);
-    recording.steps.push(Step::Recv(frame(2, TAG_FOREVER)));
-    recording.steps.extend(later.into_iter().filter(|step| !is_grant(step)));
-    play(&recording);
-}
-
 /// A transient federate learns at once that it cannot join.
 #[test]
 fn a_transient_federate_is_refused_and_named() {
-    let mut recording = load("62-persistent-by-103");
+    let mut recording = lf_testkit::golden::load("0.13/03-persistent-by-103").unwrap_or_else(|error| panic!("{error}"));
     let ids = "6700001701556e6964656e7469666965642046656465726174696f6e";
     let refused = [
         Step::Connect(100),

@@ -166,10 +166,12 @@ pub trait Storage: Send + 'static {
     fn setup(&'static mut self, config: Config<'static>, datagrams: Option<SocketId>) -> RtiSetup<'static>;
 }
 
-/// The memory of an RTI for these numbers of federates, connections that can be open at once, upstream federates of
-/// one, and different tags in transit to one (see [`RtiStorage`]); and of buffers of this size.
+/// The memory of an RTI for these numbers of federates, transient ones among them, connections that can be open at
+/// once, upstream federates of one, and different tags in transit to one (see [`RtiStorage`]); and of buffers of this
+/// size.
 pub struct Parts<
     const FEDERATES: usize,
+    const TRANSIENTS: usize,
     const CONNECTIONS: usize,
     const UPSTREAM: usize,
     const IN_TRANSIT: usize,
@@ -185,18 +187,22 @@ pub struct Parts<
     paths: [[[PathWords; FEDERATES]; FEDERATES]; 2],
     upstream: [[PathWords; UPSTREAM]; FEDERATES],
     in_transit: [[StaticSlot<Tag>; IN_TRANSIT]; FEDERATES],
+    #[cfg(feature = "transients")]
+    registrations: [[bool; FEDERATES]; FEDERATES],
 }
 
 impl<
     const FEDERATES: usize,
+    const TRANSIENTS: usize,
     const CONNECTIONS: usize,
     const UPSTREAM: usize,
     const IN_TRANSIT: usize,
     const BYTES: usize,
-> Storage for Parts<FEDERATES, CONNECTIONS, UPSTREAM, IN_TRANSIT, BYTES>
+> Storage for Parts<FEDERATES, TRANSIENTS, CONNECTIONS, UPSTREAM, IN_TRANSIT, BYTES>
 {
     const EMPTY: Self = {
         assert!(CONNECTIONS >= FEDERATES, "each federate of the RTI needs one connection");
+        assert!(TRANSIENTS == 0 || cfg!(feature = "transients"), "transient federates need the feature `transients`");
         Self {
             inputs: [[0; BYTES]; CONNECTIONS],
             outputs: [[0; BYTES]; CONNECTIONS],
@@ -208,10 +214,14 @@ impl<
             paths: [[[[0; 2]; FEDERATES]; FEDERATES]; 2],
             upstream: [[[0; 2]; UPSTREAM]; FEDERATES],
             in_transit: [const { [StaticSlot::EMPTY; IN_TRANSIT] }; FEDERATES],
+            #[cfg(feature = "transients")]
+            registrations: [[false; FEDERATES]; FEDERATES],
         }
     };
 
     fn setup(&'static mut self, config: Config<'static>, datagrams: Option<SocketId>) -> RtiSetup<'static> {
+        #[cfg(feature = "transients")]
+        let config = Config { transients: u16::try_from(TRANSIENTS).unwrap_or(u16::MAX), ..config };
         RtiSetup {
             config,
             storage: RtiStorage {
@@ -221,6 +231,8 @@ impl<
                 paths: self.paths.as_flattened_mut().as_flattened_mut(),
                 upstream: self.upstream.as_flattened_mut(),
                 in_transit: fill(self.in_transit.as_flattened_mut(), Tag::NEVER),
+                #[cfg(feature = "transients")]
+                registrations: self.registrations.as_flattened_mut(),
             },
             inlets: StaticSlot::fill_all(&mut self.inlets, slices(&mut self.inputs).map(Inlet::new)),
             outgoings: StaticSlot::fill_all(&mut self.outgoings, slices(&mut self.outputs).map(Outgoing::new)),

@@ -36,7 +36,7 @@ pub fn wire_structured(data: &[u8]) {
         let message = parts.message();
         let one = encoded(&message);
         let mut behind = query_end;
-        if behind.take(&one) > 0 {
+        if behind.take(&one).is_some() {
             // No federate sends this message after a query.
             if input.is_empty() {
                 break;
@@ -109,7 +109,7 @@ fn decode_in_pieces(bytes: &[u8], limits: &Limits, piece: usize) -> Found {
         buffer.filled(count);
         rest = &rest[count..];
         loop {
-            let late = query_end.take(buffer.bytes());
+            let late = usize::from(query_end.take(buffer.bytes()).is_some());
             buffer.consume(late);
             if let Some(question) = found.lengths.last_mut() {
                 *question += late;

@@ -47,6 +47,8 @@ pub struct Trace {
 pub struct Options {
     /// The number of federates of the federation, at least 1.
     pub federates: u16,
+    /// The number of those that may come and go while the federation runs, fewer than all.
+    pub transients: u16,
     /// The federation's id.
     pub federation_id: String,
     /// Whether federates have to prove that they know the federation id.
@@ -88,6 +90,7 @@ impl Options {
         let Config { start_barrier_time_out, .. } = Config::new(federation_id.as_bytes(), payload_bytes_max);
         Self {
             federates,
+            transients: 0,
             start_barrier_time_out,
             log_waits: None,
             trace: None,
@@ -157,6 +160,7 @@ pub fn serve(options: &Options, listening: impl FnOnce(u16)) -> Result<Outcome, 
         start_barrier_time_out: options.start_barrier_time_out,
         start_report: Some(START_REPORT),
         log_waits: options.log_waits,
+        transients: options.transients,
         ..Config::new(options.federation_id.as_bytes(), options.payload_bytes_max)
     };
     let buffer = || Growing::new(BUFFER_BYTES_IDLE, BUFFER_BYTES_USUAL, config.message_bytes_max(count));

@@ -105,7 +105,7 @@ impl Stock<'_> {
     /// Waits for the next message of the federate.
     fn hear<T>(&mut self, find: impl Fn(&Message<'_>) -> Option<T>) -> T {
         loop {
-            let mut at = self.query_end.take(&self.heard);
+            let mut at = usize::from(self.query_end.take(&self.heard).is_some());
             while let Ok(lf_wire::Decoded::Complete { message, len }) = lf_wire::decode(&self.heard[at..], &LIMITS) {
                 at += len;
                 self.query_end.follow(&message);

@@ -79,7 +79,11 @@ impl Parts {
             }
             MessageType::Failed => Message::Failed,
             MessageType::DownstreamNextEventTag => Message::DownstreamNextEventTag(tag),
+            MessageType::UpstreamConnected => Message::UpstreamConnected { federate },
             MessageType::UpstreamDisconnected => Message::UpstreamDisconnected { federate },
+            MessageType::Stop => Message::Stop,
+            MessageType::OutboundConnected => Message::OutboundConnected { federate },
+            MessageType::OutboundDisconnected => Message::OutboundDisconnected { federate },
             MessageType::FedNonce => Message::FedNonce { federate, nonce },
             MessageType::RtiResponse => Message::RtiResponse { nonce, hmac },
             MessageType::FedResponse => Message::FedResponse { hmac },

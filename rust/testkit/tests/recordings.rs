@@ -6,10 +6,10 @@ use lf_testkit::golden::{Coordination, Fill, RelativeTag, Step, load, load_all, 
 #[test]
 fn every_recording_loads_and_no_step_is_lost() {
     let recordings = load_all().unwrap();
-    assert_eq!(recordings.len(), 57);
-    assert_eq!(recordings.iter().filter(|recording| recording.rti().is_some()).count(), 44);
+    assert_eq!(recordings.len(), 96);
+    assert_eq!(recordings.iter().filter(|recording| recording.rti().is_some()).count(), 83);
     assert_eq!(recordings.iter().filter(|recording| recording.federate().is_some()).count(), 13);
-    assert_eq!(recordings.iter().filter(|recording| recording.quirk.is_some()).count(), 10);
+    assert_eq!(recordings.iter().filter(|recording| recording.quirk.is_some()).count(), 24);
     let (mut sent, mut received, mut others) = (0, 0, 0);
     for step in recordings.iter().flat_map(|recording| &recording.steps) {
         match step {
@@ -18,7 +18,7 @@ fn every_recording_loads_and_no_step_is_lost() {
             _ => others += 1,
         }
     }
-    assert_eq!((sent, received, others), (1869 + 17, 1264 + 16, 159 + 1 + 3 + 150 + 138 + 6 + 64 + 1 + 17));
+    assert_eq!((sent, received, others), (2748 + 17, 1848 + 16, 275 + 3 + 256 + 249 + 6 + 102 + 7 + 1));
 }
 
 #[test]

@@ -51,6 +51,8 @@ use stock as dialect;
 
 pub use buffer::{InBuffer, OutBuffer, Storage};
 pub use decoded::{Decoded, Destination};
+#[cfg(feature = "transients")]
+pub use dialect::decode_to_transient;
 pub use dialect::{
     IntroductionHeader, QueryEnd, decode, decode_expected, destination_in_header, message_bytes_max, tag_in_header,
 };

@@ -21,6 +21,16 @@ pub enum Message<'a> {
     },
     /// TIMESTAMP (2), both directions: the federate's clock, or the start time once all federates have sent theirs.
     Timestamp(i64),
+    /// TIMESTAMP (2) in its long form, RTI to transient federate, since LF 0.13. Nothing in its bytes distinguishes it
+    /// from the short form, so a transient federate decodes it with
+    /// [`decode_to_transient`](crate::decode_to_transient).
+    #[cfg(feature = "transients")]
+    EffectiveStart {
+        /// The start time of the federation.
+        start: i64,
+        /// The first tag of this life of the federate.
+        tag: Tag,
+    },
     /// RESIGN (4), federate to RTI: the federate leaves in order.
     Resign,
     /// TAGGED_MESSAGE (5), federate to RTI to federate, forwarded unchanged.
@@ -134,9 +144,32 @@ pub enum Message<'a> {
     Failed,
     /// DNET (26), RTI to federate: downstream next event tag; no NET is needed before it. May be NEVER.
     DownstreamNextEventTag(Tag),
+    /// UPSTREAM_CONNECTED (27), RTI to federate, since LF 0.13: a transient federate directly upstream takes part.
+    #[cfg(feature = "transients")]
+    UpstreamConnected {
+        /// The federate that has come.
+        federate: u16,
+    },
     /// UPSTREAM_DISCONNECTED (28), RTI to federate, since LF 0.13: a federate directly upstream has left, so it sends
     /// nothing more.
     UpstreamDisconnected {
+        /// The federate that has left.
+        federate: u16,
+    },
+    /// STOP (29), RTI to transient federate, since LF 0.13: the federate stops alone, one microstep after its current
+    /// tag, because another instance takes its place.
+    #[cfg(feature = "transients")]
+    Stop,
+    /// OUTBOUND_CONNECTED (30), RTI to federate, since LF 0.13: a transient federate is about to start whose address
+    /// the receiver has asked for, so that it can connect.
+    #[cfg(feature = "transients")]
+    OutboundConnected {
+        /// The federate that has come.
+        federate: u16,
+    },
+    /// OUTBOUND_DISCONNECTED (31), RTI to federate, since LF 0.13: such a federate has left.
+    #[cfg(feature = "transients")]
+    OutboundDisconnected {
         /// The federate that has left.
         federate: u16,
     },
@@ -183,6 +216,8 @@ impl Message<'_> {
             Self::Reject(_) => MessageType::Reject,
             Self::FedIds { .. } => MessageType::FedIds,
             Self::Timestamp(_) => MessageType::Timestamp,
+            #[cfg(feature = "transients")]
+            Self::EffectiveStart { .. } => MessageType::Timestamp,
             Self::Resign => MessageType::Resign,
             Self::TaggedMessage { .. } => MessageType::TaggedMessage,
             Self::NextEventTag(_) => MessageType::NextEventTag,
@@ -208,7 +243,15 @@ impl Message<'_> {
             Self::NeighborStructure(_) => MessageType::NeighborStructure,
             Self::Failed => MessageType::Failed,
             Self::DownstreamNextEventTag(_) => MessageType::DownstreamNextEventTag,
+            #[cfg(feature = "transients")]
+            Self::UpstreamConnected { .. } => MessageType::UpstreamConnected,
             Self::UpstreamDisconnected { .. } => MessageType::UpstreamDisconnected,
+            #[cfg(feature = "transients")]
+            Self::Stop => MessageType::Stop,
+            #[cfg(feature = "transients")]
+            Self::OutboundConnected { .. } => MessageType::OutboundConnected,
+            #[cfg(feature = "transients")]
+            Self::OutboundDisconnected { .. } => MessageType::OutboundDisconnected,
             Self::FedNonce { .. } => MessageType::FedNonce,
             Self::RtiResponse { .. } => MessageType::RtiResponse,
             Self::FedResponse { .. } => MessageType::FedResponse,

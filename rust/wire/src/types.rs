@@ -84,8 +84,20 @@ message_types! {
     Failed "FAILED";
     /// Downstream next event tag.
     DownstreamNextEventTag "DNET";
+    /// A transient federate upstream takes part.
+    #[cfg(feature = "transients")]
+    UpstreamConnected "UPSTREAM_CONNECTED";
     /// A federate upstream has left.
     UpstreamDisconnected "UPSTREAM_DISCONNECTED";
+    /// A transient federate makes way for its successor.
+    #[cfg(feature = "transients")]
+    Stop "STOP";
+    /// A transient federate downstream can be connected to.
+    #[cfg(feature = "transients")]
+    OutboundConnected "OUTBOUND_CONNECTED";
+    /// A transient federate downstream has left.
+    #[cfg(feature = "transients")]
+    OutboundDisconnected "OUTBOUND_DISCONNECTED";
     /// Authentication: a federate's nonce.
     FedNonce "FED_NONCE";
     /// Authentication: the RTI's nonce and proof.

@@ -6,10 +6,10 @@
 mod common;
 
 use common::parts;
-use lf_testkit::messages::Parts;
+use lf_testkit::messages::{Parts, encoded};
 use lf_wire::{
     Decoded, InBuffer, Limits, Message, MessageType, NeighborStructure, NoRoom, OutBuffer, PushError, QueryEnd,
-    RejectCode, Tag, decode,
+    RejectCode, Tag, decode, decode_to_transient,
 };
 use proptest::collection::vec;
 use proptest::prelude::*;
@@ -31,7 +31,7 @@ fn receive(stream: &[u8], pieces: &[usize], buffer: &mut InBuffer<&mut [u8]>) ->
         space[..n].copy_from_slice(piece);
         buffer.filled(n);
         rest = later;
-        let late = query_end.take(buffer.bytes());
+        let late = usize::from(query_end.take(buffer.bytes()).is_some());
         if let Some(question) = received.last_mut() {
             question.extend(&buffer.bytes()[..late]);
         }
@@ -42,7 +42,7 @@ fn receive(stream: &[u8], pieces: &[usize], buffer: &mut InBuffer<&mut [u8]>) ->
             query_end.follow(&message);
             received.push(bytes);
             buffer.consume(len);
-            assert_eq!(query_end.take(buffer.bytes()), 0, "what is there is read at once");
+            assert_eq!(query_end.take(buffer.bytes()), None, "what is there is read at once");
         }
     }
     received
@@ -86,6 +86,28 @@ proptest! {
             bytes.extend(&tail);
             prop_assert_eq!(bytes[0], message.message_type().byte());
             prop_assert_eq!(decode(&bytes, &Limits::NONE), Ok(Decoded::Complete { message, len }));
+        }
+    }
+
+    /// A transient federate takes every message as others do, but for the long form of TIMESTAMP.
+    #[test]
+    fn a_transient_federate_finds_its_effective_start(
+        all in one_of_each(), start: i64, time: i64, microstep: u32,
+    ) {
+        let message = Message::EffectiveStart { start, tag: Tag::new(time, microstep) };
+        let bytes = encoded(&message);
+        for cut in 0..bytes.len() {
+            let decoded = decode_to_transient(&bytes[..cut], &Limits::NONE, |_| true);
+            let need = if cut == 0 { 1 } else { bytes.len() };
+            let message_type = (cut > 0).then_some(MessageType::Timestamp);
+            prop_assert_eq!(decoded, Ok(Decoded::Incomplete { need, message_type }));
+        }
+        let complete = Decoded::Complete { message, len: bytes.len() };
+        prop_assert_eq!(decode_to_transient(&bytes, &Limits::NONE, |_| true), Ok(complete));
+        for parts in all.iter().filter(|parts| parts.message_type != MessageType::Timestamp) {
+            let bytes = parts.bytes();
+            let decoded = decode_to_transient(&bytes, &Limits::NONE, |_| true);
+            prop_assert_eq!(decoded, decode(&bytes, &Limits::NONE));
         }
     }
 

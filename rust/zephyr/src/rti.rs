@@ -5,7 +5,9 @@ pub use lf_embedded::rti::{AUTHENTICATOR, ClockSync, Description, longest};
 use lf_embedded::rti::{ImageRti, Parts};
 use lf_runtime::RtiError;
 
-use crate::kconfig::{LF_RTI_BUFFER_SIZE, LF_RTI_CONNECTIONS, LF_RTI_FEDERATES, LF_RTI_IN_TRANSIT, LF_RTI_UPSTREAM};
+use crate::kconfig::{
+    LF_RTI_BUFFER_SIZE, LF_RTI_CONNECTIONS, LF_RTI_FEDERATES, LF_RTI_IN_TRANSIT, LF_RTI_TRANSIENTS, LF_RTI_UPSTREAM,
+};
 use crate::platform::ZephyrPlatform;
 use crate::settings;
 
@@ -18,7 +20,7 @@ type RtiPlatform = ZephyrPlatform<SOCKETS>;
 /// The static memory of an RTI with buffers of this size.
 pub type Memory<const BYTES: usize> = lf_embedded::rti::Memory<
     RtiPlatform,
-    Parts<LF_RTI_FEDERATES, LF_RTI_CONNECTIONS, LF_RTI_UPSTREAM, LF_RTI_IN_TRANSIT, BYTES>,
+    Parts<LF_RTI_FEDERATES, LF_RTI_TRANSIENTS, LF_RTI_CONNECTIONS, LF_RTI_UPSTREAM, LF_RTI_IN_TRANSIT, BYTES>,
 >;
 
 /// The RTI of an image, and its description of the federation.

@@ -9,18 +9,23 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::io::{self, Read, Write};
 use std::net::{Shutdown, SocketAddr, TcpStream, UdpSocket};
 use std::path::Path;
+use std::time::{SystemTime, UNIX_EPOCH};
 
 use lf_federations::{Lfz, TIME_OUT};
 use lf_testkit::golden::replay::{Received, Rti, replay};
-use lf_wire::{Decoded, Limits, Message, decode};
+use lf_wire::{Decoded, KIND_TRANSIENT, Limits, Message, decode, decode_to_transient};
 
 /// No message in the recordings is longer.
 const LIMITS: Limits = Limits { payload_bytes_max: 1 << 20, federation_id_bytes_max: 255, neighbors_max: 100 };
 /// Type bytes of messages of a federate.
+const TRANSIENT_FED_IDS: u8 = 103;
 const UDP_PORT: u8 = 254;
 const TIMESTAMP: u8 = 2;
 const RESIGN: u8 = 4;
 const FAILED: u8 = 25;
+
+/// The number of the connection of a federate's second instance is by so much greater.
+const SECOND: u16 = 100;
 
 struct Tcp {
     port: u16,
@@ -36,6 +41,8 @@ struct Connection {
     /// The received bytes that are not read yet.
     bytes: Vec<u8>,
     ended: bool,
+    /// Whether the federate is transient.
+    is_transient: bool,
 }
 
 impl Connection {
@@ -55,7 +62,10 @@ impl Connection {
     fn take_address(&mut self) -> io::Result<()> {
         let mut start = 0;
         while !self.ended {
-            match decode(&self.bytes[start..], &LIMITS) {
+            let rest = &self.bytes[start..];
+            let decoded =
+                if self.is_transient { decode_to_transient(rest, &LIMITS, |_| true) } else { decode(rest, &LIMITS) };
+            match decoded {
                 Ok(Decoded::Complete { message: Message::AddressQueryReply { .. }, len }) => {
                     self.bytes.drain(start..start + len);
                     return Ok(());
@@ -76,14 +86,19 @@ impl Rti for Tcp {
         let stream = TcpStream::connect(("127.0.0.1", self.port))?;
         stream.set_nodelay(true)?;
         stream.set_read_timeout(Some(TIME_OUT))?;
-        self.connections.insert(connection, Connection { stream, bytes: Vec::new(), ended: false });
+        self.connections
+            .insert(connection, Connection { stream, bytes: Vec::new(), ended: false, is_transient: false });
         Ok(())
     }
 
     fn send(&mut self, connection: u16, bytes: &[u8]) -> io::Result<()> {
         let open = self.connections.get_mut(&connection).ok_or(io::ErrorKind::NotConnected)?;
         open.stream.write_all(bytes)?;
+        open.is_transient |= bytes.first() == Some(&TRANSIENT_FED_IDS) && bytes.get(4) == Some(&KIND_TRANSIENT);
+        // A second instance of a federate waits until the first one has left.
+        let is_second = connection.checked_sub(SECOND).is_some_and(|first| self.joined.contains(&first));
         match bytes.first() {
+            Some(&UDP_PORT) if is_second => {}
             // Clock synchronization follows the port, and then only times may come.
             Some(&UDP_PORT) if self.datagrams.is_empty() => {
                 self.joined.insert(connection);
@@ -97,7 +112,7 @@ impl Rti for Tcp {
             _ => {}
         }
         if self.joined.contains(&connection) {
-            let [low, high] = connection.to_le_bytes();
+            let [low, high] = (connection % SECOND).to_le_bytes();
             open.stream.write_all(&[13, low, high])?;
             open.take_address()?;
         }
@@ -111,6 +126,15 @@ impl Rti for Tcp {
             let _ = open.stream.shutdown(Shutdown::Both);
         }
         Ok(())
+    }
+
+    fn now(&mut self) -> i64 {
+        let since_1970 = SystemTime::now().duration_since(UNIX_EPOCH).unwrap_or_default();
+        i64::try_from(since_1970.as_nanos()).unwrap_or(i64::MAX)
+    }
+
+    fn wait_until(&mut self, _: i64) -> io::Result<()> {
+        Err(io::Error::other("a test does not sleep"))
     }
 
     fn bind(&mut self, federate: u16) -> io::Result<u16> {
@@ -153,7 +177,8 @@ fn play_with(name: &str, trace: Option<&Path>) {
     let setup = recording.rti().expect("it is the recording of an RTI");
     let federates = setup.federates.to_string();
     // The recorded RTI lets the others go on when a federate fails.
-    let mut arguments = vec!["--go-on-after-loss", "-n", &federates, "-i", &setup.federation_id];
+    let transients = setup.transient_federates.to_string();
+    let mut arguments = vec!["--go-on-after-loss", "-n", &federates, "-nt", &transients, "-i", &setup.federation_id];
     arguments.extend(setup.options.iter().map(String::as_str));
     let (rti, port) = match trace {
         None => Lfz::rti(&arguments),
@@ -186,6 +211,16 @@ lf_testkit::recordings! {
     clock_sync_on: "31-clock-sync-on",
     start_time_multiple: "32-start-time-multiple",
     random_dag_40: "33-random-dag-40",
+    transient_present_from_the_start: "0.13/04-present-from-the-start",
+    transient_absent_at_the_start: "0.13/05-absent-at-the-start",
+    transient_joins_in_the_past: "0.13/07-joins-in-the-past",
+    hot_swap: "0.13/15-hot-swap",
+    dnet_only_downstream_absent: "0.13/20b-dnet-only-downstream-absent",
+    messages_to_absent: "0.13/22-messages-to-absent",
+    stop_while_absent: "0.13/26-stop-while-absent",
+    rejections_while_running: "0.13/34-rejections-while-running",
+    start_barrier: "0.13/38-start-barrier",
+    transient_after: "0.13/40-after",
 }
 
 /// The trace of one recording has everything but the times, in the order of each direction of a connection.

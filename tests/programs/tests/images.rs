@@ -38,7 +38,7 @@ const PORT: u16 = 15045;
 /// The system's minimum: more than the sender needs, and less than the receiver does.
 const LEAST: MinBuffers = MinBuffers { input_bytes: 600, output_bytes: 1 };
 
-type RtiMemory = rti::Memory<Virtual, rti::Parts<2, 3, 1, 4, { RTI.buffer_bytes(2, 64) }>>;
+type RtiMemory = rti::Memory<Virtual, rti::Parts<2, 0, 3, 1, 4, { RTI.buffer_bytes(2, 64) }>>;
 
 /// The settings of an image: no other federation id than the program's.
 const JOIN: fn() -> Result<Join<'static>, SettingsError> =

@@ -35,6 +35,8 @@ pub struct Memory {
     paths: Vec<PathWords>,
     upstream: Vec<PathWords>,
     in_transit: Vec<Tag>,
+    #[cfg(feature = "transients")]
+    registrations: Vec<bool>,
 }
 
 impl Memory {
@@ -48,6 +50,9 @@ impl Memory {
             paths: vec![PathWords::default(); 2 * federates * federates],
             upstream: vec![PathWords::default(); federates * upstream],
             in_transit: vec![Tag::NEVER; federates * in_transit],
+            // All zero, so its pages cost nothing until one is used.
+            #[cfg(feature = "transients")]
+            registrations: vec![false; federates * federates],
         }
     }
 
@@ -65,6 +70,8 @@ impl Memory {
             paths: &mut self.paths,
             upstream: &mut self.upstream,
             in_transit: &mut self.in_transit,
+            #[cfg(feature = "transients")]
+            registrations: &mut self.registrations,
         }
     }
 }

@@ -40,10 +40,11 @@ impl Barrier {
         self.missing.map(|(first, missing)| Outcome::NotStarted { first, missing })
     }
 
-    /// Frees the slot of a federate that leaves before the start.
+    /// Frees the slot of a federate that leaves before the start, which does not wait for a transient one.
     pub(super) fn vacate(&mut self, slot: &mut Slot) {
-        *slot = Slot { vacated: true, ..Slot::default() };
-        self.left = true;
+        let vacated = !slot.is_transient();
+        *slot = Slot { vacated, ..Slot::default() };
+        self.left |= vacated;
     }
 
     /// Records that a federate has taken its slot.
@@ -76,31 +77,32 @@ impl Barrier {
     }
 }
 
-/// Records a federate's clock, which it sends once; `now` is the RTI's. Returns the latest clock when it was the last
-/// one.
-pub(super) fn take_clock(
-    slots: &mut [Slot],
-    now: Instant,
-    federate: usize,
-    clock: Instant,
-) -> Result<Option<Instant>, Violation> {
-    if slots[federate].clock.is_some() {
+/// Records a federate's clock, which it sends once; `now` is the RTI's.
+pub(super) fn take_clock(slot: &mut Slot, now: Instant, clock: Instant) -> Result<(), Violation> {
+    if slot.clock.is_some() {
         return Err(Violation::Unexpected(MessageType::Timestamp));
     }
     if clock >= CLOCK_MAX || clock < CLOCK_MIN {
         return Err(Violation::Clock(clock));
     }
-    slots[federate].clock = Some(clock);
-    slots[federate].ahead = clock.since(now);
-    let is_there = |slot: &Slot| matches!(slot.membership, Membership::Joined(_));
-    let clocks = slots.iter().map(|slot| slot.clock.filter(|_| is_there(slot)));
-    Ok(clocks.reduce(|one, other| Some(one?.max(other?))).flatten())
+    slot.clock = Some(clock);
+    slot.ahead = clock.since(now);
+    Ok(())
+}
+
+/// Returns the latest clock when all federates have sent theirs, but for as many transient ones as are `optional`.
+pub(super) fn latest_clock(slots: &[Slot], optional: usize) -> Option<Instant> {
+    let is_there = |slot: &&Slot| matches!(slot.membership, Membership::Joined(_)) && slot.clock.is_some();
+    let persistent = slots.iter().filter(is_there).filter(|slot| !slot.is_transient());
+    let complete = persistent.count() + optional >= slots.len();
+    slots.iter().filter(is_there).filter_map(|slot| slot.clock).max().filter(|_| complete)
 }
 
 /// Returns the federate whose clock is far ahead of another one's, when all have sent theirs. They were sent at
 /// different times, so each is compared with the RTI's clock at that time.
 pub(super) fn check_clocks(slots: &[Slot]) -> Option<(usize, SuspectedViolation)> {
-    let clocks = || (0..).zip(slots).map(|(federate, slot)| (slot.ahead, federate));
+    let there = || (0..).zip(slots).filter(|(_, slot)| slot.clock.is_some());
+    let clocks = || there().map(|(federate, slot)| (slot.ahead, federate));
     let ((earliest, of), (latest, ahead)) = (clocks().min()?, clocks().max()?);
     let by = Interval::from_nanos(latest.as_nanos().saturating_sub(earliest.as_nanos()));
     (by > CLOCKS_APART_MAX).then_some((ahead, SuspectedViolation::Ahead { of: id(of), by }))
@@ -142,8 +144,10 @@ mod tests {
     fn the_start_is_known_when_all_are_there_and_have_told_their_clocks() {
         let there = Slot { membership: Membership::Joined(ConnectionId(0)), ..Slot::EMPTY };
         let mut slots = [there, there, Slot::EMPTY];
-        let take_clock =
-            |slots: &mut [Slot], federate, clock| take_clock(slots, Instant::from_nanos(3), federate, clock);
+        let take_clock = |slots: &mut [Slot], federate: usize, clock| {
+            take_clock(&mut slots[federate], Instant::from_nanos(3), clock)?;
+            Ok::<_, Violation>(latest_clock(slots, 0))
+        };
         let before_all = Instant::from_nanos(CLOCK_MIN.as_nanos() - 1);
         for clock in [CLOCK_MAX, before_all, Instant::from_nanos(i64::MIN)] {
             assert_eq!(take_clock(&mut slots, 0, clock), Err(Violation::Clock(clock)));

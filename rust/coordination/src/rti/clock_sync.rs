@@ -41,6 +41,12 @@ impl Rounds {
         if self.over { Deadline::Never } else { Deadline::At(self.next.unwrap_or(start)) }
     }
 
+    /// Handles that a federate has joined, perhaps when no participant was left.
+    #[cfg(feature = "transients")]
+    pub(super) fn resume(&mut self) {
+        self.over = false;
+    }
+
     /// Returns the T1 to send at `now`, if one is due. At most one; looks at every federate at most once.
     pub(super) fn poll(&mut self, now: Instant, period: Interval, slots: &mut [Slot]) -> Option<Datagram> {
         let federate = self.next_to_poll(slots);

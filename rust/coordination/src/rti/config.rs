@@ -93,6 +93,9 @@ pub struct Config<'a> {
     pub window: usize,
     /// The longest payload that is forwarded, in bytes. Input and output buffers have to hold the whole message.
     pub payload_bytes_max: usize,
+    /// The number of federates that may come and go while the federation runs, fewer than there are.
+    #[cfg(feature = "transients")]
+    pub transients: u16,
 }
 
 impl<'a> Config<'a> {
@@ -113,7 +116,17 @@ impl<'a> Config<'a> {
             start_barrier_time_out: Some(START_BARRIER_TIME_OUT),
             window: WINDOW,
             payload_bytes_max,
+            #[cfg(feature = "transients")]
+            transients: 0,
         }
+    }
+
+    /// Returns the number of transient federates.
+    pub(super) const fn transients(&self) -> usize {
+        #[cfg(feature = "transients")]
+        return self.transients as usize;
+        #[cfg(not(feature = "transients"))]
+        return 0;
     }
 
     /// Returns the length of the longest message in a federation of this many federates: every buffer has to hold it.
@@ -128,6 +141,27 @@ impl<'a> Config<'a> {
             federation_id_bytes_max: FEDERATION_ID_BYTES_MAX,
             neighbors_max: federates,
         }
+    }
+
+    /// Returns the storage for registrations, cleared, if it suffices for the transient federates among `federates`.
+    #[cfg(feature = "transients")]
+    pub(super) fn check_transients<'s>(
+        &self,
+        federates: usize,
+        registrations: &'s mut [bool],
+    ) -> Result<&'s mut [bool], SetupError> {
+        if self.transients() == 0 {
+            return Ok(&mut []);
+        }
+        if self.transients() >= federates {
+            return Err(SetupError::Transients { transients: self.transients, federates });
+        }
+        let (needed, found) = (federates.saturating_mul(federates), registrations.len());
+        let Some(registrations) = registrations.get_mut(..needed) else {
+            return Err(SetupError::Storage { part: "registrations", needed, found });
+        };
+        registrations.fill(false);
+        Ok(registrations)
     }
 
     pub(super) fn check(&self) -> Result<(), SetupError> {
@@ -175,6 +209,14 @@ pub enum SetupError {
         /// The number of entries that it has.
         found: usize,
     },
+    /// All federates are transient, so the federation would be over before it begins.
+    #[cfg(feature = "transients")]
+    Transients {
+        /// The number of transient federates.
+        transients: u16,
+        /// The number of all federates.
+        federates: usize,
+    },
 }
 
 impl fmt::Display for SetupError {
@@ -192,6 +234,12 @@ impl fmt::Display for SetupError {
             Self::Storage { part, needed, found } => {
                 say!(f, "the RTI's storage for {part} needs {needed} entries or more, but has {found}")
             }
+            #[cfg(feature = "transients")]
+            Self::Transients { transients, federates } => say!(
+                f,
+                "{transients} of {federates} federates are transient: a federation needs one that is not, because it \
+                 lasts as long as those do"
+            ),
         }
     }
 }

@@ -62,6 +62,14 @@ impl Tags<'_> {
     /// Returns what a federate can be granted now beyond its last grant.
     #[outlined]
     pub(super) fn grant(&mut self, federate: usize) -> Option<Grant> {
+        let grant = self.possible_grant(federate)?;
+        #[cfg(feature = "transients")]
+        let grant = self.limited_grant(federate, grant)?;
+        Some(grant)
+    }
+
+    /// Returns what a federate can be granted if nobody else comes.
+    fn possible_grant(&mut self, federate: usize) -> Option<Grant> {
         let start = self.start?;
         let TagState { granted, provisional, .. } = *self.state(federate);
         let new = |tag: Tag| tag > granted && tag >= provisional;
@@ -131,7 +139,7 @@ impl Tags<'_> {
 
     /// Returns the earliest tag at which a federate immediately downstream waits for this one, if this one has not
     /// reached it. The stored demand is one of those; when it is met, looks for another one.
-    fn demand(&mut self, federate: usize) -> Option<Tag> {
+    pub(super) fn demand(&mut self, federate: usize) -> Option<Tag> {
         let (tag, by) = self.state(federate).demand?;
         if !self.is_demanded(federate, tag, by.into()) {
             self.state_mut(federate).demand = self.find_demand(federate);

@@ -38,6 +38,9 @@ pub struct Node {
     pub(super) deserted: bool,
     /// Whether another federate downstream of it is in a cycle without delay.
     pub(super) leads_to_cycle: bool,
+    /// Whether it may come and go while the federation runs.
+    #[cfg(feature = "transients")]
+    pub(super) is_transient: bool,
     /// Its grants and completed tags.
     pub(super) tags: TagState,
     /// Next event: NEVER while it is unknown. Lowered by messages in transit.
@@ -63,6 +66,8 @@ impl Node {
         cycle: None,
         deserted: false,
         leads_to_cycle: false,
+        #[cfg(feature = "transients")]
+        is_transient: false,
         tags: TagState::EMPTY,
         next_event: Tag::NEVER,
         blocking: 0,
@@ -165,6 +170,28 @@ impl<'s> Graph<'s> {
     /// Returns the number of federates that are connected into `federate`.
     pub(super) fn upstreams(&self, federate: usize) -> usize {
         self.nodes[federate].upstreams
+    }
+
+    /// Returns whether no path leads through a federate, because it does not take part.
+    pub(super) fn is_absent(&self, federate: usize) -> bool {
+        #[cfg(feature = "transients")]
+        return self.nodes[federate].is_transient && self.nodes[federate].tags.departed;
+        #[cfg(not(feature = "transients"))]
+        let _ = federate;
+        #[cfg(not(feature = "transients"))]
+        return false;
+    }
+
+    /// Returns whether these are the upstream connections of `federate`.
+    #[cfg(feature = "transients")]
+    pub(super) fn has_upstream(&self, federate: usize, list: WireUpstream<'_>) -> bool {
+        let own = || (0..self.upstreams(federate)).map(|index| self.upstream(federate, index));
+        let delay = |from: usize| {
+            let parallel = list.clone().filter(|(upstream, _)| usize::from(*upstream) == from);
+            parallel.filter_map(|(_, delay)| PathDelay::of_connection(delay)).min()
+        };
+        own().all(|(from, known)| delay(from) == Some(known))
+            && list.clone().all(|(from, _)| own().any(|(known, _)| known == usize::from(from)))
     }
 
     /// Returns one of the connections into `federate`: its origin and its delay.

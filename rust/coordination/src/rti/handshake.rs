@@ -2,9 +2,9 @@
 //! The way from a new connection to a federate that is part of the federation.
 //!
 //! The messages have a fixed order: with authentication `FED_NONCE`, which is answered by `RTI_RESPONSE`, and
-//! `FED_RESPONSE`, where a right proof has no answer; `FED_IDS`, or `TRANSIENT_FED_IDS` of a federate that is not
-//! transient, which is answered by ACK; `NEIGHBOR_STRUCTURE`; `UDP_PORT`; then, if both sides want it, the initial
-//! clock synchronization (`exchange`). Anything else is refused, as soon as there are as many bytes as the header of
+//! `FED_RESPONSE`, where a right proof has no answer; `FED_IDS` or `TRANSIENT_FED_IDS`, which is answered by ACK (the
+//! module `admission` decides who may join a running federation); `NEIGHBOR_STRUCTURE`; `UDP_PORT`; then, if both sides
+//! want it, the initial clock synchronization (`exchange`). Anything else is refused, as soon as there are as many bytes as the header of
 //! the right message has. A connection that comes when all federates are there learns the true reason of the refusal,
 //! once it has sent its id.
 
@@ -15,6 +15,8 @@ use lf_wire::{
     decode,
 };
 
+#[cfg(feature = "transients")]
+use super::admission::Admission;
 use super::barrier::Barrier;
 use super::config::{ClockSync, Config};
 use super::exchange::{Exchanges, TIME_MESSAGE_BYTES};
@@ -65,6 +67,8 @@ pub(super) struct Handshake<'r, 's> {
     pub(super) exchanges: &'r mut Exchanges,
     pub(super) strangers: &'r mut Strangers,
     pub(super) barrier: &'r mut Barrier,
+    #[cfg(feature = "transients")]
+    pub(super) admission: Admission,
 }
 
 impl Handshake<'_, '_> {
@@ -75,7 +79,7 @@ impl Handshake<'_, '_> {
             Some(known) if known.phase == Phase::Vacant => {
                 let authenticates = self.config.authentication.is_some();
                 let phase = if authenticates { Phase::Nonce { own: nonce } } else { Phase::Ids { claimed: None } };
-                *known = Connection { phase, federate: None, address, deadline: None, ended: false };
+                *known = Connection { phase, address, ..Connection::EMPTY };
                 self.members.set_deadline(connection, Some(now + self.config.connection_time_out));
                 self.exchanges.record_handshake(now);
                 true
@@ -104,6 +108,8 @@ impl Handshake<'_, '_> {
                 MessageType::T3
             }
             Phase::Vacant | Phase::Joined | Phase::Draining => return Verdict::Closed,
+            #[cfg(feature = "transients")]
+            Phase::Successor => return Verdict::Closed,
         };
         // A peer that does not authenticate may send less than a proof has, and then wait for an answer.
         let authenticates = matches!(expected, MessageType::FedNonce | MessageType::FedResponse);
@@ -131,6 +137,11 @@ impl Handshake<'_, '_> {
                         self.members.await_clock(now + self.config.clock_time_out, federate, connection);
                     }
                     None if awaits_exchange => self.members.set_deadline(connection, None),
+                    #[cfg(feature = "transients")]
+                    None if self.members.phase(connection) == Phase::Successor => {
+                        // Until then the federate in its place has to stop.
+                        self.members.set_deadline(connection, Some(now + self.config.stop_reply_time_out));
+                    }
                     None => self.members.set_deadline(connection, Some(now + self.config.connection_time_out)),
                 }
                 Verdict::Consumed(len)
@@ -155,7 +166,7 @@ impl Handshake<'_, '_> {
             (Message::FedResponse { hmac }, Phase::Proof { own, claimed }, _) => {
                 self.on_proof(connection, claimed, own, hmac)
             }
-            (Message::TransientFedIds { federate, kind: KIND_TRANSIENT, .. }, ..) => {
+            (Message::TransientFedIds { federate, kind: KIND_TRANSIENT, .. }, ..) if self.config.transients() == 0 => {
                 Err(Refusal { federate: Some(FederateId(federate)), ..Violation::Transient.into() })
             }
             (
@@ -166,7 +177,8 @@ impl Handshake<'_, '_> {
                 if claimed.is_some_and(|claimed| claimed != federate) {
                     return Err(Violation::OtherFederate(federate).into());
                 }
-                self.on_ids(connection, federate, federation_id, outlet)
+                let is_transient = matches!(message, Message::TransientFedIds { kind: KIND_TRANSIENT, .. });
+                self.on_ids(connection, federate, is_transient, federation_id, outlet)
             }
             (Message::NeighborStructure(neighbors), _, Some(federate)) => {
                 self.on_neighbors(connection, federate, &neighbors)
@@ -223,6 +235,7 @@ impl Handshake<'_, '_> {
         &mut self,
         connection: ConnectionId,
         federate: u16,
+        is_transient: bool,
         federation_id: &'m [u8],
         outlet: &mut impl Outlet,
     ) -> Result<HandshakeStep, Refusal<'m>> {
@@ -235,26 +248,42 @@ impl Handshake<'_, '_> {
         if federation_id != self.config.federation_id {
             return Err(refusal(RejectCode::FederationIdMismatch));
         }
-        let Some(slot) = self.members.slots.get_mut(usize::from(federate)) else {
+        if usize::from(federate) >= self.members.slots.len() {
             return Err(refusal(RejectCode::IdOutOfRange));
-        };
-        match slot.membership {
-            Membership::Free => {}
-            Membership::Departed => {
-                return Err(Refusal { violation: Some(Violation::HasLeft), ..refusal(RejectCode::IdInUse) });
-            }
-            Membership::Joining(_) | Membership::Joined(_) => return Err(refusal(RejectCode::IdInUse)),
         }
+        let succeeds = self.succeeds(federate, is_transient);
+        let succeeds = succeeds.map_err(|(code, violation)| Refusal { violation, ..refusal(code) })?;
         if outlet.room(connection) < Message::Ack.encoded_len() {
             return Ok(HandshakeStep::NoRoom);
         }
         outlet.send(connection, &Message::Ack);
-        slot.membership = Membership::Joining(connection);
         let known = &mut self.members.connections[connection.0];
-        slot.address = known.address;
         known.federate = Some(federate);
         known.phase = Phase::Neighbors;
+        if !succeeds {
+            let slot = &mut self.members.slots[usize::from(federate)];
+            slot.membership = Membership::Joining(connection);
+            slot.address = known.address;
+            #[cfg(feature = "transients")]
+            slot.life.join(is_transient);
+        }
         Ok(HandshakeStep::Done)
+    }
+
+    /// Returns whether a peer takes the place of another instance, which runs, with the id that it claims, or why it
+    /// cannot have that.
+    fn succeeds(&self, federate: u16, is_transient: bool) -> Result<bool, (RejectCode, Option<Violation>)> {
+        #[cfg(feature = "transients")]
+        if let Some(entry) = self.admission.entry(self.members, federate, is_transient) {
+            return entry;
+        }
+        #[cfg(not(feature = "transients"))]
+        let _ = is_transient;
+        match self.members.slots[usize::from(federate)].membership {
+            Membership::Free => Ok(false),
+            Membership::Departed => Err((RejectCode::IdInUse, Some(Violation::HasLeft))),
+            Membership::Joining(_) | Membership::Joined(_) => Err((RejectCode::IdInUse, None)),
+        }
     }
 
     /// Stores the upstream half only: the downstream half follows from those of the others.
@@ -269,6 +298,15 @@ impl Handshake<'_, '_> {
         if let Some(id) = wrong {
             return Err(Violation::NoSuchFederate(id).into());
         }
+        #[cfg(feature = "transients")]
+        if self.members.slots[usize::from(federate)].life.has_neighbors {
+            // Others rely on the connections, also while it is absent.
+            if !self.graph.has_upstream(federate.into(), neighbors.upstream()) {
+                return Err(Violation::OtherNeighbors.into());
+            }
+            self.members.connections[connection.0].phase = Phase::UdpPort;
+            return Ok(HandshakeStep::Done);
+        }
         let set = self.graph.set_upstream(federate.into(), neighbors.upstream());
         set.map_err(|error| match error {
             NeighborError::NoSuchFederate(id) => Violation::NoSuchFederate(id),
@@ -276,6 +314,10 @@ impl Handshake<'_, '_> {
             NeighborError::TooMany { max } => Violation::TooManyUpstream { max },
         })?;
         self.members.connections[connection.0].phase = Phase::UdpPort;
+        #[cfg(feature = "transients")]
+        {
+            self.members.slots[usize::from(federate)].life.has_neighbors = true;
+        }
         Ok(HandshakeStep::Done)
     }
 
@@ -299,6 +341,13 @@ impl Handshake<'_, '_> {
         } else {
             self.join(connection, federate, outlet);
         }
+        #[cfg(feature = "transients")]
+        {
+            self.members.connections[connection.0].udp_port = port;
+            if self.members.is_successor(connection) {
+                return HandshakeStep::Done;
+            }
+        }
         self.members.slots[usize::from(federate)].udp_port = port;
         HandshakeStep::Done
     }
@@ -321,6 +370,11 @@ impl Handshake<'_, '_> {
 
     fn join(&mut self, connection: ConnectionId, federate: u16, outlet: &mut impl Outlet) {
         self.exchanges.leave(self.members, connection);
+        #[cfg(feature = "transients")]
+        if self.members.is_successor(connection) {
+            self.members.connections[connection.0].phase = Phase::Successor;
+            return;
+        }
         self.members.connections[connection.0].phase = Phase::Joined;
         self.members.slots[usize::from(federate)].membership = Membership::Joined(connection);
         self.barrier.occupy(self.members.slots, federate.into());

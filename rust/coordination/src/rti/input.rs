@@ -58,11 +58,14 @@ impl Rti<'_> {
         bytes: &[u8],
         outlet: &mut impl Outlet,
     ) -> Verdict {
+        self.set_now(now);
         let Some(known) = self.members.connections.get(connection.0) else { return Verdict::Closed };
         let verdict = match (known.phase, known.federate) {
             (Phase::Vacant, _) => Verdict::Closed,
             (_, _) if bytes.is_empty() => Verdict::Incomplete(1),
             (Phase::Draining, _) => Verdict::Consumed(bytes.len()),
+            #[cfg(feature = "transients")]
+            (Phase::Successor, Some(federate)) => self.hold_successor(federate.into()),
             (Phase::Joined, Some(federate)) => self.handle_federate(now, federate.into(), connection, bytes, outlet),
             _ => self.handle_handshake(now, connection, bytes, outlet),
         };
@@ -82,9 +85,9 @@ impl Rti<'_> {
             // It sends nothing any more behind these bytes, and agrees to a stop as it says there, or in silence.
             self.find_stop_reply(federate, bytes, true, outlet);
         }
-        let query_end = self.members.slots[federate].query_end.take(bytes);
-        if query_end > 0 {
-            return Verdict::Consumed(query_end);
+        if let Some((asked, is_transient)) = self.members.slots[federate].query_end.take(bytes) {
+            self.register(federate, asked, is_transient);
+            return Verdict::Consumed(1);
         }
         let step = match decode(bytes, &self.limits) {
             Ok(Decoded::Incomplete { need, .. }) => return Verdict::Incomplete(need),
@@ -129,23 +132,29 @@ impl Rti<'_> {
     ) -> Result<Step, Violation> {
         let unexpected = Err(Violation::Unexpected(message.message_type()));
         let has_started = self.tags.start.is_some();
+        let takes_part = has_started && self.members.running(federate).is_some();
         let slot = &mut self.members.slots[federate];
         match *message {
             Message::Timestamp(clock) if !has_started => {
                 self.take_clock(now, federate, Instant::from_nanos(clock), outlet)?;
             }
+            #[cfg(feature = "transients")]
+            Message::Timestamp(clock) if !takes_part => {
+                self.begin_life(now, federate, Instant::from_nanos(clock), outlet)?;
+            }
             Message::AddressAdvertisement { port: ADDRESS_PORT_UNKNOWN } => slot.ordered_stop = true,
             Message::AddressAdvertisement { port } => slot.port = port,
-            Message::AddressQuery { federate: asked, .. } => {
+            Message::AddressQuery { federate: asked, is_transient } => {
                 let step = self.answer_address_query(connection, asked, outlet)?;
                 if matches!(step, Step::Done) {
                     self.members.slots[federate].query_end.follow(message);
+                    self.register(federate, asked, is_transient == Some(true));
                 }
                 return Ok(step);
             }
             Message::Resign => self.resign(now, federate, outlet),
             Message::Failed => self.expel(federate, Cause::Failed, outlet),
-            _ if !has_started => return unexpected,
+            _ if !takes_part => return unexpected,
             _ => {
                 let mut sending = Sending { members: &mut self.members, tags: &mut self.tags, outlet };
                 match *message {
@@ -176,6 +185,15 @@ impl Rti<'_> {
             }
         }
         Ok(Step::Done)
+    }
+
+    /// Handles that a federate has asked for the address of another one: if that is transient, it is informed about
+    /// its comings and goings from now on.
+    fn register(&mut self, federate: usize, asked: u16, is_transient: bool) {
+        #[cfg(feature = "transients")]
+        self.members.register(federate, asked, is_transient);
+        #[cfg(not(feature = "transients"))]
+        let _ = (federate, asked, is_transient);
     }
 
     fn answer_address_query(
@@ -209,9 +227,15 @@ impl Rti<'_> {
         len: usize,
         outlet: &mut impl Outlet,
     ) -> Option<Verdict> {
-        let Message::TaggedMessage { federate: receiver, .. } = *message else { return None };
+        let Message::TaggedMessage { federate: receiver, tag, .. } = *message else { return None };
+        #[cfg(not(feature = "transients"))]
+        let _ = tag;
         let receiver = usize::from(receiver);
-        let connection = self.members.connection_of(receiver)?;
+        let connection = self.members.running(receiver)?;
+        #[cfg(feature = "transients")]
+        if self.members.slots[receiver].life.misses(from_wire(tag)) {
+            return None;
+        }
         if !self.tags.is_behind(receiver, sender, self.stop.granted(), self.config.window) {
             return None;
         }

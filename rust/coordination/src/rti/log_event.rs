@@ -87,13 +87,16 @@ pub enum Violation {
     NoAuthentication,
     /// The peer claims the id of a federate that has left since the start.
     HasLeft,
-    /// The peer is a transient federate, which this RTI does not support.
+    /// The peer is a transient federate, and this RTI expects none.
     Transient,
     /// It sent a message with a tag at which nothing can happen: at the beginning or at the end of time.
     NoTag {
         /// The federate that it was for.
         to: u16,
     },
+    /// The connections of a transient federate are not those that it had when it was there first.
+    #[cfg(feature = "transients")]
+    OtherNeighbors,
 }
 
 impl fmt::Display for Violation {
@@ -136,8 +139,14 @@ impl fmt::Display for Violation {
             ),
             Self::Transient => say!(
                 f,
-                "it is a transient federate, which may come and go while the federation runs, and this RTI takes \
-                 persistent ones only: remove `@transient` from its program, or run LF's own RTI",
+                "it is a transient federate, which may come and go while the federation runs, and this RTI expects \
+                 none: start it with their number (`-nt`)",
+            ),
+            #[cfg(feature = "transients")]
+            Self::OtherNeighbors => say!(
+                f,
+                "its connections are not those of the federate that was there before: build it from the program that \
+                 the others are from"
             ),
         }
     }
@@ -254,6 +263,27 @@ pub enum RtiEvent<'a> {
     StopGranted(Tag),
     /// A datagram that no federate's answer can be was ignored. Logged once, because anybody can send datagrams.
     Stranger(Endpoint),
+    /// A transient federate takes part from this tag on.
+    #[cfg(feature = "transients")]
+    Begins {
+        /// The federate.
+        federate: FederateId,
+        /// Its effective start.
+        tag: Tag,
+    },
+    /// A transient federate is told to stop, because another instance of it has come.
+    #[cfg(feature = "transients")]
+    Replaced(FederateId),
+    /// A message was dropped, because its destination, which is transient, does not take part at its tag.
+    #[cfg(feature = "transients")]
+    Missed {
+        /// The sender.
+        from: FederateId,
+        /// The destination.
+        to: FederateId,
+        /// The number of dropped messages of this sender.
+        times: Times,
+    },
 }
 
 impl RtiEvent<'_> {
@@ -267,6 +297,8 @@ impl RtiEvent<'_> {
             | Self::UnknownType { times, .. }
             | Self::Dropped { times, .. }
             | Self::Late { times, .. } => times.is_logged(),
+            #[cfg(feature = "transients")]
+            Self::Missed { times, .. } => times.is_logged(),
             _ => true,
         }
     }
@@ -336,6 +368,18 @@ impl fmt::Display for RtiEvent<'_> {
                 say!(f, "datagrams from {from} are ignored, because they are no answers to clock synchronization")
             }
             Self::StopGranted(tag) => say!(f, "the federation stops at {}", to_wire(tag)),
+            #[cfg(feature = "transients")]
+            Self::Begins { federate, tag } => say!(f, "federate {federate} takes part from {} on", to_wire(tag)),
+            #[cfg(feature = "transients")]
+            Self::Replaced(federate) => {
+                say!(f, "federate {federate} is told to stop, because another instance of it has come")
+            }
+            #[cfg(feature = "transients")]
+            Self::Missed { from, to, times } => say!(
+                f,
+                "a message from federate {from} was dropped, because federate {to} does not take part at its \
+                 tag{times}"
+            ),
         }
     }
 }

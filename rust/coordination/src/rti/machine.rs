@@ -12,6 +12,8 @@ use lf_derive::outlined;
 use lf_model::time::{Instant, Tag};
 use lf_wire::{ADDRESS_PORT_UNKNOWN, Limits, Message, message_bytes_max};
 
+#[cfg(feature = "transients")]
+use super::admission::Admission;
 use super::barrier::{self, Barrier};
 use super::clock_sync::Rounds;
 use super::config::{AfterLoss, Config, SetupError};
@@ -54,16 +56,21 @@ impl<'s> Rti<'s> {
     pub fn new(config: Config<'s>, storage: RtiStorage<'s>) -> Result<Self, SetupError> {
         config.check()?;
         storage.check()?;
-        let RtiStorage { slots, nodes, connections, paths, upstream, in_transit } = storage;
+        let RtiStorage { slots, nodes, connections, paths, upstream, in_transit, .. } = storage;
         let count = slots.len();
+        #[cfg(feature = "transients")]
+        let registrations = config.check_transients(count, storage.registrations)?;
         slots.fill(Slot::default());
         connections.fill(Connection::default());
+        let members = Members::new(slots, connections);
+        #[cfg(feature = "transients")]
+        let members = members.with_registrations(registrations);
         // Storage may be larger than needed; the graph relies on the number of nodes.
         let graph = Graph::new(&mut nodes[..count], upstream, paths, config.dnet);
         Ok(Self {
             limits: config.limits(count),
             config,
-            members: Members::new(slots, connections),
+            members,
             tags: Tags::new(graph, in_transit),
             stop: Stop::default(),
             barrier: Barrier::default(),
@@ -81,7 +88,7 @@ impl<'s> Rti<'s> {
         self.end.status(self.members.all_departed(), self.barrier.outcome())
     }
 
-    /// Returns the start time, once all federates have joined and sent their clocks.
+    /// Returns the start time, once all federates but the transient ones have joined and sent their clocks.
     pub fn start_time(&self) -> Option<Instant> {
         self.tags.start
     }
@@ -149,10 +156,14 @@ impl<'s> Rti<'s> {
         if verdict == Verdict::Closed {
             self.close(connection, outlet);
         }
+        #[cfg(feature = "transients")]
+        self.replace(connection, outlet);
         verdict
     }
 
     fn handshake(&mut self) -> Handshake<'_, 's> {
+        #[cfg(feature = "transients")]
+        let admission = Admission::of(&self.config, &self.tags, &self.stop);
         Handshake {
             config: &self.config,
             limits: &self.limits,
@@ -161,7 +172,17 @@ impl<'s> Rti<'s> {
             exchanges: &mut self.exchanges,
             strangers: &mut self.strangers,
             barrier: &mut self.barrier,
+            #[cfg(feature = "transients")]
+            admission,
         }
+    }
+
+    /// Records the time of the RTI's clock: some grants wait for it while transient federates are absent.
+    pub(super) fn set_now(&mut self, now: Instant) {
+        #[cfg(feature = "transients")]
+        self.tags.horizon.set_now(now);
+        #[cfg(not(feature = "transients"))]
+        let _ = now;
     }
 
     pub(super) fn sending<'r, O>(&'r mut self, outlet: &'r mut O) -> Sending<'r, 's, O> {
@@ -169,7 +190,8 @@ impl<'s> Rti<'s> {
     }
 
     /// Handles that there is more room on a connection. Sends what was put off for its federate.
-    pub fn handle_writable(&mut self, _now: Instant, connection: ConnectionId, outlet: &mut impl Outlet) {
+    pub fn handle_writable(&mut self, now: Instant, connection: ConnectionId, outlet: &mut impl Outlet) {
+        self.set_now(now);
         self.exchanges.retry(&mut self.members, connection);
         if let Some(federate) = self.members.joined_on(connection) {
             let stop_tag = self.stop.tag();
@@ -185,8 +207,12 @@ impl<'s> Rti<'s> {
         clock: Instant,
         outlet: &mut impl Outlet,
     ) -> Result<(), Violation> {
-        let Some(latest) = barrier::take_clock(self.members.slots, now, federate, clock)? else { return Ok(()) };
+        barrier::take_clock(&mut self.members.slots[federate], now, clock)?;
+        let optional = self.config.transients();
+        let Some(latest) = barrier::latest_clock(self.members.slots, optional) else { return Ok(()) };
         let start = barrier::start_time(latest, self.config.start_time_multiple);
+        #[cfg(feature = "transients")]
+        self.await_transients(start, outlet);
         self.watch = Watch::default();
         self.tags.begin(start);
         outlet.log(RtiEvent::Started(start));
@@ -195,6 +221,8 @@ impl<'s> Rti<'s> {
         }
         let stop_tag = self.stop.tag();
         self.sending(outlet).broadcast(stop_tag, |_| true, |pending| pending.start = true);
+        #[cfg(feature = "transients")]
+        self.announce_first(outlet);
         Ok(())
     }
 
@@ -216,6 +244,7 @@ impl<'s> Rti<'s> {
 
     /// Handles the end of a connection whose complete messages have all been consumed.
     pub fn handle_disconnect(&mut self, now: Instant, connection: ConnectionId, outlet: &mut impl Outlet) {
+        self.set_now(now);
         if let Some(federate) = self.members.joined_on(connection) {
             self.release(connection);
             self.lose(federate, Cause::ConnectionLost, outlet);
@@ -261,6 +290,10 @@ impl<'s> Rti<'s> {
         if let Some(federate) = self.members.joined_on(connection) {
             return self.expel(federate, Cause::NoClock, outlet);
         }
+        #[cfg(feature = "transients")]
+        if let Some(replaced) = self.replaced_by(connection) {
+            return self.expel(replaced, Cause::NoStopReply, outlet);
+        }
         self.log_abandoned(connection, true, outlet);
         self.close(connection, outlet);
     }
@@ -274,7 +307,7 @@ impl<'s> Rti<'s> {
         }
     }
 
-    fn close(&mut self, connection: ConnectionId, outlet: &mut impl Outlet) {
+    pub(super) fn close(&mut self, connection: ConnectionId, outlet: &mut impl Outlet) {
         outlet.close(connection);
         self.release(connection);
     }
@@ -286,6 +319,10 @@ impl<'s> Rti<'s> {
         }
         self.exchanges.leave(&self.members, connection);
         if let Some(federate) = self.members.release(connection) {
+            #[cfg(feature = "transients")]
+            if self.tags.start.is_some() {
+                return self.members.slots[federate].end_life();
+            }
             self.barrier.vacate(&mut self.members.slots[federate]);
         }
     }
@@ -311,6 +348,10 @@ impl<'s> Rti<'s> {
     }
 
     fn lose(&mut self, federate: usize, cause: Cause, outlet: &mut impl Outlet) {
+        #[cfg(feature = "transients")]
+        if self.members.slots[federate].is_transient() {
+            return self.lose_transient(federate, cause, outlet);
+        }
         let started = self.tags.start.is_some();
         outlet.log(RtiEvent::Lost { federate: id(federate), cause, started });
         if started {
@@ -333,8 +374,12 @@ impl<'s> Rti<'s> {
         }
     }
 
-    fn depart(&mut self, federate: usize, outlet: &mut impl Outlet) {
+    pub(super) fn depart(&mut self, federate: usize, outlet: &mut impl Outlet) {
         self.sum_up(federate, outlet);
+        #[cfg(feature = "transients")]
+        if self.tags.start.is_some() && self.members.slots[federate].is_transient() {
+            return self.depart_transient(federate, outlet);
+        }
         let slot = &mut self.members.slots[federate];
         if self.tags.start.is_none() {
             self.barrier.vacate(slot);
@@ -352,6 +397,8 @@ impl<'s> Rti<'s> {
         sending.advance_downstream(federate);
         self.stop.grant_if_agreed(&mut sending);
         self.tags.record_next_event(Tag::FOREVER);
+        #[cfg(feature = "transients")]
+        self.expect_nobody_if_alone(outlet);
     }
 }
 

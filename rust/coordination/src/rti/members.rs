@@ -16,13 +16,29 @@ pub(super) struct Members<'s> {
     pub(super) connections: &'s mut [Connection],
     /// The earliest deadline of the connections.
     earliest_deadline: Deadline,
+    /// Whether each federate is informed about the comings and goings of each one: as many entries for each as there
+    /// are federates. Empty without transient federates.
+    #[cfg(feature = "transients")]
+    pub(super) registrations: &'s mut [bool],
 }
 
 impl<'s> Members<'s> {
     /// Returns the members in this storage.
     pub(super) fn new(slots: &'s mut [Slot], connections: &'s mut [Connection]) -> Self {
         let earliest_deadline = earliest_deadline(connections);
-        Self { slots, connections, earliest_deadline }
+        Self {
+            slots,
+            connections,
+            earliest_deadline,
+            #[cfg(feature = "transients")]
+            registrations: &mut [],
+        }
+    }
+
+    /// Returns the members with the storage for registrations.
+    #[cfg(feature = "transients")]
+    pub(super) fn with_registrations(self, registrations: &'s mut [bool]) -> Self {
+        Self { registrations, ..self }
     }
 
     /// Returns the earliest deadline of the connections.
@@ -36,6 +52,14 @@ impl<'s> Members<'s> {
             Membership::Joined(connection) => Some(connection),
             _ => None,
         }
+    }
+
+    /// Returns the connection of a federate that takes part in the running federation: a transient one does so from
+    /// its effective start on.
+    pub(super) fn running(&self, federate: usize) -> Option<ConnectionId> {
+        let connection = self.connection_of(federate)?;
+        let waits = cfg!(feature = "transients") && self.slots[federate].clock.is_none();
+        (!waits).then_some(connection)
     }
 
     /// Returns the federate that has joined over this connection and is still there.

@@ -34,8 +34,11 @@
 //! start (`barrier`), the exchanges and rounds of clock synchronization (`exchange`, `clock_sync`) and reports of waits
 //! (`watch`). A step that concerns several parts borrows them: `handshake` those that admit a federate, `sending` the
 //! members, their tags and the outlet. `machine` handles what concerns all of them: how federates leave. Flow control
-//! (`window`) has no state of its own.
+//! (`window`) has no state of its own. `transients` handles federates that come and go, with who
+//! may join in `admission`, their effective start and the limits of grants in `limits`, and `notices` about them.
 
+#[cfg(feature = "transients")]
+mod admission;
 mod barrier;
 mod clock_sync;
 mod config;
@@ -45,12 +48,20 @@ mod exchange;
 mod grants;
 mod graph;
 mod handshake;
+#[cfg(feature = "transients")]
+mod horizon;
 mod idle;
 mod in_transit;
 mod input;
+#[cfg(feature = "transients")]
+mod life;
+#[cfg(feature = "transients")]
+mod limits;
 mod log_event;
 mod machine;
 mod members;
+#[cfg(feature = "transients")]
+mod notices;
 mod outcome;
 mod outlet;
 mod path;
@@ -66,6 +77,8 @@ mod suspend;
 mod tag_state;
 mod tags;
 mod timing;
+#[cfg(feature = "transients")]
+mod transients;
 mod waits;
 mod watch;
 mod window;

@@ -33,13 +33,19 @@ impl Graph<'_> {
 
     /// Removes a federate: no path leads through it. Only if it was in a cycle without delay does that matter enough to
     /// look for all paths again: the others would wait for each other's answer through it.
+    ///
+    /// No path leads through a transient federate that is absent, whatever it is in.
     pub(super) fn cut_off(&mut self, federate: usize) {
         if self.in_zero_delay_cycle(federate) {
             let cycle = self.nodes[federate].cycle;
             for node in self.nodes.iter_mut().filter(|node| node.cycle == cycle) {
                 node.deserted = true;
             }
-            self.nodes[federate].upstreams = 0;
+            if !self.is_absent(federate) {
+                self.nodes[federate].upstreams = 0;
+            }
+            self.find_paths();
+        } else if self.is_absent(federate) {
             self.find_paths();
         }
     }
@@ -99,7 +105,8 @@ impl Graph<'_> {
         let mut at = to;
         let mut rest = PathDelay::ZERO;
         loop {
-            for index in 0..self.nodes[at].upstreams {
+            let upstreams = if self.is_absent(at) { 0 } else { self.nodes[at].upstreams };
+            for index in 0..upstreams {
                 let (from, delay) = self.upstream(at, index);
                 let delay = delay.then(rest);
                 if delay >= self.nodes[from].delay {

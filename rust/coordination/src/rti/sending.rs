@@ -8,7 +8,7 @@ use super::grants::Grant;
 use super::log_event::{RtiEvent, Violation};
 use super::members::Members;
 use super::outlet::{ConnectionId, Outlet};
-use super::storage::{Membership, Pending, Slot, id};
+use super::storage::{Pending, Slot, id};
 use super::suspected_violation::SuspectedViolation;
 use super::tags::Tags;
 use crate::tag::to_wire;
@@ -34,7 +34,7 @@ pub(super) struct Sending<'r, 's, O> {
 impl<O: Outlet> Sending<'_, '_, O> {
     /// Returns the connection of the federate if a message of this many bytes can be sent to it now.
     fn ready(&self, federate: usize, bytes: usize) -> Option<ConnectionId> {
-        let connection = self.members.connection_of(federate)?;
+        let connection = self.members.running(federate)?;
         let ready = !self.members.slots[federate].pending.comes_first() && self.outlet.room(connection) >= bytes;
         ready.then_some(connection)
     }
@@ -44,7 +44,7 @@ impl<O: Outlet> Sending<'_, '_, O> {
     pub(super) fn advance(&mut self, federate: usize) {
         let mut next = Some(federate);
         while let Some(federate) = next {
-            if self.members.connection_of(federate).is_some()
+            if self.members.running(federate).is_some()
                 && let Some(grant) = self.tags.grant(federate)
             {
                 self.send_grant(federate, grant);
@@ -125,7 +125,7 @@ impl<O: Outlet> Sending<'_, '_, O> {
 
     fn offer_downstream_next_event(&mut self, federate: usize, because: Option<usize>) {
         let Some(tag) = self.tags.downstream_next_event(federate, because) else { return };
-        if self.members.connection_of(federate).is_none() {
+        if self.members.running(federate).is_none() {
             return;
         }
         match self.ready(federate, TAG_MESSAGE_BYTES) {
@@ -140,7 +140,11 @@ impl<O: Outlet> Sending<'_, '_, O> {
     /// Sends what is pending for a federate, in the order of [`Pending`], as far as there is room. `stop_tag` is the
     /// tag for stop messages.
     pub(super) fn flush(&mut self, federate: usize, stop_tag: Tag) {
-        let Some(connection) = self.members.connection_of(federate) else { return };
+        let Some(connection) = self.members.running(federate) else { return };
+        #[cfg(feature = "transients")]
+        if !self.send_before_start(federate, connection) {
+            return;
+        }
         let stop_tag = to_wire(stop_tag);
         let pending = &mut self.members.slots[federate].pending;
         let start = Message::Timestamp(self.tags.start.unwrap_or_default().as_nanos());
@@ -150,6 +154,10 @@ impl<O: Outlet> Sending<'_, '_, O> {
             && send(&mut pending.revoked, Message::ProvisionalTagGrant(stop_tag))
             && send(&mut pending.stop_granted, Message::StopGranted(stop_tag));
         if !went_out || !self.send_departures(federate, connection) {
+            return;
+        }
+        #[cfg(feature = "transients")]
+        if !self.send_notices(federate, connection) {
             return;
         }
         if core::mem::take(&mut self.members.slots[federate].pending.grant) {
@@ -162,9 +170,13 @@ impl<O: Outlet> Sending<'_, '_, O> {
 
     /// Sends a federate which of those directly upstream of it have left since the last time. Returns false if there is
     /// not room for all of it.
-    fn send_departures(&mut self, federate: usize, connection: ConnectionId) -> bool {
+    pub(super) fn send_departures(&mut self, federate: usize, connection: ConnectionId) -> bool {
         while let Some((first, last)) = self.members.slots[federate].pending.left {
-            if self.tags.is_upstream_left(federate, first.into()) {
+            #[cfg(feature = "transients")]
+            let has_left = self.has_left(federate, first);
+            #[cfg(not(feature = "transients"))]
+            let has_left = self.tags.is_upstream_left(federate, first.into());
+            if has_left {
                 let message = Message::UpstreamDisconnected { federate: first };
                 if self.outlet.room(connection) < message.encoded_len() {
                     return false;
@@ -195,7 +207,7 @@ impl<O: Outlet> Sending<'_, '_, O> {
     /// those that have room.
     pub(super) fn broadcast(&mut self, stop_tag: Tag, choose: impl Fn(&Slot) -> bool, mark: impl Fn(&mut Pending)) {
         for federate in 0..self.members.slots.len() {
-            if self.members.connection_of(federate).is_some() && choose(&self.members.slots[federate]) {
+            if self.members.running(federate).is_some() && choose(&self.members.slots[federate]) {
                 mark(&mut self.members.slots[federate].pending);
                 self.flush(federate, stop_tag);
             }
@@ -204,8 +216,14 @@ impl<O: Outlet> Sending<'_, '_, O> {
 
     /// Forwards a message unchanged, if its destination is there.
     pub(super) fn forward(&mut self, from: usize, to: u16, message: &Message<'_>) -> Result<Step, Violation> {
-        let Some(slot) = self.members.slots.get(usize::from(to)) else { return Err(Violation::NoSuchFederate(to)) };
-        let Membership::Joined(connection) = slot.membership else {
+        if usize::from(to) >= self.members.slots.len() {
+            return Err(Violation::NoSuchFederate(to));
+        }
+        let Some(connection) = self.members.running(to.into()) else {
+            #[cfg(feature = "transients")]
+            if self.members.slots[usize::from(to)].is_transient() {
+                return Ok(Step::Done);
+            }
             let times = self.members.slots[from].tallies.dropped.count();
             self.outlet.log(RtiEvent::Dropped { from: id(from), to: to.into(), times });
             return Ok(Step::Done);
@@ -225,11 +243,18 @@ impl<O: Outlet> Sending<'_, '_, O> {
         tag: Tag,
         message: &Message<'_>,
     ) -> Result<Step, Violation> {
+        #[cfg(feature = "transients")]
+        if self.misses(to, tag) {
+            self.drop_missed(from, to, tag);
+            return Ok(Step::Done);
+        }
         let step = self.forward(from, to, message)?;
         let to = usize::from(to);
-        if matches!(step, Step::NoRoom(_)) || self.members.connection_of(to).is_none() {
+        if matches!(step, Step::NoRoom(_)) || self.members.running(to).is_none() {
             return Ok(step);
         }
+        #[cfg(feature = "transients")]
+        self.members.slots[to].life.record(tag);
         let (late, is_full) = self.tags.message_forwarded(to, tag);
         if late {
             let times = self.members.slots[from].tallies.late.count();

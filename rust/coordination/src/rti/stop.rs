@@ -19,7 +19,7 @@ use lf_model::time::{Instant, Tag};
 use super::log_event::RtiEvent;
 use super::outlet::Outlet;
 use super::sending::Sending;
-use super::storage::{Membership, Slot, id};
+use super::storage::{Slot, id};
 
 /// The state of the agreement.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -98,8 +98,9 @@ impl Stop {
 
     /// Grants the stop once all that are left have agreed. No federate's next event is after it then.
     pub(super) fn grant_if_agreed(&mut self, sending: &mut Sending<'_, '_, impl Outlet>) {
-        let missing = |slot: &Slot| slot.membership != Membership::Departed && !slot.stop_agreed;
-        if !self.requested || self.granted || sending.members.slots.iter().any(missing) {
+        let members = &sending.members;
+        let is_missing = |index: usize| members.running(index).is_some() && !members.slots[index].stop_agreed;
+        if !self.requested || self.granted || (0..members.slots.len()).any(is_missing) {
             return;
         }
         self.granted = true;

@@ -6,6 +6,8 @@ use lf_wire::{ADDRESS_PORT_UNKNOWN, QueryEnd};
 
 use super::config::SetupError;
 use super::graph::Node;
+#[cfg(feature = "transients")]
+use super::life::{Life, Notices};
 use super::outlet::ConnectionId;
 use super::path::PathWords;
 use crate::auth::Nonce;
@@ -31,6 +33,9 @@ pub struct RtiStorage<'s> {
     /// Messages in transit: n × the number of different tags of messages to one federate that are stored exactly, at
     /// least 1. See the argument in the module `in_transit`: in cycles without delay, as many as can be outstanding.
     pub in_transit: &'s mut [Tag],
+    /// With transient federates, n × n: the federates about whose comings and goings each one is informed.
+    #[cfg(feature = "transients")]
+    pub registrations: &'s mut [bool],
 }
 
 impl RtiStorage<'_> {
@@ -78,6 +83,9 @@ pub(super) struct Pending {
     pub(super) stop_granted: bool,
     /// The range of ids of federates upstream that may have left since the last message about that.
     pub(super) left: Option<(u16, u16)>,
+    /// The notices about transient federates.
+    #[cfg(feature = "transients")]
+    pub(super) notices: Notices,
     pub(super) grant: bool,
     pub(super) dnet: bool,
 }
@@ -89,20 +97,31 @@ impl Pending {
         revoked: false,
         stop_granted: false,
         left: None,
+        #[cfg(feature = "transients")]
+        notices: Notices::NONE,
         grant: false,
         dnet: false,
     };
 
     /// Records that a federate upstream has left.
     pub(super) fn record_departure(&mut self, federate: u16) {
-        let (first, last) = self.left.unwrap_or((federate, federate));
-        self.left = Some((first.min(federate), last.max(federate)));
+        self.left = Some(extended(self.left, federate));
     }
 
     /// Returns whether something has to go out before any grant or forwarded message.
     pub(super) fn comes_first(self) -> bool {
+        #[cfg(feature = "transients")]
+        if self.notices != Notices::NONE {
+            return true;
+        }
         self.start || self.stop_request || self.revoked || self.stop_granted || self.left.is_some()
     }
+}
+
+/// Returns the range of ids that has this one, too.
+pub(super) fn extended(range: Option<(u16, u16)>, federate: u16) -> (u16, u16) {
+    let (first, last) = range.unwrap_or((federate, federate));
+    (first.min(federate), last.max(federate))
 }
 
 /// Counters of a federate for events that are logged only now and then.
@@ -146,6 +165,9 @@ pub struct Slot {
     pub(super) ahead: Interval,
     /// Whether the last byte of its last question for an address may still come.
     pub(super) query_end: QueryEnd,
+    /// The knowledge about it that is not of one life only, if it is transient.
+    #[cfg(feature = "transients")]
+    pub(super) life: Life,
     /// Whether it wants to be granted the stop tag like any other tag.
     pub(super) ordered_stop: bool,
     /// Whether it has asked to stop, or has agreed to.
@@ -175,6 +197,8 @@ impl Slot {
         clock: None,
         ahead: Interval::ZERO,
         query_end: QueryEnd::NONE,
+        #[cfg(feature = "transients")]
+        life: Life::NONE,
         ordered_stop: false,
         stop_agreed: false,
         address: IpAddress::UNSPECIFIED,
@@ -185,6 +209,23 @@ impl Slot {
         tallies: Tallies::NOTHING,
         seen: Seen::NOTHING,
     };
+
+    /// Returns whether the federate may come and go while the federation runs.
+    pub(super) const fn is_transient(&self) -> bool {
+        #[cfg(feature = "transients")]
+        return self.life.is_transient;
+        #[cfg(not(feature = "transients"))]
+        return false;
+    }
+}
+
+#[cfg(feature = "transients")]
+impl Slot {
+    /// Forgets everything that belongs to the life of a transient federate in the running federation.
+    pub(super) fn end_life(&mut self) {
+        let life = Life { begin: Tag::NEVER, ..self.life };
+        *self = Self { membership: Membership::Departed, life, ..Self::EMPTY };
+    }
 }
 
 impl Default for Slot {
@@ -217,6 +258,9 @@ pub(super) enum Phase {
     Full { left: u32 },
     /// T3, this many times.
     ClockSync { left: u32 },
+    /// Nothing: the federate whose place it takes has been told to stop, and is still there.
+    #[cfg(feature = "transients")]
+    Successor,
     /// Any message that a federate of the federation may send.
     Joined,
     /// Nothing but its end.
@@ -234,12 +278,22 @@ pub struct Connection {
     pub(super) deadline: Option<Instant>,
     /// Whether nothing more will come than what has.
     pub(super) ended: bool,
+    /// UDP port of its clock synchronization, for a federate that takes the place of another one.
+    #[cfg(feature = "transients")]
+    pub(super) udp_port: u16,
 }
 
 impl Connection {
     /// A fresh entry.
-    pub const EMPTY: Self =
-        Self { phase: Phase::Vacant, federate: None, address: IpAddress::UNSPECIFIED, deadline: None, ended: false };
+    pub const EMPTY: Self = Self {
+        phase: Phase::Vacant,
+        federate: None,
+        address: IpAddress::UNSPECIFIED,
+        deadline: None,
+        ended: false,
+        #[cfg(feature = "transients")]
+        udp_port: 0,
+    };
 }
 
 /// Converts the index of a slot to the federate's id.

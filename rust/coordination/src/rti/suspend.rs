@@ -9,6 +9,8 @@ use super::clock_sync::Rounds;
 use super::config::{Config, SetupError};
 use super::exchange::Exchanges;
 use super::graph::Graph;
+#[cfg(feature = "transients")]
+use super::horizon::Horizon;
 use super::idle::Idle;
 use super::machine::Rti;
 use super::members::Members;
@@ -24,6 +26,8 @@ use super::watch::Watch;
 pub struct Suspended {
     start: Option<Instant>,
     idle: Idle,
+    #[cfg(feature = "transients")]
+    horizon: Horizon,
     stop: Stop,
     barrier: Barrier,
     exchanges: Exchanges,
@@ -47,7 +51,15 @@ impl<'s> Rti<'s> {
             config: _,
             limits: _,
             members: _,
-            tags: Tags { graph: _, in_transit: _, start, idle },
+            tags:
+                Tags {
+                    graph: _,
+                    in_transit: _,
+                    start,
+                    idle,
+                    #[cfg(feature = "transients")]
+                    horizon,
+                },
             stop,
             barrier,
             exchanges,
@@ -56,7 +68,17 @@ impl<'s> Rti<'s> {
             watch: _,
             end,
         } = self;
-        Suspended { start, idle, stop, barrier, exchanges, rounds, end }
+        Suspended {
+            start,
+            idle,
+            #[cfg(feature = "transients")]
+            horizon,
+            stop,
+            barrier,
+            exchanges,
+            rounds,
+            end,
+        }
     }
 
     /// Continues a suspended RTI: `storage` is what that one left, or a copy, and the configuration is the same.
@@ -66,15 +88,28 @@ impl<'s> Rti<'s> {
     pub fn resume(config: Config<'s>, storage: RtiStorage<'s>, state: Suspended) -> Result<Self, SetupError> {
         config.check()?;
         storage.check()?;
-        let RtiStorage { slots, nodes, connections, paths, upstream, in_transit } = storage;
+        let RtiStorage { slots, nodes, connections, paths, upstream, in_transit, .. } = storage;
         let count = slots.len();
+        let members = Members::new(slots, connections);
+        #[cfg(feature = "transients")]
+        let members = match config.transients() {
+            0 => members,
+            _ => members.with_registrations(storage.registrations),
+        };
         let graph = Graph::resume(&mut nodes[..count], upstream, paths, config.dnet);
-        let Suspended { start, idle, stop, barrier, exchanges, rounds, end } = state;
+        let Suspended { start, idle, stop, barrier, exchanges, rounds, end, .. } = state;
         Ok(Self {
             limits: config.limits(count),
             config,
-            members: Members::new(slots, connections),
-            tags: Tags { graph, in_transit, start, idle },
+            members,
+            tags: Tags {
+                graph,
+                in_transit,
+                start,
+                idle,
+                #[cfg(feature = "transients")]
+                horizon: state.horizon,
+            },
             stop,
             barrier,
             exchanges,

@@ -9,6 +9,8 @@
 use lf_model::time::{Instant, Tag};
 
 use super::graph::{Graph, Node};
+#[cfg(feature = "transients")]
+use super::horizon::Horizon;
 use super::idle::Idle;
 use super::in_transit::InTransit;
 use super::storage::id;
@@ -23,12 +25,21 @@ pub(super) struct Tags<'s> {
     pub(super) in_transit: &'s mut [Tag],
     pub(super) start: Option<Instant>,
     pub(super) idle: Idle,
+    #[cfg(feature = "transients")]
+    pub(super) horizon: Horizon,
 }
 
 impl<'s> Tags<'s> {
     /// Returns the state before the start.
     pub(super) fn new(graph: Graph<'s>, in_transit: &'s mut [Tag]) -> Self {
-        Self { graph, in_transit, start: None, idle: Idle::default() }
+        Self {
+            graph,
+            in_transit,
+            start: None,
+            idle: Idle::default(),
+            #[cfg(feature = "transients")]
+            horizon: Horizon::default(),
+        }
     }
 
     /// Returns the number of federates.
@@ -89,6 +100,10 @@ impl<'s> Tags<'s> {
 
     /// Returns whether no federate has a next event. Looks at every federate once.
     fn is_idle(&self) -> bool {
+        #[cfg(feature = "transients")]
+        if self.expects_transients() {
+            return false;
+        }
         let none = |node: &Node| node.tags.departed || node.next_event == Tag::FOREVER;
         self.start.is_some() && self.graph.nodes.iter().all(none)
     }
@@ -112,10 +127,15 @@ impl<'s> Tags<'s> {
         is_awaited
     }
 
+    /// Returns whether `other` is connected into `federate`.
+    pub(super) fn is_upstream(&self, federate: usize, other: usize) -> bool {
+        let mut upstreams = (0..self.graph.upstreams(federate)).map(|index| self.graph.upstream(federate, index).0);
+        upstreams.any(|upstream| upstream == other)
+    }
+
     /// Returns whether `other` was connected into `federate` and has left.
     pub(super) fn is_upstream_left(&self, federate: usize, other: usize) -> bool {
-        let mut upstreams = (0..self.graph.upstreams(federate)).map(|index| self.graph.upstream(federate, index).0);
-        self.state(other).departed && upstreams.any(|upstream| upstream == other)
+        self.state(other).departed && self.is_upstream(federate, other)
     }
 
     /// Handles that all have left.

@@ -23,6 +23,8 @@ impl Rti<'_> {
     pub fn poll_timeout(&self) -> Deadline {
         let ends = self.members.earliest_deadline().min(self.tags.idle.deadline());
         let ends = ends.min(self.stop.deadline().into()).min(self.barrier.deadline().into());
+        #[cfg(feature = "transients")]
+        let ends = ends.min(self.tags.horizon.deadline());
         ends.min(self.watch_deadline())
     }
 
@@ -30,6 +32,7 @@ impl Rti<'_> {
     /// start whose missing federates have not come in time. Looks at every connection and every federate once.
     #[outlined]
     pub fn handle_timeout(&mut self, now: Instant, outlet: &mut impl Outlet) {
+        self.set_now(now);
         if self.members.earliest_deadline().is_due(now) {
             for index in 0..self.members.connections.len() {
                 if self.members.connections[index].deadline.is_some_and(|deadline| deadline <= now) {
@@ -40,7 +43,7 @@ impl Rti<'_> {
         if self.stop.deadline().is_some_and(|deadline| deadline <= now) {
             self.stop.give_up();
             for federate in 0..self.members.slots.len() {
-                if !self.members.slots[federate].stop_agreed {
+                if self.members.running(federate).is_some() && !self.members.slots[federate].stop_agreed {
                     self.expel(federate, Cause::NoStopReply, outlet);
                 }
             }
@@ -50,6 +53,10 @@ impl Rti<'_> {
             self.abort(outlet);
         }
         self.limit_start(now);
+        #[cfg(feature = "transients")]
+        if self.tags.horizon.take_due() {
+            self.advance_all(outlet);
+        }
         if self.watch_deadline().is_due(now) {
             self.check(now, outlet);
         }

@@ -127,7 +127,7 @@ fn report_waits(
     let Some(start) = tags.start else { return };
     let stops = stop.is_requested();
     for federate in 0..members.slots.len() {
-        let is_there = members.connection_of(federate).is_some();
+        let is_there = members.running(federate).is_some();
         let waits_for_it = is_there && stop.awaits(&members.slots[federate]);
         let awaited = tags.awaited(federate).filter(|_| is_there && !stops);
         // The time of a stop is the one at which it was first seen.

@@ -26,12 +26,16 @@ pub fn log_rti_event(event: RtiEvent<'_>) {
         | RtiEvent::UnknownType { .. }
         | RtiEvent::InTransitFull(_) => Level::Warn,
         RtiEvent::Dropped { .. } => Level::Debug,
+        #[cfg(feature = "transients")]
+        RtiEvent::Missed { .. } => Level::Debug,
         RtiEvent::Joined(_)
         | RtiEvent::Waits(Waits::Start { .. } | Waits::StartFor { .. } | Waits::StartForMore(_))
         | RtiEvent::Started(_)
         | RtiEvent::Resigned(_)
         | RtiEvent::StopRequested(_)
         | RtiEvent::StopGranted(_) => Level::Info,
+        #[cfg(feature = "transients")]
+        RtiEvent::Begins { .. } | RtiEvent::Replaced(_) => Level::Info,
     };
     report(level, &event);
 }

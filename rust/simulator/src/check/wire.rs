@@ -145,13 +145,13 @@ impl Watch {
         let bytes = std::mem::take(if direction == 0 { &mut tap.to_rti } else { &mut tap.from_rti });
         let end = if direction == 0 { tap.read } else { bytes.len() };
         let mut query_end = if direction == 0 { std::mem::take(&mut tap.query_end) } else { QueryEnd::NONE };
-        let mut at = query_end.take(&bytes[..end]);
+        let mut at = usize::from(query_end.take(&bytes[..end]).is_some());
         while at < end {
             match decode(&bytes[at..end], &Limits::NONE) {
                 Ok(Decoded::Complete { message, len }) => {
                     at += len;
                     query_end.follow(&message);
-                    at += query_end.take(&bytes[at..end]);
+                    at += usize::from(query_end.take(&bytes[at..end]).is_some());
                     self.counts.messages += 1;
                     self.counts.centralized += u64::from(is_centralized(&message));
                     if self.prints {

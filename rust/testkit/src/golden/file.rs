@@ -15,18 +15,21 @@ pub fn directory() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("../../tests/golden")
 }
 
-/// Loads one recording of this repository by its name, for example `01-handshake`.
+/// The folders of recordings, and what their names begin with: of LF 0.12 and 0.13.
+const FOLDERS: [&str; 2] = ["", "0.13/"];
+
+/// Loads one recording of this repository by its name, for example `01-handshake`, or `0.13/06-joins-late`.
 ///
 /// # Errors
 /// [`GoldenError`] if there is none, or if it is not in the format that the README beside it describes.
 pub fn load(name: &str) -> Result<Recording, GoldenError> {
-    let path = directory().join(name).with_extension("json");
+    let path = directory().join(format!("{name}.json"));
     let text = fs::read_to_string(&path).map_err(|error| GoldenError::new(&path.to_string_lossy(), error))?;
     let recording = parse(&text).map_err(|reason| GoldenError::new(name, reason))?;
-    if recording.name != name {
+    if name.rsplit('/').next() != Some(&recording.name) {
         return Err(GoldenError::new(name, format!("calls itself `{}`", recording.name)));
     }
-    Ok(recording)
+    Ok(Recording { name: name.to_owned(), ..recording })
 }
 
 /// Loads all recordings of this repository, in the order of their names.
@@ -34,13 +37,15 @@ pub fn load(name: &str) -> Result<Recording, GoldenError> {
 /// # Errors
 /// [`GoldenError`] if the folder cannot be read, or as [`load`].
 pub fn load_all() -> Result<Vec<Recording>, GoldenError> {
-    let directory = directory();
-    let failed = |error: std::io::Error| GoldenError::new(&directory.to_string_lossy(), error);
     let mut names = Vec::new();
-    for entry in fs::read_dir(&directory).map_err(failed)? {
-        let path = entry.map_err(failed)?.path();
-        if path.extension().is_some_and(|extension| extension == "json") {
-            names.extend(path.file_stem().map(|stem| stem.to_string_lossy().into_owned()));
+    for folder in FOLDERS {
+        let directory = directory().join(folder);
+        let failed = |error: std::io::Error| GoldenError::new(&directory.to_string_lossy(), error);
+        for entry in fs::read_dir(&directory).map_err(failed)? {
+            let path = entry.map_err(failed)?.path();
+            if path.extension().is_some_and(|extension| extension == "json") {
+                names.extend(path.file_stem().map(|stem| format!("{folder}{}", stem.to_string_lossy())));
+            }
         }
     }
     names.sort();
@@ -164,12 +169,14 @@ struct RawStep {
     closed_by_rti: Option<u16>,
     closed_by_federate: Option<u16>,
     silence: Option<Vec<u16>>,
+    until: Option<i64>,
     udp_bind: Option<u16>,
     udp_send: Option<u16>,
     udp_recv: Option<u16>,
     hex: Option<String>,
     fill: Option<RawFill>,
     tag: Option<(i64, u32)>,
+    time: Option<i64>,
     from_port: Option<u16>,
     msg: Option<String>,
     note: Option<String>,
@@ -186,6 +193,7 @@ impl RawStep {
         number(self.closed_by_federate.take(), Step::ClosedByPeer);
         number(self.udp_bind.take(), Step::UdpBind);
         found.extend(self.silence.take().map(Step::Silence));
+        found.extend(self.until.take().map(Step::Until));
         if let Some(connection) = self.send.take() {
             found.push(Step::Send(self.frame(connection, true)?));
         }
@@ -204,6 +212,7 @@ impl RawStep {
             ("hex", self.hex.is_some()),
             ("fill", self.fill.is_some()),
             ("tag", self.tag.is_some()),
+            ("time", self.time.is_some()),
             ("from_port", self.from_port.is_some()),
             ("msg", self.msg.is_some()),
         ];
@@ -220,8 +229,11 @@ impl RawStep {
         let text = self.hex.take().ok_or("`hex` is missing")?;
         let bytes: Mask = text.parse().map_err(|error| format!("`hex`: {error}"))?;
         let message = self.msg.take().ok_or("`msg` is missing")?;
-        let tag = self.tag.take().map(|(time_ns, microstep)| RelativeTag { time_ns, microstep });
-        if tag.is_some() && bytes.masked_len() != Fill::TagTime.bytes() {
+        let tag = self.tag.take().or(self.time.take().map(|time_ns| (time_ns, 0)));
+        let tag = tag.map(|(time_ns, microstep)| RelativeTag { time_ns, microstep });
+        // The start time stands before an effective start.
+        let masked: &[usize] = if sent { &[8] } else { &[8, 16] };
+        if tag.is_some() && !masked.contains(&bytes.masked_len()) {
             return Err("`tag` stands for the 8 bytes of a time, but another number of bytes is masked".into());
         }
         let written = self.fill.take().map(Fill::from);

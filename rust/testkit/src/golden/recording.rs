@@ -116,6 +116,8 @@ pub enum Step {
     ClosedByPeer(u16),
     /// No bytes arrived on these connections after the last action.
     Silence(Vec<u16>),
+    /// The tester waits until its clock shows this many nanoseconds after the start time.
+    Until(i64),
     /// The tester opens a UDP socket for this federate.
     UdpBind(u16),
     /// The tester sends this datagram.
@@ -138,7 +140,8 @@ pub struct Frame {
     pub bytes: Mask,
     /// The content for the masked bytes; only in frames that the tester sends, and there whenever a byte is masked.
     pub fill: Option<Fill>,
-    /// The tag of a message whose time is masked because the start time varies.
+    /// The tag of a message whose time is masked because the start time varies. The start time itself is masked in
+    /// front of an effective start.
     pub tag: Option<RelativeTag>,
     /// A description of the message for readers.
     pub message: String,

@@ -52,6 +52,15 @@ pub trait Rti {
     /// If the connection cannot be read.
     fn receive(&mut self, connection: u16, bytes: usize, end: bool) -> Result<Received, Self::Error>;
 
+    /// Returns the time of the tester's clock, in nanoseconds.
+    fn now(&mut self) -> i64;
+
+    /// Waits until the tester's clock shows this time, in nanoseconds.
+    ///
+    /// # Errors
+    /// If this tester does not wait.
+    fn wait_until(&mut self, time_ns: i64) -> Result<(), Self::Error>;
+
     /// Opens a UDP port for a federate; returns its number.
     ///
     /// # Errors
@@ -95,7 +104,8 @@ impl std::error::Error for Difference {}
 /// # Errors
 /// Returns the first [`Difference`], or the reason that prevented the replay.
 pub fn replay<R: Rti>(recording: &Recording, rti: &mut R) -> Result<(), Difference> {
-    let mut replay = Replay { rti, open: BTreeSet::new(), varying: BTreeMap::new(), ports: BTreeMap::new() };
+    let mut replay =
+        Replay { rti, open: BTreeSet::new(), varying: BTreeMap::new(), ports: BTreeMap::new(), start: None };
     let fail = |step: usize, reason: String| Difference { recording: recording.name.clone(), step, reason };
     if !matches!(recording.role, Role::Rti(_)) {
         return Err(fail(0, "this is not the recording of an RTI".into()));
@@ -155,6 +165,8 @@ struct Replay<'r, R> {
     varying: BTreeMap<u16, Vec<u8>>,
     /// The UDP ports of the federates.
     ports: BTreeMap<u16, u16>,
+    /// The start time, once it is known, if it varies.
+    start: Option<i64>,
 }
 
 impl<R: Rti> Replay<'_, R> {
@@ -172,6 +184,10 @@ impl<R: Rti> Replay<'_, R> {
                 self.open.remove(connection);
                 self.rti.close(*connection)
             }
+            Step::Until(after_start) => {
+                let start = self.start.ok_or("the start time is not known")?;
+                self.rti.wait_until(start + after_start)
+            }
             Step::UdpBind(federate) => self.rti.bind(*federate).map(|port| {
                 self.ports.insert(*federate, port);
             }),
@@ -186,7 +202,7 @@ impl<R: Rti> Replay<'_, R> {
 
     /// Returns the bytes to send, with the proof of a federate that authenticates: over the type of its message and the
     /// RTI's nonce.
-    fn filled(&self, frame: &Frame) -> Result<Vec<u8>, String> {
+    fn filled(&mut self, frame: &Frame) -> Result<Vec<u8>, String> {
         match &frame.fill {
             None => frame.bytes.exact().ok_or_else(|| "nothing says how to fill the masked bytes".to_owned()),
             Some(Fill::Hmac { key }) => {
@@ -198,6 +214,12 @@ impl<R: Rti> Replay<'_, R> {
             Some(Fill::UdpPort) => {
                 let port = self.ports.get(&frame.connection).ok_or("no UDP port is open")?;
                 Ok(frame.bytes.fill_with(port.to_le_bytes()))
+            }
+            Some(Fill::PhysicalTime) => Ok(frame.bytes.fill_with(self.rti.now().to_le_bytes())),
+            Some(Fill::TagTime) => {
+                let tag = frame.tag.ok_or("no tag is there")?;
+                let start = self.start.ok_or("the start time is not known")?;
+                Ok(frame.bytes.fill_with((start + tag.time_ns).to_le_bytes()))
             }
             Some(other) => Err(format!("this replay cannot fill in {other:?}")),
         }
@@ -224,6 +246,15 @@ impl<R: Rti> Replay<'_, R> {
         Ok(())
     }
 
+    /// Checks the time of a tag, where the start time varies; the first one shows the start time.
+    fn check_time(&mut self, frame: &Frame, varying: &[u8]) -> Result<(), String> {
+        let (Some(tag), Some((_, last))) = (frame.tag, varying.split_last_chunk()) else { return Ok(()) };
+        let found = i64::from_le_bytes(*last);
+        let expected = *self.start.get_or_insert(found - tag.time_ns) + tag.time_ns;
+        let text = || format!("{} should have the time {expected}, but has {found}", frame.message);
+        if found == expected { Ok(()) } else { Err(text()) }
+    }
+
     fn check(&mut self, connection: u16, expected: &[&Step]) -> Result<(), String> {
         let frames: Vec<&Frame> = expected.iter().filter_map(|step| frame(step)).collect();
         let len = frames.iter().map(|frame| frame.bytes.len()).sum();
@@ -239,6 +270,7 @@ impl<R: Rti> Replay<'_, R> {
                 return Err(format!("connection {connection} should get {message} ({bytes}), but got {found:?}"));
             }
             if let Some(varying) = frame.bytes.extract(found).filter(|varying| !varying.is_empty()) {
+                self.check_time(frame, &varying).map_err(|reason| format!("connection {connection}: {reason}"))?;
                 self.varying.insert(connection, varying);
             }
             rest = after;

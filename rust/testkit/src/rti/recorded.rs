@@ -8,11 +8,14 @@ use std::net::Ipv4Addr;
 use lf_coordination::auth::AUTHENTICATOR;
 use lf_coordination::rti::{ClockSync, Config, ConnectionId, Datagram};
 use lf_coordination::{Deadline, Endpoint, clock_sync};
-use lf_model::time::Interval;
+use lf_model::time::{Instant, Interval};
 
 use super::{Rig, Sizes};
 use crate::golden::RtiSetup;
 use crate::golden::replay::{self, Received};
+
+/// The time at which a replay begins.
+const NOW: Instant = Instant::from_nanos(1_700_000_000_000_000_000);
 
 /// The RTI of a recording.
 pub struct Recorded {
@@ -30,6 +33,8 @@ impl Recorded {
         let federates = usize::from(setup.federates);
         let mut rig = Rig::new(config(setup), Sizes::ample(federates));
         rig.piece = piece;
+        // The tags of most recordings are long past, so that nothing waits for the clock.
+        rig.now = NOW;
         Self { rig, connections: BTreeMap::new(), datagrams: Vec::new() }
     }
 
@@ -54,6 +59,22 @@ impl replay::Rti for Recorded {
 
     fn close(&mut self, connection: u16) -> Result<(), Infallible> {
         self.rig.close(self.connections[&connection]);
+        Ok(())
+    }
+
+    fn now(&mut self) -> i64 {
+        self.rig.now.as_nanos()
+    }
+
+    fn wait_until(&mut self, time_ns: i64) -> Result<(), Infallible> {
+        let until = Instant::from_nanos(time_ns);
+        while let Deadline::At(time) = self.rig.rti.poll_timeout()
+            && time <= until
+        {
+            self.rig.now = self.rig.now.max(time);
+            self.rig.rti.handle_timeout(self.rig.now, &mut self.rig.outlet);
+        }
+        self.rig.now = self.rig.now.max(until);
         Ok(())
     }
 
@@ -97,6 +118,7 @@ impl replay::Rti for Recorded {
 /// If it does not support an option.
 pub fn config(setup: &RtiSetup) -> Config<'static> {
     let mut config = Config::new(setup.federation_id.clone().leak().as_bytes(), 1 << 16);
+    config.transients = setup.transient_federates;
     let mut options = setup.options.iter().map(String::as_str);
     while let Some(option) = options.next() {
         match (option, &mut config.clock_sync) {

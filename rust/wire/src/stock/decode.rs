@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Bytes to messages.
 
+#[cfg(feature = "transients")]
+use super::layouts::byte;
 use super::layouts::{DOWNSTREAM_BYTES, UPSTREAM_BYTES, fixed_bytes, message_type};
 use crate::bytes::{Reader, Short};
 use crate::{
@@ -41,17 +43,40 @@ pub fn decode_expected<'a>(
     }
 }
 
+/// Decodes the message at the beginning of `bytes`, which the RTI has sent to a transient federate: TIMESTAMP has its
+/// long form there.
+///
+/// # Errors
+/// Those of [`decode_expected`].
+#[cfg(feature = "transients")]
+pub fn decode_to_transient<'a>(
+    bytes: &'a [u8],
+    limits: &Limits,
+    expects: impl Fn(MessageType) -> bool,
+) -> Result<Decoded<'a>, DecodeError> {
+    let message_type = MessageType::Timestamp;
+    if bytes.first() != Some(&byte(message_type)) || !expects(message_type) {
+        return decode_expected(bytes, limits, expects);
+    }
+    let mut reader = Reader::new(bytes);
+    if let Err(Short { need }) = reader.require(fixed_bytes(message_type) + Tag::BYTES) {
+        return Ok(Decoded::Incomplete { need, message_type: Some(message_type) });
+    }
+    reader.u8();
+    let message = Message::EffectiveStart { start: reader.i64(), tag: reader.tag() };
+    Ok(Decoded::Complete { message, len: reader.at() })
+}
+
 /// Returns the tag of the message at the beginning of `bytes`, if it has a tag and a payload, and everything but the
 /// payload is there.
 pub fn tag_in_header(bytes: &[u8]) -> Option<Tag> {
-    const TAG_BYTES: usize = 12;
     let message_type = message_type(*bytes.first()?)?;
     if !matches!(message_type, MessageType::TaggedMessage | MessageType::P2pTaggedMessage) {
         return None;
     }
     // The tag is the last of the header's fields.
     let header = bytes.get(..fixed_bytes(message_type))?;
-    Some(Reader::new(header.get(header.len() - TAG_BYTES..)?).tag())
+    Some(Reader::new(header.get(header.len() - Tag::BYTES..)?).tag())
 }
 
 /// Returns the destination of the message at the beginning of `bytes`, if it has a payload, and its header is there:
@@ -153,6 +178,20 @@ impl<'a> Fields<'a, '_> {
             }
             MessageType::UpstreamDisconnected if expects(MessageType::UpstreamDisconnected) => {
                 Message::UpstreamDisconnected { federate: reader.u16() }
+            }
+            #[cfg(feature = "transients")]
+            MessageType::UpstreamConnected if expects(MessageType::UpstreamConnected) => {
+                Message::UpstreamConnected { federate: reader.u16() }
+            }
+            #[cfg(feature = "transients")]
+            MessageType::Stop if expects(MessageType::Stop) => Message::Stop,
+            #[cfg(feature = "transients")]
+            MessageType::OutboundConnected if expects(MessageType::OutboundConnected) => {
+                Message::OutboundConnected { federate: reader.u16() }
+            }
+            #[cfg(feature = "transients")]
+            MessageType::OutboundDisconnected if expects(MessageType::OutboundDisconnected) => {
+                Message::OutboundDisconnected { federate: reader.u16() }
             }
             MessageType::UdpPort if expects(MessageType::UdpPort) => Message::UdpPort(reader.u16()),
             MessageType::Ack if expects(MessageType::Ack) => Message::Ack,

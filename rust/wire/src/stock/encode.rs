@@ -32,6 +32,8 @@ pub(crate) fn encoded_len(message: &Message<'_>) -> usize {
         | Message::P2pMessage { payload: bytes, .. }
         | Message::P2pTaggedMessage { payload: bytes, .. } => bytes.len(),
         Message::NeighborStructure(neighbors) => neighbors.entries_bytes(),
+        #[cfg(feature = "transients")]
+        Message::EffectiveStart { .. } => Tag::BYTES,
         _ => 0,
     };
     fixed_bytes(message.message_type()).saturating_add(variable)
@@ -100,7 +102,16 @@ impl Message<'_> {
             | Self::StopGranted(tag)
             | Self::DownstreamNextEventTag(tag) => writer.tag(*tag),
             Self::Timestamp(time) | Self::T1(time) | Self::T4(time) | Self::CodedProbe(time) => writer.i64(*time),
+            #[cfg(feature = "transients")]
+            Self::EffectiveStart { start, tag } => {
+                writer.i64(*start);
+                writer.tag(*tag);
+            }
             Self::T3 { federate } | Self::UpstreamDisconnected { federate } => writer.u16(*federate),
+            #[cfg(feature = "transients")]
+            Self::UpstreamConnected { federate }
+            | Self::OutboundConnected { federate }
+            | Self::OutboundDisconnected { federate } => writer.u16(*federate),
             Self::AddressQueryReply { port, address } => {
                 writer.i32(*port);
                 writer.put(address);
@@ -129,6 +140,8 @@ impl Message<'_> {
             Self::FedResponse { hmac } => writer.put(hmac),
             Self::UdpPort(port) => writer.u16(*port),
             Self::Resign | Self::Failed | Self::Ack => {}
+            #[cfg(feature = "transients")]
+            Self::Stop => {}
         }
     }
 }

@@ -58,7 +58,15 @@ layouts! {
     NeighborStructure = 24, 9;
     Failed = 25, 1;
     DownstreamNextEventTag = 26, 13;
+    #[cfg(feature = "transients")]
+    UpstreamConnected = 27, 3;
     UpstreamDisconnected = 28, 3;
+    #[cfg(feature = "transients")]
+    Stop = 29, 1;
+    #[cfg(feature = "transients")]
+    OutboundConnected = 30, 3;
+    #[cfg(feature = "transients")]
+    OutboundDisconnected = 31, 3;
     FedNonce = 100, 11;
     RtiResponse = 101, 41;
     FedResponse = 102, 33;
@@ -70,7 +78,7 @@ layouts! {
 }
 
 /// Returns the length of a message of a type in bytes, type byte included, without the parts that its lengths and
-/// counts announce, and without the byte that only some releases send.
+/// counts announce, and without the parts that only some releases send.
 #[lf_derive::outlined]
 pub(crate) const fn fixed_bytes(message_type: MessageType) -> usize {
     FIXED_BYTES[message_type as usize] as usize

@@ -1,11 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
-//! The dialect of LF's C runtime in the releases 0.12 and 0.13, between persistent federates.
+//! The dialect of LF's C runtime in the releases 0.12 and 0.13.
 //!
 //! Two messages differ between the two: in 0.13, ADDRESS_QUERY and P2P_SENDING_FED_ID have one byte more, which says
 //! whether the federate in the message is transient. The release of a peer is unknown before it has sent one of these,
 //! so both forms are accepted, and `is_transient` of the message, `None` for the form of 0.12, selects the form to
-//! write. The other messages of 0.13 are about transient federates. Of these only TRANSIENT_FED_IDS is here, since a
-//! persistent federate may send it too.
+//! write. The other messages of 0.13 are about transient federates. TRANSIENT_FED_IDS, which a persistent federate may
+//! send too, and UPSTREAM_DISCONNECTED are always here, the others with the feature `transients`: images without such
+//! federates do not carry them. To a transient federate, TIMESTAMP has a long form; the receiver knows that it is one,
+//! and nothing else tells the two forms apart.
 //!
 //! All integers are little-endian and packed. The one exception is the address in ADDRESS_QUERY_REPLY, which is in
 //! network order. Decoding a message needs neither its sender nor its time.
@@ -19,6 +21,8 @@ mod introduction;
 mod layouts;
 mod query_end;
 
+#[cfg(feature = "transients")]
+pub use decode::decode_to_transient;
 pub use decode::{decode, decode_expected, destination_in_header, message_bytes_max, tag_in_header};
 pub(crate) use encode::{PayloadHeader, encode, encoded_len};
 pub use introduction::IntroductionHeader;

@@ -10,24 +10,29 @@ use crate::bytes::Reader;
 /// No federate that has joined sends a message whose type byte could be taken for that byte, so the result is certain.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 pub struct QueryEnd {
-    /// Whether the last message was such a question, and nothing has followed it.
-    is_open: bool,
+    /// The federate in the last message, if that was such a question and nothing has followed it.
+    open: Option<u16>,
 }
 
 impl QueryEnd {
     /// The state of a stream before its first message.
-    pub const NONE: Self = Self { is_open: false };
+    pub const NONE: Self = Self { open: None };
 
     /// Records that a message has been taken from the stream.
     pub fn follow(&mut self, message: &Message<'_>) {
-        self.is_open = matches!(message, Message::AddressQuery { is_transient: None, .. });
+        self.open = match *message {
+            Message::AddressQuery { federate, is_transient: None } => Some(federate),
+            _ => None,
+        };
     }
 
-    /// Returns how many of the next bytes still belong to the message before: one or none.
-    pub fn take(&mut self, next: &[u8]) -> usize {
-        if next.is_empty() || !core::mem::take(&mut self.is_open) {
-            return 0;
+    /// Returns the federate in the question before, and whether it is transient, if the next byte still belongs to the
+    /// question and says so.
+    pub fn take(&mut self, next: &[u8]) -> Option<(u16, bool)> {
+        if next.is_empty() {
+            return None;
         }
-        usize::from(Reader::new(next).flag().is_some())
+        let federate = self.open.take()?;
+        Some((federate, Reader::new(next).flag()?))
     }
 }

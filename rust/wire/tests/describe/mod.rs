@@ -16,6 +16,7 @@ pub(crate) fn describe(message: &Message<'_>, start: i64) -> String {
             let kind = describe_kind(*kind == KIND_TRANSIENT);
             format!("{name} federate {federate}, {kind}, federation \"{}\"", String::from_utf8_lossy(federation_id))
         }
+        Message::EffectiveStart { start: time, tag: t } => format!("{name} {time}, effective start {}", tag(t)),
         Message::Timestamp(time) => format!("{name} {time}"),
         Message::TaggedMessage { port, federate, tag: t, payload }
         | Message::P2pTaggedMessage { port, federate, tag: t, payload } => {
@@ -37,7 +38,10 @@ pub(crate) fn describe(message: &Message<'_>, start: i64) -> String {
         }
         Message::AddressQuery { federate, .. }
         | Message::T3 { federate }
+        | Message::UpstreamConnected { federate }
         | Message::UpstreamDisconnected { federate }
+        | Message::OutboundConnected { federate }
+        | Message::OutboundDisconnected { federate }
         | Message::FedNonce { federate, .. } => {
             format!("{name} federate {federate}")
         }
@@ -59,6 +63,7 @@ pub(crate) fn describe(message: &Message<'_>, start: i64) -> String {
         },
         Message::Resign
         | Message::Failed
+        | Message::Stop
         | Message::Ack
         | Message::T1(_)
         | Message::T4(_)
@@ -73,7 +78,7 @@ fn describe_kind(is_transient: bool) -> &'static str {
 }
 
 fn describe_tag(tag: Tag, start: i64) -> String {
-    if tag == Tag::FOREVER {
+    if tag.time == Tag::FOREVER.time {
         return format!("(FOREVER, {})", tag.microstep);
     }
     format!("(start+{}, {})", tag.time.wrapping_sub(start), tag.microstep)
@@ -98,7 +103,7 @@ fn describe_code(code: RejectCode) -> &'static str {
         RejectCode::WrongServer => "WRONG_SERVER",
         RejectCode::HmacMismatch => "HMAC_DOES_NOT_MATCH",
         RejectCode::NotInAuthenticationMode => "RTI_NOT_EXECUTED_WITH_AUTH",
-        RejectCode::JoinsTooLate => "joining too late",
+        RejectCode::JoinsTooLate => "8 (joining too late)",
         RejectCode::Other(_) => "unknown",
     }
 }

@@ -32,9 +32,6 @@ const TRACE_FILE: &str = "rti.lft";
 /// The warning about `-a` without `-i`.
 const PUBLIC_KEY: &str =
     "-a, --auth: the federation id is the key, and everybody knows the default one; choose another with -i";
-/// The answer to `-nt`, which launch scripts of lfc 0.14 and later have.
-const TRANSIENT: &str = "-nt, --number_of_transient_federates: transient federates, which join and leave a running \
-    federation, are not supported; take `@transient` away from the program, or run it with LF's own RTI";
 /// The answer to `-tls`.
 const TLS: &str = "-tls, --tls: encrypted connections (TLS) are not supported; take `comm-type: TLS` away from the \
     program, and let the federation talk over a network that only its computers reach, such as a VPN";
@@ -51,8 +48,10 @@ pub struct RtiArgs {
     #[arg(short = 'n', long = "number_of_federates", alias = "number-of-federates", value_name = "N")]
     #[arg(required_unless_present = "version", value_parser = federates())]
     federates: Option<u16>,
-    /// The number of transient federates.
-    #[arg(long = "number_of_transient_federates", hide = true, value_name = "N", default_value_t = 0)]
+    /// The number of transient federates among them (-nt), which may come and go while the federation runs. It lasts
+    /// as long as the others.
+    #[arg(long = "number_of_transient_federates", alias = "number-of-transient-federates", value_name = "N")]
+    #[arg(default_value_t = 0)]
     transient_federates: u16,
     /// The id of the federation that this RTI coordinates; federates with another one are rejected.
     #[arg(short = 'i', long = "id", value_name = "ID", value_parser = federation_id)]
@@ -130,6 +129,14 @@ impl RtiArgs {
     /// Returns a sentence for the user that names the option.
     pub fn options(&self, warnings: &mut Vec<String>) -> Result<Options, String> {
         self.refuse_what_is_missing()?;
+        let federates = self.federates.ok_or("-n, --number_of_federates is missing")?;
+        if self.transient_federates >= federates {
+            return Err(format!(
+                "-nt, --number_of_transient_federates: {} of {federates} federates are transient; at least one has to \
+                 be there from the start to the end, because the federation lasts as long as that one",
+                self.transient_federates
+            ));
+        }
         if self.auth && self.id == FEDERATION_ID_DEFAULT {
             warnings.push(PUBLIC_KEY.to_owned());
         }
@@ -140,7 +147,8 @@ impl RtiArgs {
             None => None,
         };
         Ok(Options {
-            federates: self.federates.ok_or("-n, --number_of_federates is missing")?,
+            federates,
+            transients: self.transient_federates,
             federation_id: self.id.clone(),
             authentication: self.auth,
             port: self.port,
@@ -163,7 +171,7 @@ impl RtiArgs {
 impl RtiArgs {
     /// Refuses options of the stock RTI that ours does not support.
     fn refuse_what_is_missing(&self) -> Result<(), String> {
-        let refused = [(self.transient_federates > 0, TRANSIENT), (self.tls.is_some(), TLS), (self.sst.is_some(), SST)];
+        let refused = [(self.tls.is_some(), TLS), (self.sst.is_some(), SST)];
         refused.iter().find(|(is_asked, _)| *is_asked).map_or(Ok(()), |(_, why)| Err((*why).to_owned()))
     }
 

@@ -48,6 +48,7 @@ fn the_stock_rtis_options_in_its_order_are_understood() {
     assert_eq!(options.federates, 3);
     assert_eq!(options.clock_sync, ClockSync::Init { trials: 3 });
     assert_eq!(options.start_time_multiple, Some(Interval::from_secs(7)));
+    assert_eq!(options.transients, 0);
     assert!(!options.dnet && options.authentication);
 }
 
@@ -60,7 +61,7 @@ fn wrong_values_are_named() {
         (&["-n", "2", "-i", ""], "at least one character"),
         (&["-i", "-n", "2"], "a value is required for '--id <ID>'"),
         (&["-n", "2", "-m", "-7", "s"], "`-7` is no number"),
-        (&["-n", "2", "-nt", "1"], "transient federates"),
+        (&["-n", "2", "-nt", "2"], "2 of 2 federates are transient"),
         (&["-n", "2", "-nt", "some"], "some"),
         (&["-n", "2", "-x"], "-x"),
         (&["-n", "2", "stray"], "stray"),

@@ -1,0 +1,219 @@
+// SPDX-License-Identifier: Apache-2.0
+//! Federates that come, go and are swapped, where no recording shows it.
+
+use lf_coordination::Deadline;
+use lf_coordination::rti::{Config, ConnectionId, Outcome, Rti, SetupError, Status};
+use lf_model::time::{Instant, Interval};
+use lf_testkit::rti::dialogue::{FEDERATION, START, at, config, hello, message, read, wait};
+use lf_testkit::rti::{Rig, Sizes};
+use lf_wire::{
+    DELAY_NONE, Decoded, KIND_TRANSIENT, Limits, Message, NeighborStructure, Tag, UDP_PORT_CLOCK_SYNC_OFF,
+    decode_to_transient,
+};
+
+/// A time of the RTI's clock after all tags of these dialogues.
+const LATE: Instant = Instant::from_nanos(1_000_000 * START);
+
+fn rig(federates: usize, transients: u16, now: Instant) -> Rig {
+    let mut rig = Rig::new(Config { transients, ..config() }, Sizes::ample(federates));
+    rig.now = now;
+    rig
+}
+
+/// Takes the messages to a transient federate, as text.
+fn heard(rig: &mut Rig, connection: ConnectionId) -> Vec<String> {
+    let bytes = rig.take(connection, usize::MAX);
+    let (mut rest, mut messages) = (&bytes[..], Vec::new());
+    while let Ok(Decoded::Complete { message, len }) = decode_to_transient(rest, &Limits::NONE, |_| true) {
+        messages.push(match message {
+            Message::EffectiveStart { start: START, tag } => format!("start {} {}", tag.time - START, tag.microstep),
+            Message::TagGrant(tag) => format!("TAG {}", tag.time - START),
+            Message::Reject(code) => format!("REJECT {}", code.byte()),
+            other => other.name().to_owned(),
+        });
+        rest = &rest[len..];
+    }
+    assert!(rest.is_empty());
+    messages
+}
+
+/// Connects an instance of a transient federate, up to the last message of its handshake.
+fn introduce(rig: &mut Rig, federate: u16, upstream: &[(u16, i64)]) -> ConnectionId {
+    let connection = rig.connect();
+    let ids = Message::TransientFedIds { federate, kind: KIND_TRANSIENT, federation_id: FEDERATION };
+    rig.message(connection, &ids);
+    if rig.outlet.list[connection.0].open {
+        rig.message(connection, &Message::NeighborStructure(NeighborStructure::new(upstream, &[])));
+    }
+    if rig.outlet.list[connection.0].open {
+        rig.message(connection, &Message::UdpPort(UDP_PORT_CLOCK_SYNC_OFF));
+    }
+    connection
+}
+
+/// Starts 0 → 1 (transient) → 2 with all but 1, which joins at the start.
+fn chain() -> (Rig, [ConnectionId; 3]) {
+    let mut rig = rig(3, 1, LATE);
+    let (first, last) = (hello(&mut rig, 0, &[]), hello(&mut rig, 2, &[(1, DELAY_NONE)]));
+    for connection in [first, last] {
+        rig.message(connection, &Message::Timestamp(0));
+    }
+    assert_eq!([first, last].map(|connection| read(&mut rig, connection)), [["TIMESTAMP"]; 2]);
+    let middle = introduce(&mut rig, 1, &[(0, DELAY_NONE)]);
+    rig.message(middle, &Message::Timestamp(START));
+    assert_eq!(heard(&mut rig, middle), ["ACK", "start 0 0"]);
+    assert_eq!(read(&mut rig, last), ["UPSTREAM_CONNECTED"]);
+    (rig, [first, middle, last])
+}
+
+#[test]
+fn an_instance_that_does_not_make_way_is_expelled() {
+    let (mut rig, [first, old, _]) = chain();
+    let new = introduce(&mut rig, 1, &[(0, DELAY_NONE)]);
+    assert_eq!((heard(&mut rig, new), heard(&mut rig, old)), (vec!["ACK".into()], vec!["STOP".into()]));
+    // Its clock waits, and messages go to the instance that runs.
+    rig.message(new, &Message::Timestamp(START + 9));
+    rig.message(first, &message(1, 5, b"x"));
+    assert_eq!((heard(&mut rig, new), heard(&mut rig, old)), (vec![], vec!["TAGGED_MESSAGE".into()]));
+    // A third one is in the way of both.
+    let third = introduce(&mut rig, 1, &[(0, DELAY_NONE)]);
+    assert_eq!(heard(&mut rig, third), ["REJECT 2"]);
+    assert_eq!(rig.rti.poll_timeout(), Deadline::At(rig.now + Interval::from_secs(30)));
+    wait(&mut rig, Interval::from_secs(30));
+    assert_eq!(heard(&mut rig, old), ["FAILED"]);
+    rig.pump(new);
+    assert_eq!(heard(&mut rig, new), ["start 9 0"], "after the message that the other one has not completed");
+    for connection in [first, new] {
+        rig.message(connection, &Message::Resign);
+    }
+    assert_eq!(rig.rti.status(), Status::Running);
+}
+
+#[test]
+fn a_successor_that_vanishes_leaves_the_place_to_the_next_one() {
+    let (mut rig, [_, old, last]) = chain();
+    let new = introduce(&mut rig, 1, &[(0, DELAY_NONE)]);
+    rig.close(new);
+    rig.message(old, &Message::Resign);
+    assert_eq!(heard(&mut rig, old), ["STOP"]);
+    assert_eq!(read(&mut rig, last), ["UPSTREAM_DISCONNECTED"]);
+    rig.close(old);
+    let next = introduce(&mut rig, 1, &[(0, DELAY_NONE)]);
+    rig.message(next, &Message::Timestamp(START + 3));
+    assert_eq!(heard(&mut rig, next), ["ACK", "start 3 0"]);
+}
+
+#[test]
+fn a_second_instance_before_the_start_is_refused() {
+    let mut rig = rig(2, 1, LATE);
+    let one = introduce(&mut rig, 0, &[]);
+    let other = introduce(&mut rig, 0, &[]);
+    assert_eq!((heard(&mut rig, one), heard(&mut rig, other)), (vec!["ACK".into()], vec!["REJECT 2".into()]));
+}
+
+/// Neither the start nor the end of the federation waits for one that is not ready.
+#[test]
+fn who_is_silent_holds_nobody_up() {
+    let mut rig = rig(2, 1, LATE);
+    let silent = introduce(&mut rig, 0, &[]);
+    let stays = hello(&mut rig, 1, &[(0, DELAY_NONE)]);
+    rig.message(stays, &Message::Timestamp(0));
+    rig.message(stays, &Message::NextEventTag(at(7)));
+    assert_eq!(read(&mut rig, stays), ["TIMESTAMP", "TAG 7 0"]);
+    wait(&mut rig, Interval::from_secs(90));
+    assert_eq!(heard(&mut rig, silent), ["ACK", "FAILED"]);
+    rig.message(stays, &Message::Resign);
+    assert_eq!(rig.rti.status(), Status::Finished(Outcome::Complete));
+}
+
+#[test]
+fn a_federate_that_is_not_ready_cannot_act() {
+    let (mut rig, [_, old, last]) = chain();
+    rig.message(old, &Message::Resign);
+    rig.close(old);
+    let new = introduce(&mut rig, 1, &[(0, DELAY_NONE)]);
+    rig.message(new, &Message::NextEventTag(at(1)));
+    assert_eq!(heard(&mut rig, new), ["ACK", "FAILED"]);
+    // It has not taken part, so nobody is told.
+    assert_eq!(read(&mut rig, last), ["UPSTREAM_DISCONNECTED"]);
+}
+
+#[test]
+fn each_life_has_the_same_connections() {
+    let (mut rig, [_, old, _]) = chain();
+    let other = introduce(&mut rig, 1, &[(2, DELAY_NONE)]);
+    assert_eq!(heard(&mut rig, other), ["ACK", "REJECT 4"]);
+    assert!(rig.outlet.notices.last().is_some_and(|notice| notice.contains("its connections are not those")));
+    let twice = introduce(&mut rig, 1, &[(0, DELAY_NONE), (0, 5)]);
+    assert_eq!(heard(&mut rig, twice), ["ACK"], "the shorter of parallel connections counts");
+    assert_eq!(heard(&mut rig, old), ["STOP"]);
+}
+
+/// 0 (transient, absent) → 1 → 2: what comes from 0 can reach 2, so 2 must not be far ahead either.
+#[test]
+fn grants_behind_an_absent_federate_wait_for_the_clock() {
+    let now = Instant::from_nanos(START + 10);
+    let mut rig = rig(3, 1, now);
+    let [one, two] = [hello(&mut rig, 1, &[(0, DELAY_NONE)]), hello(&mut rig, 2, &[(1, DELAY_NONE)])];
+    for connection in [one, two] {
+        rig.message(connection, &Message::Timestamp(0));
+    }
+    rig.message(one, &Message::NextEventTag(at(5_000)));
+    rig.message(two, &Message::NextEventTag(at(1_000)));
+    assert_eq!([one, two].map(|connection| read(&mut rig, connection).len()), [1, 1], "the start time only");
+    assert_eq!(rig.rti.poll_timeout(), Deadline::At(Instant::from_nanos(START + 1_000)));
+    // Who comes now can take part from now on, and 2 goes on up to there.
+    let joined = introduce(&mut rig, 0, &[]);
+    rig.message(joined, &Message::Timestamp(START + 2_000));
+    assert_eq!(heard(&mut rig, joined), ["ACK", "start 2000 0"]);
+    assert_eq!(read(&mut rig, two), ["TAG 1999 4294967295"]);
+    assert_eq!(read(&mut rig, one), ["UPSTREAM_CONNECTED"]);
+    rig.message(joined, &Message::Resign);
+    assert_eq!(read(&mut rig, one), ["UPSTREAM_DISCONNECTED"]);
+    wait(&mut rig, Interval::from_nanos(4_990));
+    assert_eq!(read(&mut rig, one), ["TAG 5000 0"]);
+}
+
+#[test]
+fn who_joins_while_a_stop_is_asked_for_is_asked_too() {
+    let (mut rig, [first, old, last]) = chain();
+    rig.message(old, &Message::Resign);
+    rig.close(old);
+    read(&mut rig, last);
+    rig.message(first, &Message::StopRequest(at(50)));
+    let new = introduce(&mut rig, 1, &[(0, DELAY_NONE)]);
+    rig.message(new, &Message::Timestamp(START + 60));
+    assert_eq!(heard(&mut rig, new), ["ACK", "start 60 0", "STOP_REQUEST"]);
+    rig.message(last, &Message::StopReply(at(50)));
+    assert_eq!(rig.rti.stop_tag(), None);
+    rig.message(new, &Message::StopReply(Tag::new(START + 60, 1)));
+    assert_eq!(read(&mut rig, last), ["STOP_REQUEST", "UPSTREAM_CONNECTED", "STOP_GRANTED"]);
+}
+
+/// Those who do not read are told of each departure before the return.
+#[test]
+fn who_has_left_and_returned_has_left() {
+    let (mut rig, [_, old, last]) = chain();
+    // The message leaves no room for a notice.
+    rig.outlet.capacity = 22;
+    rig.message(old, &message(2, 1, b""));
+    rig.message(old, &Message::Resign);
+    rig.close(old);
+    let new = introduce(&mut rig, 1, &[(0, DELAY_NONE)]);
+    assert_eq!(heard(&mut rig, new), ["ACK"]);
+    rig.message(new, &Message::Timestamp(START + 9));
+    assert_eq!(heard(&mut rig, new), ["start 9 0"]);
+    let mut all = Vec::new();
+    while !rig.outlet.list[last.0].outgoing.is_empty() {
+        all.extend(read(&mut rig, last));
+    }
+    let notices: Vec<_> = all.iter().filter(|message| message.starts_with("UPSTREAM")).collect();
+    assert_eq!(notices, ["UPSTREAM_DISCONNECTED", "UPSTREAM_CONNECTED"]);
+}
+
+#[test]
+fn a_federation_of_transients_alone_is_refused() {
+    let mut memory = Sizes::ample(2).memory();
+    let rti = Rti::new(Config { transients: 2, ..config() }, memory.storage());
+    assert_eq!(rti.err(), Some(SetupError::Transients { transients: 2, federates: 2 }));
+}
