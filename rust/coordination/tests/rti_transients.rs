@@ -49,7 +49,7 @@ const ENDLESS: Message<'static> = Message::TagGrant(Tag::FOREVER);
 const TOO_LATE: Message<'static> = Message::Reject(RejectCode::JoinsTooLate);
 
 fn frame(connection: u16, message: &Message<'_>) -> Frame {
-    let hex = encoded(message).iter().map(|byte| format!("{byte:02x}")).collect::<String>();
+    let hex = encoded(message).iter().fold(String::new(), |text, byte| text + &format!("{byte:02x}"));
     let bytes = hex.parse().expect("it is hexadecimal");
     Frame { connection, bytes, fill: None, tag: None, message: message.name().to_owned(), note: None }
 }

@@ -25,6 +25,7 @@ impl Row {
 
 /// The state of one federate in the graph, and scratch space.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[allow(clippy::struct_excessive_bools, reason = "independent facts of a federate")]
 pub struct Node {
     /// Immediate upstream entries in use.
     pub(super) upstreams: usize,
@@ -184,7 +185,7 @@ impl<'s> Graph<'s> {
 
     /// Returns whether these are the upstream connections of `federate`.
     #[cfg(feature = "transients")]
-    pub(super) fn has_upstream(&self, federate: usize, list: WireUpstream<'_>) -> bool {
+    pub(super) fn has_upstream(&self, federate: usize, list: &WireUpstream<'_>) -> bool {
         let own = || (0..self.upstreams(federate)).map(|index| self.upstream(federate, index));
         let delay = |from: usize| {
             let parallel = list.clone().filter(|(upstream, _)| usize::from(*upstream) == from);

@@ -301,7 +301,7 @@ impl Handshake<'_, '_> {
         #[cfg(feature = "transients")]
         if self.members.slots[usize::from(federate)].life.has_neighbors {
             // Others rely on the connections, also while it is absent.
-            if !self.graph.has_upstream(federate.into(), neighbors.upstream()) {
+            if !self.graph.has_upstream(federate.into(), &neighbors.upstream()) {
                 return Err(Violation::OtherNeighbors.into());
             }
             self.members.connections[connection.0].phase = Phase::UdpPort;

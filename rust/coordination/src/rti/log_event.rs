@@ -369,17 +369,26 @@ impl fmt::Display for RtiEvent<'_> {
             }
             Self::StopGranted(tag) => say!(f, "the federation stops at {}", to_wire(tag)),
             #[cfg(feature = "transients")]
+            Self::Begins { .. } | Self::Replaced(_) | Self::Missed { .. } => self.write_transient(f),
+        }
+    }
+}
+
+#[cfg(feature = "transients")]
+impl RtiEvent<'_> {
+    /// Writes an event of a transient federate.
+    fn write_transient(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match *self {
             Self::Begins { federate, tag } => say!(f, "federate {federate} takes part from {} on", to_wire(tag)),
-            #[cfg(feature = "transients")]
             Self::Replaced(federate) => {
                 say!(f, "federate {federate} is told to stop, because another instance of it has come")
             }
-            #[cfg(feature = "transients")]
             Self::Missed { from, to, times } => say!(
                 f,
                 "a message from federate {from} was dropped, because federate {to} does not take part at its \
                  tag{times}"
             ),
+            _ => Ok(()),
         }
     }
 }

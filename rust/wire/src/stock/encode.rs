@@ -65,7 +65,6 @@ impl Message<'_> {
     /// Writes everything behind the type byte.
     fn write(&self, writer: &mut Writer<'_>, [length, second_length]: [u32; 2]) {
         match self {
-            Self::Reject(code) => writer.u8(code.byte()),
             Self::FedIds { federate, federation_id } => {
                 writer.u16(*federate);
                 write_id(writer, length, None, federation_id);
@@ -93,6 +92,15 @@ impl Message<'_> {
                 write_destination(writer, *port, *federate, length);
                 writer.put(payload);
             }
+            Self::NeighborStructure(neighbors) => write_neighbors(writer, [length, second_length], neighbors),
+            _ => self.write_fixed(writer),
+        }
+    }
+
+    /// Writes everything behind the type byte of a message that always has the same length.
+    fn write_fixed(&self, writer: &mut Writer<'_>) {
+        match self {
+            Self::Reject(code) => writer.u8(code.byte()),
             Self::NextEventTag(tag)
             | Self::TagGrant(tag)
             | Self::ProvisionalTagGrant(tag)
@@ -128,7 +136,6 @@ impl Message<'_> {
                 writer.u16(*federate);
                 writer.tag(*tag);
             }
-            Self::NeighborStructure(neighbors) => write_neighbors(writer, [length, second_length], neighbors),
             Self::FedNonce { federate, nonce } => {
                 writer.u16(*federate);
                 writer.put(nonce);
@@ -139,9 +146,8 @@ impl Message<'_> {
             }
             Self::FedResponse { hmac } => writer.put(hmac),
             Self::UdpPort(port) => writer.u16(*port),
-            Self::Resign | Self::Failed | Self::Ack => {}
-            #[cfg(feature = "transients")]
-            Self::Stop => {}
+            // The others have nothing there.
+            _ => {}
         }
     }
 }
