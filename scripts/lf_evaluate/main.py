@@ -30,6 +30,7 @@ PARTS: dict[str, tuple[Callable[[Setting], Finding], str]] = {
     "pins": (clocks.pins, "how far apart two participants toggle their pins, from a --recording"),
     "delay": (message.delay, "how long a message takes on Linux, beside a raw connection"),
     "rate": (message.rate, "how many messages get through in a second"),
+    "flow": (message.flow, "how many messages get through where no timer limits the senders"),
     "grid": (grid.grid, "how long the smart grid takes to react; takes minutes"),
     "after": (grid.after, "the smallest delay of the smart grid's connections; takes up to half an hour"),
     "drift": (clocks.drift, "a drifting clock, synchronized for ten minutes"),

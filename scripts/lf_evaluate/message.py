@@ -18,6 +18,10 @@ MESSAGES = 1000
 PERIOD_MS = 10
 # Periods in µs, and how many messages there are: as in the thesis, and ten times as many.
 RATES = ((100, 3000), (10, 30_000))
+# Pairs of a sender and a receiver, and how many messages each of them has.
+FLOW_PAIRS = (1, 8)
+FLOW_MESSAGES = 100_000
+FLOW_TARGETS = ("Rust", "C")
 # Virtual boards, by their names for people and for Zephyr.
 BOARDS = (("qemu_cortex_m3", "qemu_cortex_m3"), ("native_sim", "native_sim/native/64"))
 # Twenty times as many messages per second as between the boards of the thesis.
@@ -122,6 +126,59 @@ def rate_in(row: str, who: str, output: str) -> list[Measured]:
         raise no_result_in(output)
     received, per_second = map(float, found.groups())
     return [Measured(row, who, "messages/s", per_second), Measured(row, who, "received", received)]
+
+
+def flow(setting: Setting) -> Finding:
+    """Measure the messages per second of federates whose senders are as fast as they can be, in turns."""
+    files = [
+        (row, f"bodies in {target}", pairs, _flow_program(coordination, target, pairs))
+        for coordination in COORDINATIONS
+        for pairs in FLOW_PAIRS
+        for row in [f"{coordination}, {2 * pairs} federates"]
+        for target in FLOW_TARGETS
+    ]
+    for *_, file in files:
+        setting.build("Linux", file)
+    seen = [
+        Measured(row, who, "messages/s", flow_in(setting.run("Linux", file), pairs))
+        for _ in range(setting.rounds)
+        for row, who, pairs, file in files
+    ]
+    return finding(
+        "Throughput of federates",
+        "How many messages get through where no timer limits the senders?",
+        [
+            f"Pairs of a sender and a receiver, {FLOW_MESSAGES} messages of 4 bytes each; the sum of all pairs.",
+            f"Best of {setting.rounds} rounds, in turns.",
+            "Each message causes the next one, a microstep later.",
+        ],
+        seen,
+        [f"bodies in {target}" for target in FLOW_TARGETS],
+        ["messages/s"],
+        figures=[figures.dots("Messages/s without a limit", figures.axis("messages/s", True), "messages/s", seen)],
+        limits=["All federates share the processors of one computer."],
+    )
+
+
+def _flow_program(coordination: str, target: str, pairs: int) -> Path:
+    """Pairs of the federates of FlowRust.lf or FlowC.lf."""
+    text = f"""target {target} {{ coordination: {coordination} }}
+import Sender, Receiver from "{PROGRAMS / f"Flow{target}.lf"}"
+federated reactor {{
+    sender = new[{pairs}] Sender(count = {FLOW_MESSAGES})
+    receiver = new[{pairs}] Receiver(count = {FLOW_MESSAGES})
+    sender.y -> receiver.x
+}}
+"""
+    return variant(f"Flow{target}{coordination.title()}{2 * pairs}", text)
+
+
+def flow_in(output: str, pairs: int) -> float:
+    """Parse `received 3000 of 3000 messages in 345678 ns` of each receiver; the sum of their rates."""
+    found = re.findall(r"received (\d+) of (\d+) messages in (\d+) ns", output)
+    if len(found) != pairs or any(received != count for received, count, _ in found):
+        raise no_result_in(output)
+    return sum((int(received) - 1) * 1e9 / max(1, int(time)) for received, _, time in found)
 
 
 def boards(setting: Setting) -> Finding:

@@ -97,6 +97,11 @@ def test_numbers_whose_rounds_overlap_are_not_told_apart() -> None:
 def test_results_are_read_from_what_federates_print() -> None:
     rate = message.rate_in("row", "Linux", "b | received 2999 of 3000 messages in order, 9938 messages per second\n")
     assert [(one.unit, one.value) for one in rate] == [("messages/s", 9938), ("received", 2999)]
+    received = [f"receiver{index} | received 3 of 3 messages in 1000000 ns\n" for index in range(2)]
+    assert message.flow_in("".join(received), 2) == 4000
+    for wrong in (received[0], f"{received[0]}received 2 of 3 messages in 1000000 ns\n"):
+        with pytest.raises(LfError):
+            message.flow_in(wrong, 2)
     assert message.delays_in("delays | delay 1500 ns\ndelays | delayed\n") == (1.5,)
     medians = {"federates": 120, "raw": 80}
     said = [f"asker | {who}: 5 messages, delay in us: median {it}, p99 9, max 9" for who, it in medians.items()]

@@ -60,6 +60,11 @@ impl<'s> Connection<'s> {
         self.readable = true;
     }
 
+    /// Returns whether there may be something to read, and forgets it until a wait reports input again.
+    pub(crate) fn take_readable(&mut self) -> bool {
+        core::mem::take(&mut self.readable)
+    }
+
     /// Returns whether [`Connection::fill`] would read.
     pub(crate) fn is_due(&mut self) -> bool {
         self.readable && !self.ended && self.socket.is_some() && !self.input.space().is_empty()

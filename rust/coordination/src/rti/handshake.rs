@@ -4,9 +4,9 @@
 //! The messages have a fixed order: with authentication `FED_NONCE`, which is answered by `RTI_RESPONSE`, and
 //! `FED_RESPONSE`, where a right proof has no answer; `FED_IDS` or `TRANSIENT_FED_IDS`, which is answered by ACK (the
 //! module `admission` decides who may join a running federation); `NEIGHBOR_STRUCTURE`; `UDP_PORT`; then, if both sides
-//! want it, the initial clock synchronization (`exchange`). Anything else is refused, as soon as there are as many bytes as the header of
-//! the right message has. A connection that comes when all federates are there learns the true reason of the refusal,
-//! once it has sent its id.
+//! want it, the initial clock synchronization (`exchange`). Anything else is refused, as soon as there are as many
+//! bytes as the header of the right message has. A connection that comes when all federates are there learns the true
+//! reason of the refusal, once it has sent its id.
 
 use lf_derive::outlined;
 use lf_model::time::Instant;

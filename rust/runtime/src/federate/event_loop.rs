@@ -252,8 +252,8 @@ impl<'a, 's, P: Platform, N: Needs> FederateLoop<'a, 's, P, N> {
             }
             self.execution.machine.handle_connected(now, nonce);
         }
-        self.receive()?;
-        self.handle_timeout()?;
+        let now = self.receive()?;
+        self.handle_timeout(now)?;
         self.direct.meet(self.platform, &mut self.execution)?;
         self.direct.receive(self.platform, &mut self.recording, &mut self.execution)?;
         let advance = self.advance()?;
@@ -265,9 +265,9 @@ impl<'a, 's, P: Platform, N: Needs> FederateLoop<'a, 's, P, N> {
         Ok((!has_ended).then_some(advance))
     }
 
-    /// Reads what the RTI has sent and handles it, as far as there is room for it.
+    /// Reads what the RTI has sent and handles it, as far as there is room for it. Returns the time after the read.
     #[outlined]
-    fn receive(&mut self) -> Result<(), Failed> {
+    fn receive(&mut self) -> Result<Instant, Failed> {
         let has_ended = self.session.fill(self.platform);
         let now = self.platform.now();
         let (mut found, mut refused) = (None, false);
@@ -300,11 +300,11 @@ impl<'a, 's, P: Platform, N: Needs> FederateLoop<'a, 's, P, N> {
                 Disconnected::Ended => self.session.close(self.platform),
             }
         }
-        Ok(())
+        Ok(now)
     }
 
-    fn handle_timeout(&mut self) -> Result<(), Failed> {
-        let (now, machine) = (self.platform.now(), &mut self.execution.machine);
+    fn handle_timeout(&mut self, now: Instant) -> Result<(), Failed> {
+        let machine = &mut self.execution.machine;
         if !machine.poll_timeout().is_due(now) {
             return Ok(());
         }
@@ -435,7 +435,6 @@ impl<'a, 's, P: Platform, N: Needs> FederateLoop<'a, 's, P, N> {
     /// Returns the error of a deadlock, if there is one.
     fn deadlock(&mut self, advance: Advance) -> Option<RunError> {
         let full_input = if N::INPUTS { self.session.receiver.full_input() } else { None };
-        let now = self.platform.now();
         let full = |input: InputId| RunError::InputFull { input: self.execution.name_of(input) };
         let is_full = advance == Advance::OutputFull;
         if advance == Advance::NotGranted && self.execution.is_decentralized() {
@@ -450,12 +449,16 @@ impl<'a, 's, P: Platform, N: Needs> FederateLoop<'a, 's, P, N> {
                 return Some(RunError::TagFull { input: self.execution.name_of(input) });
             }
         }
-        if let Some((federate, since)) = self.direct.peers.blocked().filter(|_| is_full)
+        if !is_full {
+            self.full_since = None;
+            return None;
+        }
+        let now = self.platform.now();
+        if let Some((federate, since)) = self.direct.peers.blocked()
             && now >= since + BLOCKED_TIME_OUT
         {
             return Some(RunError::Peer { federate, fault: PeerFault::Blocked });
         }
-        let full_input = full_input.filter(|_| is_full);
         self.full_since = full_input.and(self.full_since.or(Some(now)));
         let is_over = self.full_since.is_some_and(|since| now >= since + BLOCKED_TIME_OUT);
         full_input.filter(|_| is_over).map(full)

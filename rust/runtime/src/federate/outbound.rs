@@ -206,9 +206,10 @@ impl<'s> Outbound<'s> {
         if self.is_attempt() { Deadline::At(self.answer_due) } else { Deadline::Never }
     }
 
-    /// Looks for the end of the other side, which never says anything else.
+    /// Reads the end of the other side, which never says anything else, if a wait has reported input.
     pub(super) fn detect_end<P: Platform>(&mut self, platform: &mut P) {
         if let (ConnectStage::Open, Some(socket)) = (self.stage, self.connection.socket())
+            && self.connection.take_readable()
             && !matches!(platform.read(socket, &mut [0; 1]), Ok(Transfer::WouldBlock | Transfer::Bytes(_)))
         {
             self.lose_peer(platform);
@@ -223,8 +224,15 @@ impl<'s> Outbound<'s> {
         }
     }
 
+    /// Reads the end of the other side, though no wait has reported it.
+    pub(super) fn detect_end_now<P: Platform>(&mut self, platform: &mut P) {
+        self.connection.mark_readable();
+        self.detect_end(platform);
+    }
+
     /// Handles that a wait found this socket ready.
-    pub(super) fn handle_ready(&mut self, ready: SocketId) {
+    pub(super) fn handle_ready(&mut self, ready: SocketId, interest: Interest) {
+        self.connection.handle_ready(ready, interest);
         if let ConnectStage::Connecting(socket, has_outcome) = &mut self.stage {
             *has_outcome |= *socket == ready;
         }

@@ -100,10 +100,12 @@ impl<'a, 's, N: Needs> Peers<'a, 's, N> {
 
     /// Handles that a tag has begun: there may be room for held messages.
     pub(super) fn recheck(&mut self) {
-        self.stale = N::PEERS_IN;
+        let mut stale = false;
         for inbound in self.inbound() {
             inbound.receiver.held.recheck();
+            stale |= inbound.receiver.held.stale;
         }
+        self.stale = stale;
     }
 
     /// Opens the port for connections, if any are to come; returns its number.
@@ -234,7 +236,9 @@ impl<'a, 's, N: Needs> Peers<'a, 's, N> {
         if !hears {
             self.inbound().iter_mut().for_each(|inbound| inbound.close(platform));
         }
-        self.detect_ends(platform);
+        for outbound in self.outbound_mut() {
+            outbound.detect_end_now(platform);
+        }
         if let Some(outputs) = ends {
             self.send_ends(platform, recording, outputs, true);
         }
@@ -295,11 +299,11 @@ impl<'a, 's, N: Needs> Peers<'a, 's, N> {
             inbound.receiver.connection.handle_ready(ready, interest);
         }
         for outbound in self.outbound_mut() {
-            outbound.handle_ready(ready);
+            outbound.handle_ready(ready, interest);
         }
     }
 
-    /// Detects which federates have left.
+    /// Detects which federates have left, as far as a wait has reported it.
     pub(super) fn detect_ends<P: Platform>(&mut self, platform: &mut P) {
         for outbound in self.outbound_mut() {
             outbound.detect_end(platform);
