@@ -39,7 +39,6 @@ pub(super) struct NetRules<N> {
     granted: Tag,
     /// The last DNET.
     dnet: Tag,
-    any_dnet: bool,
     /// Whether a NET has been transmitted. Until then an RTI may take the start for this federate's next event.
     any_net: bool,
     /// The last NET that was due, or the RTI's version of it: it lowers a NET when it forwards an earlier message.
@@ -64,7 +63,6 @@ impl<N: Needs> NetRules<N> {
             has_downstream,
             granted: Tag::NEVER,
             dnet: Tag::NEVER,
-            any_dnet: false,
             any_net: false,
             sent: Tag::NEVER,
             announced: None,
@@ -142,7 +140,7 @@ impl<N: Needs> NetRules<N> {
         let needed = if (N::INPUTS || N::CYCLES) && tag <= self.granted {
             // This federate needs no further grant. Those downstream may need its NET, if they have not had one that is
             // later than what they requested.
-            !self.any_dnet || self.dnet == Tag::NEVER || (self.dnet < tag && self.dnet >= self.sent)
+            self.dnet == Tag::NEVER || (self.dnet < tag && self.dnet >= self.sent)
         } else {
             self.dnet < tag || self.has_upstream()
         };
@@ -168,7 +166,6 @@ impl<N: Needs> NetRules<N> {
 
     /// Handles a DNET. A NET that was left out may be needed now.
     pub(super) fn handle_dnet(&mut self, dnet: Tag) {
-        self.any_dnet = true;
         self.dnet = dnet;
         if let Some(skipped) = self.skipped.filter(|skipped| dnet < *skipped) {
             self.announce(skipped, true);

@@ -34,8 +34,13 @@
 //! start (`barrier`), the exchanges and rounds of clock synchronization (`exchange`, `clock_sync`) and reports of waits
 //! (`watch`). A step that concerns several parts borrows them: `handshake` those that admit a federate, `sending` the
 //! members, their tags and the outlet. `machine` handles what concerns all of them: how federates leave. Flow control
-//! (`window`) has no state of its own. `transients` handles federates that come and go, with who
-//! may join in `admission`, their effective start and the limits of grants in `limits`, and `notices` about them.
+//! (`window`) has no state of its own. `transients` handles federates that come and go; `admission` decides which ids
+//! may join, `limits` has effective starts and the limits of grants, and `notices` informs the neighbors.
+
+#![cfg_attr(
+    not(feature = "transients"),
+    expect(clippy::unused_self, reason = "some answers depend on transient federates alone")
+)]
 
 #[cfg(feature = "transients")]
 mod admission;
