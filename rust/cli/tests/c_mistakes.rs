@@ -72,6 +72,23 @@ fn a_name_that_is_a_macro_is_an_error_where_it_is_declared() {
 }
 
 #[test]
+fn an_unknown_type_is_an_error_once_and_where_the_program_has_it() {
+    let program = "target C\nreactor S(\n  p: parameter_t = 1) {\n  output y: port_t\n  state s: state_t\n  \
+                   logical action a: action_t\n  reaction(startup) -> y {= =}\n}\n\
+                   reactor R {\n  input x: port_t\n  reaction(x) {= =}\n}\n\
+                   federated reactor {\n  s = new S()\n  r = new R()\n  s.y -> r.x\n}\n";
+    let folder = folder(&[("P.lf", program)]);
+    let output = said(lfz(folder.path(), &["build"]).env("LC_ALL", "C").env("CC", "gcc"));
+    let errors = text(&output.stderr);
+    let places = ["P.lf:3:6", "P.lf:4:13", "P.lf:5:12", "P.lf:6:21", "P.lf:10:12"];
+    for (place, name) in places.iter().zip(["parameter_t", "port_t", "state_t", "action_t", "port_t"]) {
+        let message = format!("{place}: error: unknown type name '{name}'");
+        assert_eq!(errors.matches(&message).count(), 1, "{message}: {errors}");
+    }
+    assert!(errors.ends_with("P.lf: 5 errors\n"), "{errors}");
+}
+
+#[test]
 fn a_library_of_the_programs_own_is_linked_by_each_way_of_naming_it() {
     let text_of = |flags: &str| {
         format!(

@@ -6,7 +6,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use super::class_file::ClassFile;
 use super::cpp::extension;
 use super::header;
-use super::structs::{declares_bank_index, field, files, port_struct, self_struct};
+use super::structs::{ACTION, PORT, declares_bank_index, files, self_struct, value_struct};
 use super::symbols::Symbols;
 use super::text::{Text, name_of};
 use super::types::CType;
@@ -91,24 +91,20 @@ impl ClassFile<'_, '_> {
     /// Emits the struct of the state, and those of ports and actions.
     fn types(&mut self) {
         let (class, types) = (self.class, self.types);
-        self.text
-            .line("\n/* The type of `self` in bodies. */")
-            .line(self_struct(class, &format!("{types}_self_t")))
-            .line("");
+        self.text.line("\n/* The type of `self` in bodies. */");
+        self_struct(&mut self.text, class, &format!("{types}_self_t"));
+        self.text.line("");
         for port in &class.ports {
-            let text = port_struct(class, port, &format!("{types}_{}_t", port.name));
-            self.text.line(text);
+            value_struct(&mut self.text, PORT, class, &port.ty, &format!("{types}_{}_t", port.name));
         }
         for action in &class.actions {
-            let value = field(&self.ty(&action.ty));
-            self.text.line(format_args!("typedef struct {{ LF_ACTION_BASE;{value} }} {types}_{}_t;", action.name));
+            value_struct(&mut self.text, ACTION, class, &action.ty, &format!("{types}_{}_t", action.name));
         }
         let mut seen = BTreeSet::from([self.index]);
         for child in class.children.iter().filter(|child| seen.insert(child.class)) {
             let (target, prefix) = (self.symbols.view.class(child.class), self.symbols.types(child.class));
             for port in target.ports.iter().filter(|_| !prefix.is_empty()) {
-                let text = port_struct(target, port, &format!("{prefix}_{}_t", port.name));
-                self.text.line(text);
+                value_struct(&mut self.text, PORT, target, &port.ty, &format!("{prefix}_{}_t", port.name));
             }
         }
     }

@@ -5,7 +5,7 @@
 
 use core::fmt::Write as _;
 
-use super::structs::{files, port_struct, self_struct};
+use super::structs::{PORT, files, self_struct, value_struct};
 use super::symbols::preamble_headers;
 use super::text::{Text, name_of};
 use crate::emit::File;
@@ -112,16 +112,17 @@ fn header(view: &View<'_>, index: ClassIndex, folder: &str) -> File {
     for (name, ty) in &class.types {
         text.line(format_args!("#undef {name}\n#define {name} {}", ty.text));
     }
-    text.line("").line(self_struct(class, &self_type(class)));
+    text.line("");
+    self_struct(&mut text, class, &self_type(class));
     for port in &class.ports {
         let name = format!("{}_{}_t", own_prefix(class), port.name);
-        once(&mut text, index, &name, &port_struct(class, port, &name));
+        once(&mut text, index, &name, |text| value_struct(text, PORT, class, &port.ty, &name));
     }
     for child in &class.children {
         let target = view.class(child.class);
         for port in &target.ports {
             let name = format!("{}_{}_t", child_prefix(target), port.name);
-            once(&mut text, child.class, &name, &port_struct(target, port, &name));
+            once(&mut text, child.class, &name, |text| value_struct(text, PORT, target, &port.ty, &name));
         }
     }
     for reaction in class.reactions.iter().filter(|reaction| reaction.external) {
@@ -133,9 +134,11 @@ fn header(view: &View<'_>, index: ClassIndex, folder: &str) -> File {
 }
 
 /// Emits a type that occurs in several headers.
-fn once(text: &mut Text<'_>, class: ClassIndex, name: &str, declaration: &str) {
+fn once(text: &mut Text<'_>, class: ClassIndex, name: &str, emit: impl FnOnce(&mut Text<'_>)) {
     let guard = format!("LF_{}_{name}_", class.0);
-    text.line(format_args!("#ifndef {guard}\n#define {guard}\n{declaration}\n#endif"));
+    text.line(format_args!("#ifndef {guard}\n#define {guard}"));
+    emit(text);
+    text.line("#endif");
 }
 
 /// Returns the declaration of the function that is the body of a reaction.

@@ -8,12 +8,12 @@ use super::types::CType;
 use crate::emit::File;
 use crate::emit::host::sent_ports;
 use crate::emit::view::View;
-use crate::plan::{Federate, Port, Serializer};
+use crate::plan::{Federate, Location, Port, Serializer};
 
 /// The types that a participant sends, receives or forwards, each once.
 pub(super) struct Sizes<'p> {
     view: &'p View<'p>,
-    rows: Vec<CType>,
+    rows: Vec<(CType, Location)>,
     /// The types by port of the federate.
     ports: Vec<(String, CType)>,
 }
@@ -27,8 +27,9 @@ impl<'p> Sizes<'p> {
             for (port, _) in sent_ports(known) {
                 let port = &known.ports[port.0];
                 let ty = sizes.type_of(known, port);
-                if !ty.is_nothing() && !ty.is_token() && !ty.is_text() && !sizes.rows.contains(&ty) {
-                    sizes.rows.push(ty.clone());
+                if !ty.is_nothing() && !ty.is_token() && !ty.is_text() && !sizes.rows.iter().any(|(row, _)| *row == ty)
+                {
+                    sizes.rows.push((ty.clone(), port.ty.at));
                 }
                 sizes.ports.push((port.path.clone(), ty));
             }
@@ -49,7 +50,7 @@ impl<'p> Sizes<'p> {
         let ty = self.ports.iter().find(|(path, _)| *path == port.path).map(|(_, ty)| ty);
         match ty {
             Some(ty) if ty.is_nothing() => "0".to_owned(),
-            Some(ty) => match self.rows.iter().position(|row| row == ty) {
+            Some(ty) => match self.rows.iter().position(|(row, _)| row == ty) {
                 Some(row) => format!("crate::sizes::LF_SIZE_{row}"),
                 None => "c::PAYLOAD_BYTES".to_owned(),
             },
@@ -74,8 +75,8 @@ impl<'p> Sizes<'p> {
                 text.line(format_args!("#include \"{header}.h\""));
             }
         }
-        for (index, row) in self.rows.iter().enumerate() {
-            text.line(format_args!("typedef {};", row.declare(&format!("lf_type_{index}"))));
+        for (index, (row, at)) in self.rows.iter().enumerate() {
+            text.line("typedef").typed(*at, format_args!("{};", row.declare(&format!("lf_type_{index}")))).continues();
             text.line(format_args!("char lf_size_{index}[sizeof(lf_type_{index})];"));
             if self.view.native.is_cpp {
                 text.line(as_bytes(&format!("lf_type_{index}"), "values for another federate"));

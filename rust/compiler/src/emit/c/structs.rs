@@ -3,9 +3,10 @@
 
 use std::collections::BTreeSet;
 
+use super::text::Text;
 use super::types::CType;
 use crate::emit::view::View;
-use crate::plan::{BANK_INDEX, FileIndex, Plan, PortDeclaration, ReactorClass};
+use crate::plan::{BANK_INDEX, FileIndex, Plan, ReactorClass, Type};
 
 /// Returns whether a reactor declares a name that bodies use as `self->bank_index`.
 pub(super) fn declares_bank_index(class: &ReactorClass) -> bool {
@@ -13,29 +14,37 @@ pub(super) fn declares_bank_index(class: &ReactorClass) -> bool {
     is_parameter || class.has_state(BANK_INDEX)
 }
 
-/// Returns the struct of the state and the parameters of an instance.
-pub(super) fn self_struct(class: &ReactorClass, name: &str) -> String {
-    let mut fields = vec!["lf_self_base_t base".to_owned()];
+/// Emits the struct of the state and the parameters of an instance.
+pub(super) fn self_struct(text: &mut Text<'_>, class: &ReactorClass, name: &str) {
+    text.line("typedef struct {\n    lf_self_base_t base;");
     if !declares_bank_index(class) {
-        fields.push("int bank_index".to_owned());
+        text.line("    int bank_index;");
     }
     // State hides a parameter of the same name.
-    for parameter in class.parameters.iter().filter(|parameter| !class.has_state(&parameter.name)) {
-        fields.push(CType::new(class, &parameter.ty).declare(&parameter.name));
+    let parameters = class.parameters.iter().filter(|parameter| !class.has_state(&parameter.name));
+    let parameters = parameters.map(|parameter| (&parameter.ty, &parameter.name));
+    for (ty, field) in parameters.chain(class.state.iter().map(|state| (&state.ty, &state.name))) {
+        text.typed(ty.at, format_args!("{};", CType::new(class, ty).declare(field)));
     }
-    fields.extend(class.state.iter().map(|state| CType::new(class, &state.ty).declare(&state.name)));
-    format!("typedef struct {{\n    {};\n}} {name};", fields.join(";\n    "))
+    text.line(format_args!("}} {name};")).continues();
 }
 
-/// Returns the struct of a port.
-pub(super) fn port_struct(class: &ReactorClass, port: &PortDeclaration, name: &str) -> String {
-    format!("typedef struct {{ LF_PORT_BASE;{} }} {name};", field(&CType::new(class, &port.ty)))
+/// Emits the struct of a port or an action: what all have, and the value, if there is one.
+pub(super) fn value_struct(text: &mut Text<'_>, base: &str, class: &ReactorClass, ty: &Type, name: &str) {
+    let value = CType::new(class, ty);
+    if value.is_nothing() {
+        text.line(format_args!("typedef struct {{ {base}; }} {name};"));
+        return;
+    }
+    text.line(format_args!("typedef struct {{ {base};"));
+    text.typed(ty.at, format_args!("{};", value.declare("value")));
+    text.line(format_args!("}} {name};")).continues();
 }
 
-/// Returns the field for the value, if there is one.
-pub(super) fn field(ty: &CType) -> String {
-    if ty.is_nothing() { String::new() } else { format!(" {};", ty.declare("value")) }
-}
+/// What all ports have.
+pub(super) const PORT: &str = "LF_PORT_BASE";
+/// What all actions have.
+pub(super) const ACTION: &str = "LF_ACTION_BASE";
 
 /// Returns the files whose preambles a class sees: the imports of a file before the file itself.
 pub(super) fn files(view: &View<'_>, class: &ReactorClass) -> Vec<FileIndex> {

@@ -49,6 +49,15 @@ impl<'p> Text<'p> {
         self.line(text.trim_end()).continues()
     }
 
+    /// Adds a line that begins with a type of the program, mapped to the type's place there.
+    pub(super) fn typed(&mut self, at: Location, line: impl Display) -> &mut Self {
+        if self.view.native.no_lines {
+            return self.line(format_args!("    {line}"));
+        }
+        // The blanks let the compiler count columns as they are in the program.
+        self.place(at).line(format_args!("{:width$}{line}", "", width = at.column.saturating_sub(1)))
+    }
+
     /// Maps the next line to this file again.
     pub(super) fn continues(&mut self) -> &mut Self {
         if self.view.native.no_lines {
