@@ -2,16 +2,14 @@
 //! The functions of the bodies' API that are not in C itself. `include/lf.h` documents them.
 use core::ffi::{c_char, c_int, c_void};
 
-use lf_model::{
-    Instant, Interval, ModeId, Offset, PhysicalActionRef, PhysicalLink, PortId, Tag, Transition, TriggerId,
-};
+use lf_model::{Instant, Interval, ModeId, Offset, PhysicalActionRef, PhysicalLink, PortId, Transition, TriggerId};
 
 use crate::ffi::{
     RawModeChange, RawTag, RawToken, lf_c_port_has_type, lf_c_trigger_has_type, lf_miss_deadline, lf_print_error,
     lf_print_warning,
 };
 use crate::running::{
-    Program, change_deadline, deadline_of, is_late, mark_present, physical_time, program, with_running,
+    Program, change_deadline, deadline_of, is_late, last_tag, mark_present, physical_time, program, with_running,
 };
 use crate::token::Token;
 
@@ -20,11 +18,6 @@ use crate::token::Token;
 #[unsafe(no_mangle)]
 extern "C" fn lf_c_tag() -> RawTag {
     with_running(|running| running.ctx.current_tag()).unwrap_or_else(last_tag).into()
-}
-
-/// Returns the tag of the last reaction, for other threads.
-fn last_tag() -> Tag {
-    program().map_or(Tag::NEVER, |program| program.tag)
 }
 
 #[unsafe(no_mangle)]
@@ -40,8 +33,9 @@ extern "C" fn lf_time_physical() -> i64 {
 // --- Ports, modes, deadlines, the end ---
 
 #[unsafe(no_mangle)]
-extern "C" fn lf_c_mark_present(port: u16) -> RawTag {
-    let tag = mark_present(PortId(port)).unwrap_or_else(|| {
+extern "C" fn lf_c_mark_present(running: *mut c_void, port: u16) -> RawTag {
+    // SAFETY: C passes what it has now for this thread.
+    let tag = unsafe { mark_present(running, PortId(port)) }.unwrap_or_else(|| {
         error(c"a port can be set in reactions only, and not in other threads");
         last_tag()
     });

@@ -41,14 +41,19 @@ static size_t length_of(const lf_port_base_t *port)
 
 /* ---- The bodies' access to ports ---- */
 
-void lf_c_set_present(lf_port_base_t *port)
+static inline void set_present(lf_port_base_t *port)
 {
-	tag_t tag = lf_c_mark_present(port->info->id);
+	tag_t tag = lf_c_mark_present(lf_c_running(), port->info->id);
 
 	if (!port->is_present) {
 		port->is_present = true;
 		port->intended_tag = tag;
 	}
+}
+
+void lf_c_set_present(lf_port_base_t *port)
+{
+	set_present(port);
 }
 
 void *lf_c_set_array(lf_port_base_t *port, void *elements, size_t count)
@@ -62,7 +67,7 @@ void *lf_c_set_array(lf_port_base_t *port, void *elements, size_t count)
 	} else {
 		own(port, lf_c_token_for(&port->type, port->info->pool, elements, count, LF_VALUE_GIVEN_));
 	}
-	lf_c_set_present(port);
+	set_present(port);
 	return elements;
 }
 
@@ -75,7 +80,7 @@ void lf_c_set(lf_port_base_t *port)
 			/* A text that came from elsewhere. */
 			own(port, NULL);
 		}
-		lf_c_set_present(port);
+		set_present(port);
 	}
 }
 
@@ -83,7 +88,7 @@ void *lf_c_set_token(lf_port_base_t *port, lf_token_t *token)
 {
 	lf_c_token_retain(token);
 	own(port, token);
-	lf_c_set_present(port);
+	set_present(port);
 	return token->value;
 }
 

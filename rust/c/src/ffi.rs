@@ -77,7 +77,7 @@ unsafe extern "C" {
     pub(crate) fn lf_c_trigger_clear(trigger: u16);
     pub(crate) safe fn lf_c_trigger_has_type(trigger: u16, token_type: *const c_void) -> bool;
     pub(crate) safe fn lf_c_port_has_type(port: u16, token_type: *const c_void) -> bool;
-    pub(crate) safe fn lf_c_reaction_done();
+    pub(crate) fn lf_c_run(body: unsafe extern "C" fn(u16), reaction: u16, running: *mut c_void);
 
     // linux.c or zephyr.c
     pub(crate) safe fn lf_c_begin();

@@ -55,8 +55,8 @@ void lf_c_trigger_clear(uint16_t trigger);
 bool lf_c_port_has_type(uint16_t port, const token_type_t *type);
 bool lf_c_trigger_has_type(uint16_t trigger, const token_type_t *type);
 
-/* Takes back the copies that a reaction has made. */
-void lf_c_reaction_done(void);
+/* Runs a body as the running reaction of this thread, and takes back the copies that it has made. */
+void lf_c_run(void (*body)(uint16_t), uint16_t reaction, void *running);
 
 /* ---- linux.c or zephyr.c ---- */
 
@@ -73,8 +73,20 @@ void lf_c_free(void *value);
 /* Changes a count that threads share; returns the new count. */
 size_t lf_c_count(size_t *count, int by);
 /* Returns the running reaction of this thread; NULL in all threads but that of the event loop, and in interrupts. */
+#ifdef __ZEPHYR__
 void *lf_c_running(void);
 void lf_c_set_running(void *running);
+#else
+extern __thread void *lf_running_;
+inline void *lf_c_running(void)
+{
+	return lf_running_;
+}
+inline void lf_c_set_running(void *running)
+{
+	lf_running_ = running;
+}
+#endif
 /* The system's clock, for the time before the program starts. */
 instant_t lf_c_clock(void);
 /* Prints a line. */
@@ -83,8 +95,8 @@ __attribute__((__noreturn__)) void lf_c_exit(void);
 
 /* ---- Rust ---- */
 
-/* Triggers the reactions of a port; returns the current tag. */
-tag_t lf_c_mark_present(uint16_t port);
+/* Triggers the reactions of a port for the running reaction of this thread; returns the current tag. */
+tag_t lf_c_mark_present(void *running, uint16_t port);
 /* Schedules an action with a token, which belongs to it from then on, or without. */
 trigger_handle_t lf_c_schedule(uint16_t trigger, interval_t offset, lf_token_t *token);
 /* The name of the port or action with this type, for people, without a NUL; returns its length. */

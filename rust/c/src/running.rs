@@ -1,15 +1,16 @@
 // SPDX-License-Identifier: Apache-2.0
 //! The reaction that runs, and the state of the program outside of reactions.
 use core::cell::RefCell;
-use core::ffi::CStr;
+use core::ffi::{CStr, c_void};
 use core::ptr;
-use core::sync::atomic::{AtomicBool, AtomicU32, Ordering};
+use core::sync::atomic::{AtomicBool, Ordering};
 
 use critical_section::Mutex;
 use heapless::Vec;
 use lf_model as model;
 use lf_model::{
-    Inbox, Instant, Interval, ModeId, Outside, PortId, ReactionContext, ReactionId, Schedulable, Tables, Tag, TriggerId,
+    Inbox, Instant, Interval, ModeId, Outside, PortId, ReactionContext, ReactionId, Schedulable, SharedTag, Tables,
+    Tag, TriggerId,
 };
 
 use crate::ffi;
@@ -39,7 +40,7 @@ pub trait Bodies {
 /// Sets the parameters and the initial state of all reactors. Call it when the owner of the program is made.
 pub fn construct() {
     critical_section::with(|cs| *KNOWN.borrow_ref_mut(cs) = Known::NOTHING);
-    KNOWN_TAG.replace(Tag::NEVER);
+    LAST_TAG.replace(Tag::NEVER);
     CHANGED_DEADLINES.store(false, Ordering::Relaxed);
     ffi::lf_c_begin();
     ffi::lf_construct();
@@ -84,16 +85,12 @@ pub(crate) struct Running<'a, 'c> {
     pub(crate) reaction: ReactionId,
 }
 
+#[inline]
 fn run(program: &mut dyn Bodies, reaction: ReactionId, ctx: &mut ReactionContext<'_>, body: unsafe extern "C" fn(u16)) {
     let mut running = Running { program, ctx, reaction };
-    // SAFETY: C's copy of the pointer is removed below, before its target ends; C does not read the target. The body is
-    // one of the program's, which has one for each reaction of its tables.
-    unsafe {
-        ffi::lf_c_set_running((&raw mut running).cast());
-        body(reaction.0);
-        ffi::lf_c_set_running(ptr::null_mut());
-    }
-    ffi::lf_c_reaction_done();
+    // SAFETY: C removes its copy of the pointer after the body, before its target ends; C does not read the target. The
+    // body is one of the program's, which has one for each reaction of its tables.
+    unsafe { ffi::lf_c_run(body, reaction.0, (&raw mut running).cast()) };
 }
 
 /// Calls `action` with the reaction that this thread runs; returns `None` in other threads and outside of reactions.
@@ -113,12 +110,14 @@ pub(crate) fn with_running<R>(action: impl FnOnce(&mut Running<'_, '_>) -> R) ->
     Some(result)
 }
 
-/// Marks a port as present for the reaction that this thread runs. Returns its tag; `None` as
-/// [`with_running`].
-pub(crate) fn mark_present(port: PortId) -> Option<Tag> {
-    // SAFETY: `run` of this thread has passed it to C, and does not use it before it has removed it. There is no other
+/// Marks a port as present for a reaction. Returns its tag; `None` if the reaction is null.
+///
+/// # Safety
+/// The reaction is what C has now as the running one of this thread, or null.
+pub(crate) unsafe fn mark_present(running: *mut c_void, port: PortId) -> Option<Tag> {
+    // SAFETY: `run` of this thread has passed it to C, and does not use it before C has removed it. There is no other
     // user meanwhile, because nothing here leads back to C.
-    let running = unsafe { ffi::lf_c_running().cast::<Running<'_, '_>>().as_mut() }?;
+    let running = unsafe { running.cast::<Running<'_, '_>>().as_mut() }?;
     running.ctx.mark_present(port);
     Some(running.ctx.current_tag())
 }
@@ -130,8 +129,6 @@ pub(crate) struct Program {
     pub(crate) tables: &'static Tables,
     pub(crate) inbox: fn(TriggerId) -> Option<&'static dyn Inbox<Token>>,
     pub(crate) start: Instant,
-    /// The tag of the reaction that ran last.
-    pub(crate) tag: Tag,
 }
 
 /// The number of reactions whose deadline a body can change.
@@ -149,27 +146,14 @@ impl Known {
 
 static KNOWN: Mutex<RefCell<Known>> = Mutex::new(RefCell::new(Known::NOTHING));
 
-/// The tag of [`KNOWN`], and whether that has changed deadlines: the event loop, which alone changes them, looks here
-/// before each reaction, because a critical section costs more than most bodies.
-static KNOWN_TAG: KnownTag = KnownTag([const { AtomicU32::new(0) }; 3]);
+/// The tag of the reaction that ran last, and whether [`KNOWN`] has changed deadlines: the event loop looks here before
+/// each reaction, because a critical section costs more than most bodies.
+static LAST_TAG: SharedTag = SharedTag::new();
 static CHANGED_DEADLINES: AtomicBool = AtomicBool::new(false);
 
-/// A tag that one thread reads and writes. Not all processors have atomics of 64 bits.
-struct KnownTag([AtomicU32; 3]);
-
-impl KnownTag {
-    /// Returns whether the tag was another one.
-    fn replace(&self, tag: Tag) -> bool {
-        let time = tag.time.as_nanos().cast_unsigned();
-        // The two halves of the time.
-        #[expect(clippy::cast_possible_truncation)]
-        let words = [time as u32, (time >> 32) as u32, tag.microstep.0];
-        let is_other = self.0.iter().zip(words).any(|(known, word)| known.load(Ordering::Relaxed) != word);
-        if is_other {
-            self.0.iter().zip(words).for_each(|(known, word)| known.store(word, Ordering::Relaxed));
-        }
-        is_other
-    }
+/// Returns the tag of the reaction that ran last, for other threads; NEVER before the first one.
+pub(crate) fn last_tag() -> Tag {
+    LAST_TAG.get()
 }
 
 /// Returns the program, from its first reaction on.
@@ -182,13 +166,12 @@ pub(crate) fn physical_time() -> Instant {
     program().map_or_else(|| Instant::from_nanos(ffi::lf_c_clock()), |program| program.outside.physical_time())
 }
 
-/// Stores the state of the program, at the first reaction of a tag. Returns whether the reaction is late for a deadline
-/// that a body has changed.
+/// Stores the tag, and the program at its first reaction. Returns whether the reaction is late for a deadline that a
+/// body has changed.
 fn begin<B: Bodies>(reaction: ReactionId, ctx: &ReactionContext<'_>) -> Option<bool> {
-    let tag = ctx.current_tag();
-    if KNOWN_TAG.replace(tag) {
+    if LAST_TAG.replace(ctx.current_tag()) == Some(Tag::NEVER) {
         let (outside, tables, start) = (ctx.outside(), ctx.tables(), ctx.get_start_time());
-        let program = Program { outside, tables, inbox: B::inbox, start, tag };
+        let program = Program { outside, tables, inbox: B::inbox, start };
         critical_section::with(|cs| KNOWN.borrow_ref_mut(cs).program = Some(program));
     }
     Some(is_late(ctx, changed_deadline(reaction)?))
@@ -200,6 +183,7 @@ pub(crate) fn deadline_of(reaction: ReactionId, ctx: &ReactionContext<'_>) -> Op
 }
 
 /// Returns the deadline that a body has given to a reaction.
+#[inline]
 fn changed_deadline(reaction: ReactionId) -> Option<Interval> {
     if !CHANGED_DEADLINES.load(Ordering::Relaxed) {
         return None;

@@ -158,8 +158,11 @@ lf_token_t *lf_c_writable_copy(lf_port_base_t *port)
 	return copy;
 }
 
-void lf_c_reaction_done(void)
+void lf_c_run(void (*body)(uint16_t), uint16_t reaction, void *running)
 {
+	lf_c_set_running(running);
+	body(reaction);
+	lf_c_set_running(NULL);
 	while (copies != NULL) {
 		lf_token_t *copy = copies;
 		copies = copy->next;

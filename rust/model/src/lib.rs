@@ -43,6 +43,7 @@ mod physical;
 mod port;
 mod program;
 mod queue;
+mod shared_tag;
 mod state;
 mod storage;
 mod tables;
@@ -82,6 +83,7 @@ pub use physical::{Encoder, Opaque};
 pub use port::{Port, QueuedPort, QueuedPortInner};
 pub use program::Program;
 pub use queue::{Event, Full, Owned, View};
+pub use shared_tag::SharedTag;
 pub use state::Settings;
 pub use storage::{EngineStorage, Storage, StorageParts};
 pub use tables::{

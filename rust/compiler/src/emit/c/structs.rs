@@ -41,9 +41,9 @@ pub(super) fn value_struct(text: &mut Text<'_>, base: &str, class: &ReactorClass
     text.line(format_args!("}} {name};")).continues();
 }
 
-/// What all ports have.
+/// The fields that all ports have, a macro.
 pub(super) const PORT: &str = "LF_PORT_BASE";
-/// What all actions have.
+/// The fields that all actions have, a macro.
 pub(super) const ACTION: &str = "LF_ACTION_BASE";
 
 /// Returns the files whose preambles a class sees: the imports of a file before the file itself.
