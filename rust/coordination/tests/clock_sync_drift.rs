@@ -3,7 +3,9 @@
 //! ones, which lose time as often as they are interrupted. Synchronization holds them as far as there are exchanges, or
 //! says what is wrong.
 
-use lf_coordination::clock_sync::{ClockCorrection, DRIFT_PPB_MAX, Exchange, Round, Tracker, Trouble};
+use std::fmt::Write;
+
+use lf_coordination::clock_sync::{ClockCorrection, DRIFT_PPB_MAX, Exchange, Line, Round, Tracker, Trouble};
 use lf_model::time::{Instant, Interval};
 use lf_testkit::random::Random;
 use proptest::prelude::*;
@@ -37,6 +39,8 @@ struct Watched {
     tracker: Tracker,
     /// When, and how far federation time was off then.
     errors: Vec<(i64, i64)>,
+    /// The line after each exchange.
+    lines: Vec<Option<Line>>,
 }
 
 impl Board {
@@ -68,7 +72,7 @@ impl Board {
         };
         let mut tracker = Tracker::new();
         let mut clock = ClockCorrection::with_offset(Interval::from_nanos(-own(0).as_nanos()));
-        let mut errors = Vec::new();
+        let (mut errors, mut lines) = (Vec::new(), Vec::new());
         for round in 0..LASTS * SEC / self.period {
             let t1 = round * self.period;
             let t2 = t1 + self.delay(&mut random);
@@ -82,8 +86,9 @@ impl Board {
             if let Some(line) = tracker.line() {
                 clock.steer(own(now), &line, ATTENUATION);
             }
+            lines.push(tracker.line());
         }
-        Watched { tracker, errors }
+        Watched { tracker, errors, lines }
     }
 }
 
@@ -168,6 +173,36 @@ proptest! {
         let watched = Board { gains, wanders: 0, period, jitter, is_busy, seed }.watch();
         prop_assert_eq!(watched.tracker.trouble(), None);
     }
+}
+
+/// What the tracker learns of a few clocks, after ever more exchanges. The properties hold for a worse tracker, too; this
+/// shows that a change of it has an effect, and which.
+#[test]
+fn what_is_learnt_changes_on_purpose_only() {
+    let quartz = Board { gains: 26 * US, wanders: 0, period: 20 * MS, jitter: 30 * US, is_busy: false, seed: 1 };
+    let boards = [
+        ("a quartz, quiet", quartz),
+        ("a quartz, asked often", Board { period: 5 * MS, jitter: 4 * MS, ..quartz }),
+        ("a quartz, asked rarely", Board { period: 500 * MS, jitter: 4 * MS, ..quartz }),
+        ("a busy computer", Board { jitter: 300 * US, is_busy: true, ..quartz }),
+        ("a wrong frequency", Board { gains: -40 * MS, period: 100 * MS, is_busy: true, ..quartz }),
+        ("a rate that wanders", Board { gains: 5 * MS, wanders: 3 * MS, ..quartz }),
+        ("a rate that wanders a little", Board { wanders: 40 * US, jitter: MS, period: 100 * MS, ..quartz }),
+    ];
+    let mut table = String::new();
+    for (name, board) in boards {
+        let watched = board.watch();
+        let (seen, unused, pure) = watched.tracker.counts();
+        let trouble = watched.tracker.trouble();
+        writeln!(table, "{name}: {unused} of {seen} unused, {pure} pure, {trouble:?}").unwrap();
+        writeln!(table, "{:>9} {:>12} {:>12} {:>12}", "exchanges", "error, ns", "drift, ppb", "width, ns").unwrap();
+        let lines = watched.lines.iter().zip(&watched.errors).zip(1_usize..);
+        for ((line, (_, error)), count) in lines.filter(|(_, count)| count.is_power_of_two() || count % 4_000 == 0) {
+            let Line { drift_ppb, width, .. } = line.unwrap();
+            writeln!(table, "{count:>9} {error:>12} {drift_ppb:>12} {:>12}", width.as_nanos()).unwrap();
+        }
+    }
+    insta::assert_snapshot!(table);
 }
 
 /// An exchange that says that there are centuries between the clocks spoils nothing for good.
