@@ -2,7 +2,7 @@
 //! The parts of the `lfz` program.
 //!
 //! `args` is the command line, `commands` implements each command, `compile` makes executables from an LF file,
-//! `federation` describes a run of them, and `supervisor` runs and ends its processes together; `trace` converts
+//! `debug_info` leads debuggers to it, `federation` describes a run of them, and `supervisor` runs and ends its processes together; `trace` converts
 //! recordings of runs.
 #![forbid(unsafe_code)]
 
@@ -10,6 +10,7 @@ pub mod args;
 mod codes;
 mod commands;
 mod compile;
+mod debug_info;
 mod descendants;
 mod edges;
 mod failure;

@@ -35,6 +35,7 @@ pub(crate) use store::Freed;
 pub(crate) use stored::explain;
 
 use crate::args::{Places, Platform};
+use crate::debug_info::{self, Generated};
 use crate::failure::Failure;
 use crate::terminal;
 use cargo::Job;
@@ -223,6 +224,10 @@ impl<'a> Request<'a> {
         for participant in on_host {
             let executable = outcome.executables.get(&participant.package).ok_or_else(|| {
                 Failure::message(format!("cargo has not said where the program of {} is", participant.name))
+            })?;
+            let generated = Generated { folder: &folders.out, map: &emitted.source_map, current: &origin.current };
+            debug_info::name_lf_lines(executable, &generated).map_err(|error| {
+                Failure::message(format!("cannot lead debuggers from {} to the program: {error}", executable.display()))
             })?;
             programs.insert(participant.name.clone(), executable.clone());
         }

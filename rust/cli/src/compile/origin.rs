@@ -19,7 +19,7 @@ pub(super) struct LfOrigin<'a> {
     out: &'a Path,
     included: BTreeMap<String, String>,
     scopes: Vec<Scope>,
-    current: PathBuf,
+    pub(super) current: PathBuf,
 }
 
 impl<'a> LfOrigin<'a> {

@@ -1,0 +1,58 @@
+// SPDX-License-Identifier: Apache-2.0
+//! Makes the debugging information of an executable name the LF program, so that debuggers stop at lines of bodies and
+//! backtraces show them.
+//!
+//! The compiler says for each instruction from which line of a generated file it comes. What was copied from the program
+//! gets its place there; the scaffolding around it keeps its own. A converted table is longer, so it stands behind the
+//! others, and the unit that it belongs to refers to it there. Nothing that is loaded into memory changes.
+
+mod elf;
+mod lines;
+mod places;
+
+use std::fs;
+use std::io::{self, Write};
+use std::path::{Path, PathBuf};
+
+use lf_compiler::emit::SourceMap;
+
+use elf::Elf;
+use places::Places;
+
+/// A folder with generated files, and the way back from them to the program.
+pub(crate) struct Generated<'a> {
+    /// The folder.
+    pub(crate) folder: &'a Path,
+    /// The map of the files in it.
+    pub(crate) map: &'a SourceMap,
+    /// The folder from which relative paths of the program count.
+    pub(crate) current: &'a Path,
+}
+
+/// Makes the debugging information of an executable name the program. One without such information stays as it is, and
+/// so does one that names the program already.
+///
+/// # Errors
+/// When the file cannot be read or written, or its debugging information is damaged.
+pub(crate) fn name_lf_lines(executable: &Path, generated: &Generated<'_>) -> io::Result<()> {
+    let bytes = fs::read(executable)?;
+    let mut places = Places::new(generated)?;
+    let damaged = |error: gimli::write::ConvertError| io::Error::new(io::ErrorKind::InvalidData, error.to_string());
+    let Some(mut elf) = Elf::read(bytes) else { return Ok(()) };
+    let Some(converted) = lines::convert(&elf, &mut places).map_err(damaged)? else { return Ok(()) };
+    for (section, contents) in converted {
+        elf.replace(section, &contents)?;
+    }
+    replace(executable, &elf.into_bytes())
+}
+
+/// Replaces an executable, which may be running, by another.
+fn replace(executable: &Path, bytes: &[u8]) -> io::Result<()> {
+    let executable = fs::canonicalize(executable)?;
+    let folder = executable.parent().map_or_else(PathBuf::new, Path::to_owned);
+    let mut file = tempfile::NamedTempFile::new_in(folder)?;
+    file.write_all(bytes)?;
+    fs::set_permissions(file.path(), fs::metadata(&executable)?.permissions())?;
+    file.persist(&executable)?;
+    Ok(())
+}
