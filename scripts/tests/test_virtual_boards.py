@@ -57,6 +57,15 @@ def assert_no_image_allocates(program: str, *images: str) -> None:
         assert linked["_k_heap_list_start"] == linked["_k_heap_list_end"], image
 
 
+def assert_debuggers_find(file: Path, program: str, image: str) -> None:
+    """The first line of the first body has instructions in an image of a board."""
+    line = next(number for number, text in enumerate(file.read_text().splitlines(), 2) if text.endswith("{="))
+    elf = BOARDS / "zephyr" / program / image / "zephyr/zephyr.elf"
+    command = ["gdb-multiarch", "-q", "-batch", "-nx", "-ex", f"info line {file.name}:{line}", str(elf)]
+    output = subprocess.run(command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, check=True).stdout
+    assert f'of "{file.resolve()}" starts at address' in output, output
+
+
 def test_a_program_of_this_computer_sends_to_a_board() -> None:
     """Topology 1."""
     output = run(MESSAGE_TEST, "topology1")
@@ -70,6 +79,7 @@ def test_a_board_sends_to_another_with_the_rti_on_this_computer() -> None:
     output = run(MESSAGE_TEST, "topology2")
     assert_all_came(output)
     assert_all_ended_well(output, "sender", "receiver")
+    assert_debuggers_find(REPOSITORY / "applications" / MESSAGE_TEST, "MessageTest", "sender")
 
 
 def test_the_smart_grid_heals_itself_with_the_rti_on_a_board_of_its_own() -> None:

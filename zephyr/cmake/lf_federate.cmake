@@ -111,6 +111,23 @@ function(lf_federate crate)
   # Rust's compiler_builtins offers some of the functions that the C compiler's run-time library does; the latter is
   # named first, and the linker takes the first definition.
   target_link_libraries(app PUBLIC $<TARGET_PROPERTY:linker,rt_library> -Wl,--allow-multiple-definition ${library})
+  _lf_name_lines(${crate})
+endfunction()
+
+# Leads debuggers from the image to the lines of the LF program, by the compiler that generated the crate.
+function(_lf_name_lines crate)
+  include(${crate}/compiler.cmake OPTIONAL)
+  if(NOT EXISTS "${LF_COMPILER}")
+    return()
+  endif()
+  set(image ${BYPRODUCT_KERNEL_ELF_NAME})
+  set(maker zephyr_final)
+  if(TARGET native_runner_executable)
+    set(image ${BYPRODUCT_KERNEL_EXE_NAME})
+    set(maker native_runner_executable)
+  endif()
+  add_custom_target(lf_lines ALL COMMAND ${LF_COMPILER} name-lines ${image} ${crate})
+  add_dependencies(lf_lines ${maker})
 endfunction()
 
 # Adds the C part of a program to `app`: what was generated for it, and what bodies in C call. The crate learns the

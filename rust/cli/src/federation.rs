@@ -4,8 +4,10 @@
 //! `lfz run` makes one for a program that it has built; `lfz supervise` reads it as JSON, in the form of these types,
 //! from other programs. Times are in nanoseconds.
 
+use std::borrow::Cow;
 use std::collections::{BTreeMap, BTreeSet};
 use std::ffi::OsString;
+use std::os::unix::ffi::OsStrExt;
 use std::path::PathBuf;
 use std::process::Command;
 use std::time::{Duration, SystemTime, UNIX_EPOCH};
@@ -42,6 +44,9 @@ pub(crate) struct Federation {
     pub(crate) rti_port: Option<u16>,
     /// All others.
     pub(crate) federates: Vec<Process>,
+    /// Those that the user starts.
+    #[serde(skip)]
+    pub(crate) left_out: Vec<Process>,
     /// The recording of their pins, if there is one.
     pub(crate) oscilloscope: Option<PinRecording>,
 }
@@ -233,6 +238,10 @@ impl Federation {
                 return Ok(supervisor.finish()?);
             }
         }
+        for federate in &self.left_out {
+            let command = shown_command(federate.words.iter().map(|word| word.text(&id, port)));
+            supervisor.note(&format!("{} takes part when you start it: {command}", federate.name));
+        }
         for federate in &self.federates {
             federate.start(&mut supervisor, &descendants, Role::Federate, &id, port)?;
         }
@@ -280,6 +289,14 @@ impl Process {
         let started = supervisor.start(&self.name, role, self.status_line.as_deref(), streams, &mut command);
         started.map_err(|error| Failure::message(format!("{} cannot be started: {error}", self.name)))
     }
+}
+
+/// Returns a command line as a shell reads it.
+fn shown_command(words: impl Iterator<Item = OsString>) -> String {
+    // A word with a zero byte is none, and cannot come from a command line.
+    let quoted = |word: OsString| shlex::bytes::try_quote(word.as_bytes()).map(Cow::into_owned);
+    let words: Vec<Vec<u8>> = words.filter_map(|word| quoted(word).ok()).collect();
+    String::from_utf8_lossy(&words.join(&b' ')).into_owned()
 }
 
 fn os_string<'de, D: Deserializer<'de>>(deserializer: D) -> Result<OsString, D::Error> {

@@ -2,8 +2,8 @@
 //! The parts of the `lfz` program.
 //!
 //! `args` is the command line, `commands` implements each command, `compile` makes executables from an LF file,
-//! `debug_info` leads debuggers to it, `federation` describes a run of them, and `supervisor` runs and ends its processes together; `trace` converts
-//! recordings of runs.
+//! `debug_info` leads debuggers from them to it, `federation` describes a run of them, and `supervisor` runs and ends
+//! its processes together; `trace` converts recordings of runs.
 #![forbid(unsafe_code)]
 
 pub mod args;

@@ -8,6 +8,7 @@ mod bodies;
 mod c_code;
 mod c_mistakes;
 mod crates;
+mod debugging;
 mod descendants;
 mod paths;
 mod side_by_side;

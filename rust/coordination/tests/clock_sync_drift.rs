@@ -175,8 +175,8 @@ proptest! {
     }
 }
 
-/// What the tracker learns of a few clocks, after ever more exchanges. The properties hold for a worse tracker, too; this
-/// shows that a change of it has an effect, and which.
+/// The line that the tracker finds for a few clocks, after ever more exchanges. The properties hold for a worse
+/// tracker, too; this shows that a change of it has an effect, and which.
 #[test]
 fn what_is_learnt_changes_on_purpose_only() {
     let quartz = Board { gains: 26 * US, wanders: 0, period: 20 * MS, jitter: 30 * US, is_busy: false, seed: 1 };

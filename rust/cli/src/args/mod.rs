@@ -88,6 +88,14 @@ one that fails. A program without `federated` runs as a single process.
 Exit status: 0 when all participants ended well; 1 when the program does not compile or a participant failed (a program
 without `federated` passes its own status on); 124 when --timeout ended the run; 130 after ^C.")]
     Run(RunArgs),
+    /// Build a program, or one federate, and start a debugger with it.
+    #[command(long_about = "\
+Build a program, or one federate, and start a debugger with it: breakpoints are at lines of the LF file, as in
+`break Program.lf:12`.
+
+The others of a federation run in another terminal, by `lfz run FILE.lf --without FEDERATE`, which prints the arguments
+that the federate needs.")]
+    Debug(DebugArgs),
     /// Remove the generated and compiled files of a program, or the compiled files of all programs.
     #[command(long_about = "\
 Remove the generated and compiled files of a program, or with --all the compiled files of all programs, and print the
@@ -186,6 +194,14 @@ that do not say whose pin they mean although an image may have it, are errors."
         /// The output of cargo with `--message-format=json`.
         #[arg(required = true, value_name = "MESSAGES")]
         messages: Vec<PathBuf>,
+    },
+    /// Make the debugging information of an image name the LF program, for Zephyr's build.
+    #[command(hide = true)]
+    NameLines {
+        /// The image, in the format ELF.
+        image: PathBuf,
+        /// The folder of its crate.
+        crate_folder: PathBuf,
     },
     /// Run a program, and kill it when its parent ends; participants are started with this command.
     #[command(hide = true)]
@@ -317,10 +333,33 @@ pub struct RunArgs {
     /// Record the pins of all federates in this file, for `PulseView` or `GTKWave`.
     #[arg(long, value_name = "FILE")]
     pub vcd: Option<PathBuf>,
+    /// Build these federates and leave their start to you: the command line of each is printed.
+    #[arg(long, value_name = "FEDERATE", num_args = 1..)]
+    pub without: Vec<String>,
     /// The folders for generated and compiled files.
     #[command(flatten)]
     pub places: Places,
     /// Arguments for every federate, after `--`.
+    #[arg(last = true, value_name = "ARGUMENT")]
+    pub arguments: Vec<OsString>,
+}
+
+/// `lfz debug`
+#[derive(Debug, Args)]
+pub struct DebugArgs {
+    /// The main LF file.
+    #[arg(value_name = "FILE.lf")]
+    pub file: PathBuf,
+    /// The federate to debug.
+    pub federate: Option<String>,
+    /// The debugger, which has the options of gdb or lldb; default: the first of rust-gdb, gdb, gdb-multiarch,
+    /// rust-lldb and lldb in PATH.
+    #[arg(long, value_name = "PROGRAM")]
+    pub debugger: Option<PathBuf>,
+    /// The folders for generated and compiled files.
+    #[command(flatten)]
+    pub places: Places,
+    /// Arguments for the program, after `--`.
     #[arg(last = true, value_name = "ARGUMENT")]
     pub arguments: Vec<OsString>,
 }

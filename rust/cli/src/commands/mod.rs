@@ -5,6 +5,7 @@ mod build;
 mod check;
 mod clean;
 mod codes;
+mod debug;
 mod explain;
 mod plan;
 mod rti;
@@ -48,6 +49,7 @@ fn execute_command(command: Command) -> Result<ExitCode, Failure> {
         Command::Plan(arguments) => plan::plan(&arguments),
         Command::Build(arguments) => build::build(&arguments),
         Command::Run(arguments) => run::run(&arguments),
+        Command::Debug(arguments) => debug::debug(&arguments),
         Command::Clean(arguments) => clean::clean(&arguments),
         Command::Scope(arguments) => edges::execute(&arguments),
         Command::Rti(arguments) => rti::rti(&arguments),
@@ -59,6 +61,7 @@ fn execute_command(command: Command) -> Result<ExitCode, Failure> {
             terminal::print(time.as_nanos()).map(|()| ExitCode::SUCCESS).map_err(Failure::from)
         }
         Command::ExplainErrors { messages } => explain::explain(&messages),
+        Command::NameLines { image, crate_folder } => explain::name_lines(&image, &crate_folder),
         Command::Guard { parent, program } => {
             let error = guard::become_program(parent, &program);
             let name = program.first().map(|name| name.to_string_lossy().into_owned()).unwrap_or_default();

@@ -81,8 +81,15 @@ fn federation(built: &Built, arguments: &RunArgs, recording: Option<&Recording>)
     let planned = built.plan.rti.as_ref();
     let name = planned.map_or(&built.plan.name, |rti| &rti.federation_id);
     let rti = planned.map(|rti| rti_process(built, rti, arguments, recording)).transpose()?;
+    if let Some(unknown) =
+        arguments.without.iter().find(|name| planned.is_none() || !built.programs.contains_key(*name))
+    {
+        let known = planned.map(|_| built.programs.keys().cloned().collect::<Vec<_>>().join(", "));
+        let known = known.unwrap_or_else(|| "no federates, as it is not federated".to_owned());
+        return Err(Failure::message(format!("--without: there is no federate `{unknown}`; {name} has {known}")));
+    }
     let pins = arguments.vcd.as_ref().map(|file| PinRecording::of(&built.plan, &built.out, file));
-    let mut federates = Vec::new();
+    let (mut federates, mut left_out) = (Vec::new(), Vec::new());
     for federate in &built.plan.federates {
         let name = &federate.name;
         let program = built.programs.get(name);
@@ -103,7 +110,8 @@ fn federation(built: &Built, arguments: &RunArgs, recording: Option<&Recording>)
             words.extend(["--vcd".into(), file.into()]);
         }
         let is_alone = planned.is_none();
-        federates.push(Process { name: name.clone(), words, is_alone, ..Process::default() });
+        let process = Process { name: name.clone(), words, is_alone, ..Process::default() };
+        if arguments.without.contains(name) { left_out.push(process) } else { federates.push(process) }
     }
     let (rti, rti_port) = rti.unzip();
     Ok(Federation {
@@ -116,6 +124,7 @@ fn federation(built: &Built, arguments: &RunArgs, recording: Option<&Recording>)
         rti,
         rti_port: rti_port.flatten(),
         federates,
+        left_out,
         oscilloscope: pins,
     })
 }

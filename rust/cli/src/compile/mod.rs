@@ -32,7 +32,7 @@ pub(crate) use clean::{clean_all, clean_program};
 pub(crate) use console::Console;
 pub(crate) use source::{Program, count, read_text};
 pub(crate) use store::Freed;
-pub(crate) use stored::explain;
+pub(crate) use stored::{explain, name_lf_lines};
 
 use crate::args::{Places, Platform};
 use crate::debug_info::{self, Generated};
@@ -226,9 +226,7 @@ impl<'a> Request<'a> {
                 Failure::message(format!("cargo has not said where the program of {} is", participant.name))
             })?;
             let generated = Generated { folder: &folders.out, map: &emitted.source_map, current: &origin.current };
-            debug_info::name_lf_lines(executable, &generated).map_err(|error| {
-                Failure::message(format!("cannot lead debuggers from {} to the program: {error}", executable.display()))
-            })?;
+            debug_info::name_lf_lines(executable, &generated)?;
             programs.insert(participant.name.clone(), executable.clone());
         }
         Ok(programs)
@@ -241,7 +239,8 @@ fn is_on_host(name: &str, plan: &Plan, deployment: &Deployment) -> bool {
     is_federate && deployment.place(name).platform == PlacePlatform::Host
 }
 
-/// Writes the generated files; Zephyr's build compiles its crates itself, so their source maps lie beside them.
+/// Writes the generated files; Zephyr's build compiles its crates itself, so their source maps and the
+/// compiler's name lie beside them.
 fn generate(file: &Path, program: &Program, deployment: &Deployment, folders: &Folders) -> Result<Emitted, Failure> {
     let path = |folder: &str| {
         let path = folders.home.join("rust").join(folder);
@@ -256,9 +255,10 @@ fn generate(file: &Path, program: &Program, deployment: &Deployment, folders: &F
     let emitted = emit(&program.plan, &settings).map_err(|errors| report(&errors))?;
     let images = || emitted.participants.iter().filter(|participant| participant.artifact != Artifact::Host);
     let maps = images().map(|participant| stored::file(program, &emitted, &participant.folder));
-    let maps = maps.collect::<Result<Vec<_>, _>>()?;
+    let mut beside = maps.collect::<Result<Vec<_>, _>>()?;
+    beside.extend(images().map(|participant| stored::compiler_file(&participant.folder)));
     let sources = emitted.files.iter().map(|file| (file.path.as_str(), file.text.as_str()));
-    let all = sources.chain(maps.iter().map(|(path, text)| (path.as_str(), text.as_str())));
+    let all = sources.chain(beside.iter().map(|(path, text)| (path.as_str(), text.as_str())));
     files::write(&folders.out, all).map_err(|error| named_by("--out", &error))?;
     // Zephyr's build lets cargo complete these, so the next build sees the chosen versions.
     let lock = Lock::of(file, &program.plan);

@@ -3,6 +3,7 @@
 //! crate are converted to diagnostics about the LF program.
 
 use std::collections::BTreeMap;
+use std::env;
 use std::fs;
 use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
@@ -15,6 +16,7 @@ use super::origin::{included, known};
 use super::rustc::{self, LfPlace, Origin};
 use super::scopes::Scope;
 use super::source::Program;
+use crate::debug_info::{self, Generated};
 use crate::failure::Failure;
 
 /// The file in the folder of a generated crate.
@@ -28,8 +30,18 @@ struct Stored {
     texts: BTreeMap<String, String>,
     /// The map from the crate's files to these.
     map: SourceMap,
+    /// The folder from which relative paths of the LF files count.
+    current: PathBuf,
     /// The bodies of reactions.
     scopes: Vec<Scope>,
+}
+
+/// Returns the file by which CMake knows the compiler that made a crate: its path below the output folder, and its
+/// text.
+pub(super) fn compiler_file(folder: &str) -> (String, String) {
+    let program = env::current_exe().unwrap_or_default();
+    let text = format!("# SPDX-License-Identifier: Apache-2.0\nset(LF_COMPILER [==[{}]==])\n", program.display());
+    (format!("{folder}/compiler.cmake"), text)
 }
 
 /// Returns the file for a generated crate: its path below the output folder, and its text.
@@ -40,7 +52,8 @@ pub(super) fn file(program: &Program, emitted: &Emitted, folder: &str) -> Result
     let sources = program.diagnostics.sources().iter();
     let texts = sources.map(|(_, file)| (file.path().to_owned(), file.text().to_owned()));
     let texts = texts.chain(included(&program.plan)).collect();
-    let stored = Stored { texts, map: emitted.source_map.in_folder(folder), scopes: Scope::all(&program.plan) };
+    let (map, scopes) = (emitted.source_map.in_folder(folder), Scope::all(&program.plan));
+    let stored = Stored { texts, map, current: env::current_dir().unwrap_or_default(), scopes };
     let text = serde_json::to_string(&stored)
         .map_err(|error| Failure::message(format!("the source map of {folder} cannot be written: {error}")))?;
     Ok((format!("{folder}/{FILE}"), text + "\n"))
@@ -90,6 +103,17 @@ fn needs_std(name: &str) -> String {
          `cargo-dependencies` and has `std` as a default feature, write `default-features: false`; else take a crate \
          that is `no_std`\n\n"
     )
+}
+
+/// Makes the debugging information of an image name the program that its generated crate is from.
+///
+/// # Errors
+/// When there is no such crate, or the image cannot be read or written.
+pub(crate) fn name_lf_lines(image: &Path, folder: &Path) -> Result<(), Failure> {
+    let Some(Stored { map, current, .. }) = load(&folder.join(FILE))? else {
+        return Err(Failure::message(format!("{} is no crate that lfz has generated", folder.display())));
+    };
+    debug_info::name_lf_lines(image, &Generated { folder, map: &map, current: &current })
 }
 
 /// Returns the map from the files of a generated crate to the program; `None` for a folder that has not been generated.

@@ -45,7 +45,7 @@ impl Elf {
         contents.unwrap_or_default()
     }
 
-    /// Gives a section other contents: they stand at the end of the file, since no other section may move.
+    /// Replaces the contents of a section: the new ones stand at the end of the file, since no other section may move.
     ///
     /// # Errors
     /// When the file has no such section.

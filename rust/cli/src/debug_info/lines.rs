@@ -14,16 +14,18 @@ use gimli::{
 };
 
 use super::elf::Elf;
-use super::places::Places;
+use super::origins::Origins;
 
 type Reader<'a> = EndianSlice<'a, RunTimeEndian>;
-type Table<'a> = IncompleteLineProgram<Reader<'a>>;
+/// Sections and their contents.
+type Sections = Vec<(SectionId, Vec<u8>)>;
+type LineTable<'a> = IncompleteLineProgram<Reader<'a>>;
 
 /// Returns the sections that change, with their new contents; `None` when no instruction is from a line of the program.
 ///
 /// # Errors
 /// When the debugging information cannot be read.
-pub(super) fn convert(elf: &Elf, places: &mut Places<'_>) -> ConvertResult<Option<Vec<(SectionId, Vec<u8>)>>> {
+pub(super) fn convert(elf: &Elf, origins: &mut Origins<'_>) -> ConvertResult<Option<Sections>> {
     let section = |id| -> gimli::Result<Reader<'_>> { Ok(EndianSlice::new(elf.section(id), elf.endian())) };
     let dwarf = Dwarf::load(section)?;
     let mut info = EndianVec::new(elf.endian());
@@ -33,7 +35,7 @@ pub(super) fn convert(elf: &Elf, places: &mut Places<'_>) -> ConvertResult<Optio
     while let Some(header) = units.next()? {
         let unit = dwarf.unit(header)?;
         let Some(table) = unit.line_program.clone() else { continue };
-        if let Some(DebugLineOffset(offset)) = tables.converted(&dwarf, &unit, &table, places)? {
+        if let Some(DebugLineOffset(offset)) = tables.converted(&dwarf, &unit, &table, origins)? {
             let size = unit.encoding().format.word_size();
             info.write_udata_at(place_of_reference(&unit)?, offset as u64, size)?;
         }
@@ -47,7 +49,7 @@ pub(super) fn convert(elf: &Elf, places: &mut Places<'_>) -> ConvertResult<Optio
 /// Returns the place in the section at which a unit says where its table is.
 fn place_of_reference(unit: &Unit<Reader<'_>>) -> gimli::Result<usize> {
     let mut entries = unit.entries_raw(None)?;
-    for &attribute in entries.read_abbreviation()?.into_iter().flat_map(|entry| entry.attributes()) {
+    for &attribute in entries.read_abbreviation()?.into_iter().flat_map(gimli::Abbreviation::attributes) {
         let place = entries.next_offset();
         entries.read_attribute(attribute)?;
         if attribute.name() == DW_AT_stmt_list {
@@ -80,18 +82,15 @@ impl Tables {
         &mut self,
         dwarf: &Dwarf<Reader<'_>>,
         unit: &Unit<Reader<'_>>,
-        table: &Table<'_>,
-        places: &mut Places<'_>,
+        table: &LineTable<'_>,
+        origins: &mut Origins<'_>,
     ) -> ConvertResult<Option<DebugLineOffset>> {
         let DebugLineOffset(offset) = table.header().offset();
         if let Some(known) = self.known.get(&offset) {
             return Ok(*known);
         }
-        let generated = generated_files(dwarf, unit, table, places)?;
-        let new = match generated.is_empty() {
-            true => None,
-            false => self.add(dwarf, table, &generated, places)?,
-        };
+        let generated = generated_files(dwarf, unit, table, origins)?;
+        let new = if generated.is_empty() { None } else { self.add(dwarf, table, &generated, origins)? };
         self.known.insert(offset, new);
         Ok(new)
     }
@@ -99,9 +98,9 @@ impl Tables {
     fn add(
         &mut self,
         dwarf: &Dwarf<Reader<'_>>,
-        table: &Table<'_>,
+        table: &LineTable<'_>,
         generated: &HashMap<usize, String>,
-        places: &mut Places<'_>,
+        origins: &mut Origins<'_>,
     ) -> ConvertResult<Option<DebugLineOffset>> {
         let mut reading = self.out.read_line_program(dwarf, table.clone(), None, None)?;
         let mut rows = Vec::new();
@@ -121,7 +120,7 @@ impl Tables {
         for row in &mut rows {
             let ConvertLineRow::Row(row) = row else { continue };
             let Some(path) = generated.get(&row.file) else { continue };
-            if let Some(place) = places.place(path, row.line, row.column) {
+            if let Some(place) = origins.place(path, row.line, row.column) {
                 row.file = self.file(&mut program, &place.file);
                 (row.line, row.column) = (place.line, place.column);
                 has_changed = true;
@@ -155,7 +154,7 @@ impl Tables {
     }
 
     /// Returns the new sections; `None` when no table was converted.
-    fn finish(mut self) -> write::Result<Option<Vec<(SectionId, Vec<u8>)>>> {
+    fn finish(mut self) -> write::Result<Option<Sections>> {
         if self.known.values().all(Option::is_none) {
             return Ok(None);
         }
@@ -173,8 +172,8 @@ impl Tables {
 fn generated_files(
     dwarf: &Dwarf<Reader<'_>>,
     unit: &Unit<Reader<'_>>,
-    table: &Table<'_>,
-    places: &Places<'_>,
+    table: &LineTable<'_>,
+    origins: &Origins<'_>,
 ) -> gimli::Result<HashMap<usize, String>> {
     let header = table.header();
     let path = |bytes: Reader<'_>| PathBuf::from(OsStr::from_bytes(bytes.slice()));
@@ -187,7 +186,7 @@ fn generated_files(
             None => PathBuf::new(),
         };
         let file = current.join(folder).join(path(dwarf.attr_string(unit, file.path_name())?));
-        if let Some(path) = places.generated(&file) {
+        if let Some(path) = origins.generated(&file) {
             found.insert(index, path);
         }
     }

@@ -68,6 +68,11 @@ impl Supervisor {
         Ok(())
     }
 
+    /// Prints a message in this program's own name.
+    pub(crate) fn note(&mut self, text: &str) {
+        self.output.note(text);
+    }
+
     /// Runs until a line of the last started participant's standard output answers `wanted`, and does not show that
     /// line. Returns `None` if the run has to end before that line comes; continue with [`Self::finish`].
     ///

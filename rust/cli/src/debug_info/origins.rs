@@ -6,7 +6,17 @@ use std::fs;
 use std::io;
 use std::path::{Path, PathBuf};
 
-use super::Generated;
+use lf_compiler::emit::SourceMap;
+
+/// A folder with generated files, and the way back from them to the program.
+pub(crate) struct Generated<'a> {
+    /// The folder.
+    pub(crate) folder: &'a Path,
+    /// The map of the files in it.
+    pub(crate) map: &'a SourceMap,
+    /// The folder from which relative paths of the program count.
+    pub(crate) current: &'a Path,
+}
 
 /// A place in the program. The column counts bytes, from 1.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -18,14 +28,14 @@ pub(super) struct Place {
 }
 
 /// The places of generated code. Maps count columns in characters and compilers in bytes, so the texts are read.
-pub(super) struct Places<'a> {
+pub(super) struct Origins<'a> {
     generated: &'a Generated<'a>,
     /// The folder without symbolic links, as the compiler names it.
     folder: PathBuf,
     texts: HashMap<PathBuf, Vec<String>>,
 }
 
-impl<'a> Places<'a> {
+impl<'a> Origins<'a> {
     /// Returns the places of the files in a folder.
     ///
     /// # Errors
@@ -36,9 +46,20 @@ impl<'a> Places<'a> {
 
     /// Returns the path of a generated file in the folder; `None` for a file from elsewhere.
     pub(super) fn generated(&self, path: &Path) -> Option<String> {
+        if path.is_relative() {
+            return self.without_beginning(path);
+        }
         // What was compiled elsewhere need not exist here.
         let path = fs::canonicalize(path).ok()?;
         Some(path.strip_prefix(&self.folder).ok()?.to_str()?.to_owned())
+    }
+
+    /// Returns the path of a generated file in the folder, by a path without the place of the repository, as in images:
+    /// the folder's own path ends with the beginning of that.
+    fn without_beginning(&self, path: &Path) -> Option<String> {
+        let beginning = path.ancestors().find(|part| *part != Path::new("") && self.folder.ends_with(part))?;
+        let rest = path.strip_prefix(beginning).ok()?;
+        self.folder.join(rest).is_file().then(|| rest.to_str().map(str::to_owned))?
     }
 
     /// Returns the place in the program of what stands at a place in a generated file; `None` for scaffolding.
