@@ -101,12 +101,12 @@ pub(in crate::emit) fn push_methods<const N: usize>(text: &mut String, methods: 
         if arms.is_empty() {
             continue;
         }
-        *text = format!("{text}\n    fn {signature} {{\n        match {id} {{\n");
+        text.extend(["\n    fn ", signature, " {\n        match ", id, " {\n"]);
         let is_whole = arms.iter().any(|arm| arm.starts_with("_ => "));
-        for arm in arms {
-            *text = format!("{text}            {arm},\n");
+        text.extend(arms.iter().flat_map(|arm| ["            ", arm, ",\n"]));
+        if !is_whole {
+            text.extend(["            _ => ", otherwise, "\n"]);
         }
-        let otherwise = if is_whole { String::new() } else { format!("            _ => {otherwise}\n") };
-        *text = format!("{text}{otherwise}        }}\n    }}\n");
+        text.push_str("        }\n    }\n");
     }
 }
