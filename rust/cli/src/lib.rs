@@ -17,6 +17,7 @@ mod failure;
 mod federation;
 mod guard;
 mod pins;
+mod replace;
 mod supervisor;
 mod terminal;
 mod time;

@@ -10,6 +10,7 @@ mod c_mistakes;
 mod crates;
 mod debugging;
 mod descendants;
+mod fmt;
 mod paths;
 mod side_by_side;
 mod streams;

@@ -74,7 +74,7 @@ fn stages(main_path: &str, sources: &dyn SourceProvider, diagnostics: &mut Diagn
 }
 
 /// Returns whether the parser skips text at an error of this kind.
-fn leaves_gaps(code: Code) -> bool {
+pub(crate) fn leaves_gaps(code: Code) -> bool {
     matches!(
         code,
         Code::Syntax

@@ -1,12 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Compiles Lingua Franca sources to a plan, and the plan to Rust crates, Kconfig fragments and overlays.
 //!
-//! Three functions answer questions about a program:
+//! Four functions answer questions about a program:
 //!
 //! - [`parse`] returns the tree of one file with all its errors. It never fails: unreadable code becomes a diagnostic,
 //!   and the tree has the rest.
 //! - [`names`] returns the meaning of each name in a program: its declaration, with kind, type and comment. The program
 //!   may have any errors.
+//! - [`format`] returns the text of a file as others are written.
 //! - [`compile`] returns the [`plan`] of a correct program, and all diagnostics of an incorrect one.
 //!
 //! The stages of a program: `syntax` parses, `resolve` follows imports and checks every reactor by itself, `instances`
@@ -24,6 +25,7 @@ pub mod diagnostics;
 mod elaborated;
 pub mod emit;
 mod federates;
+mod format;
 mod instances;
 mod languages;
 mod lexical;
@@ -41,6 +43,7 @@ mod zephyr;
 pub use analysis::NETWORK_CAPACITY;
 pub use compilation::{Compilation, SyntaxTree, compile, parse};
 pub use diagnostics::{Code, Diagnostic, Diagnostics, Severity, Style};
+pub use format::format;
 pub use names::{Declaration, NameKind, ResolvedNames, names};
 pub use resolve::{PropertyScope, SourceProvider, Supported, TargetProperty, supported};
 pub use yaml::FileError;

@@ -6,6 +6,7 @@
 mod characters;
 mod documents;
 mod fail;
+mod format;
 mod last_tag;
 mod many;
 mod names;

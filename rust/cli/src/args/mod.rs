@@ -96,6 +96,15 @@ Build a program, or one federate, and start a debugger with it: breakpoints are 
 The others of a federation run in another terminal, by `lfz run FILE.lf --without FEDERATE`, which prints the arguments
 that the federate needs.")]
     Debug(DebugArgs),
+    /// Format LF files: indentation, blanks between tokens, empty lines.
+    #[command(long_about = "\
+Format LF files: indentation, blanks between tokens, empty lines.
+
+Comments keep their words, and code of the target language stays as it is. Lines end where you end them. A file with
+errors of syntax is left alone.
+
+Exit status: 0 when all files are formatted; 1 when a file cannot be, or with --check is not.")]
+    Fmt(FmtArgs),
     /// Remove the generated and compiled files of a program, or the compiled files of all programs.
     #[command(long_about = "\
 Remove the generated and compiled files of a program, or with --all the compiled files of all programs, and print the
@@ -342,6 +351,17 @@ pub struct RunArgs {
     /// Arguments for every federate, after `--`.
     #[arg(last = true, value_name = "ARGUMENT")]
     pub arguments: Vec<OsString>,
+}
+
+/// `lfz fmt`
+#[derive(Debug, Args)]
+pub struct FmtArgs {
+    /// The files; `-` reads the standard input, and writes the standard output.
+    #[arg(value_name = "FILE.lf", required = true)]
+    pub files: Vec<PathBuf>,
+    /// Print the differences, and change nothing.
+    #[arg(long)]
+    pub check: bool,
 }
 
 /// `lfz debug`

@@ -7,6 +7,7 @@ mod clean;
 mod codes;
 mod debug;
 mod explain;
+mod fmt;
 mod plan;
 mod rti;
 mod run;
@@ -50,6 +51,7 @@ fn execute_command(command: Command) -> Result<ExitCode, Failure> {
         Command::Build(arguments) => build::build(&arguments),
         Command::Run(arguments) => run::run(&arguments),
         Command::Debug(arguments) => debug::debug(&arguments),
+        Command::Fmt(arguments) => Ok(fmt::fmt(&arguments)),
         Command::Clean(arguments) => clean::clean(&arguments),
         Command::Scope(arguments) => edges::execute(&arguments),
         Command::Rti(arguments) => rti::rti(&arguments),

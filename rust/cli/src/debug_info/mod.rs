@@ -11,8 +11,8 @@ mod lines;
 mod origins;
 
 use std::fs;
-use std::io::{self, Write};
-use std::path::{Path, PathBuf};
+use std::io;
+use std::path::Path;
 
 pub(crate) use origins::Generated;
 
@@ -20,6 +20,7 @@ use elf::Elf;
 use origins::Origins;
 
 use crate::failure::Failure;
+use crate::replace::replace;
 
 /// Makes the debugging information of an executable name the program. One without such information stays as it is, and
 /// so does one that names the program already.
@@ -43,15 +44,4 @@ fn convert(executable: &Path, generated: &Generated<'_>) -> io::Result<()> {
         elf.replace(section, &contents)?;
     }
     replace(executable, &elf.into_bytes())
-}
-
-/// Replaces an executable, which may be running, by another.
-fn replace(executable: &Path, bytes: &[u8]) -> io::Result<()> {
-    let executable = fs::canonicalize(executable)?;
-    let folder = executable.parent().map_or_else(PathBuf::new, Path::to_owned);
-    let mut file = tempfile::NamedTempFile::new_in(folder)?;
-    file.write_all(bytes)?;
-    fs::set_permissions(file.path(), fs::metadata(&executable)?.permissions())?;
-    file.persist(&executable)?;
-    Ok(())
 }

@@ -20,6 +20,8 @@ pub struct SourceUnit {
     pub codes: Vec<(CodeBlock, CodeKind)>,
     /// All comments, with their marks.
     pub comments: Vec<Range<usize>>,
+    /// The places at which declarations and their attributes begin.
+    pub beginnings: Vec<usize>,
 }
 
 /// `target Rust { … }`

@@ -20,3 +20,4 @@ pub(crate) use comments::comment_before;
 pub(crate) use lf_model::units::{TimeError, nanoseconds};
 pub(crate) use parser::parse;
 pub(crate) use time::{is_zero, literal_ns};
+pub(crate) use token::{Token, TokenKind, tokens};

@@ -14,7 +14,7 @@ use crate::lexical::{BlockEnd, Language};
 #[derive(Logos, Clone, Copy, Debug, PartialEq, Eq)]
 #[logos(extras = Reading)]
 #[logos(skip r"[ \t\r\n\f]+")]
-pub(super) enum TokenKind {
+pub(crate) enum TokenKind {
     /// A name or a keyword.
     #[regex("[A-Za-z_][A-Za-z0-9_]*", word)]
     Word,
@@ -94,7 +94,7 @@ pub(super) enum TokenKind {
 }
 
 /// The state of the lexer.
-pub(super) struct Reading {
+pub(crate) struct Reading {
     /// Errors within tokens.
     problems: Vec<(Code, Range<usize>)>,
     /// The string or comment that hides the end of the code block at a place.
@@ -107,27 +107,27 @@ pub(super) struct Reading {
 
 /// A token with its place.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Token {
-    pub(super) kind: TokenKind,
-    pub(super) start: usize,
-    pub(super) end: usize,
+pub(crate) struct Token {
+    pub(crate) kind: TokenKind,
+    pub(crate) start: usize,
+    pub(crate) end: usize,
     /// Whether it directly follows the previous token.
-    pub(super) adjacent: bool,
+    pub(crate) adjacent: bool,
     /// Whether it is the first one of its line.
-    pub(super) first_of_line: bool,
+    pub(crate) first_of_line: bool,
 }
 
 /// The tokens of a text, with an [`TokenKind::End`] at the end, and the comments.
-pub(super) struct Tokens {
-    pub(super) list: Vec<Token>,
-    pub(super) comments: Vec<Range<usize>>,
+pub(crate) struct Tokens {
+    pub(crate) list: Vec<Token>,
+    pub(crate) comments: Vec<Range<usize>>,
     /// The beginnings of code blocks without an end.
-    pub(super) open: HashSet<usize>,
-    pub(super) diagnostics: Vec<Diagnostic>,
+    pub(crate) open: HashSet<usize>,
+    pub(crate) diagnostics: Vec<Diagnostic>,
 }
 
 /// Splits a text into tokens.
-pub(super) fn tokens(file: FileId, text: &str) -> Tokens {
+pub(crate) fn tokens(file: FileId, text: &str) -> Tokens {
     let reading =
         Reading { problems: Vec::new(), hiding: HashMap::new(), language: Language::default(), names_language: false };
     let mut lexer = TokenKind::lexer_with_extras(text, reading);

@@ -23,6 +23,7 @@ impl Parser<'_> {
         let mut attributes = Vec::new();
         while self.at(TokenKind::At) {
             attributes.push(self.attribute()?);
+            self.beginnings.push(self.peek(0).start);
         }
         Ok(attributes)
     }

@@ -21,10 +21,12 @@ pub(crate) fn parse(file: FileId, text: &str) -> (SourceUnit, Vec<Diagnostic>) {
         diagnostics,
         mode: None,
         codes: Vec::new(),
+        beginnings: Vec::new(),
     };
     let mut unit = parser.source_unit();
     unit.codes = parser.codes;
     unit.comments = parser.comments;
+    unit.beginnings = parser.beginnings;
     (unit, parser.diagnostics)
 }
 
@@ -41,6 +43,7 @@ impl Parser<'_> {
     }
 
     fn file_member(&mut self, unit: &mut SourceUnit) -> Parsed<()> {
+        self.beginnings.push(self.peek(0).start);
         match self.word_ahead(0) {
             Some("target") => {
                 let target = self.target()?;

@@ -45,6 +45,8 @@ struct Parser<'t> {
     mode: Option<usize>,
     /// All closed code blocks.
     codes: Vec<(CodeBlock, CodeKind)>,
+    /// The places at which declarations and their attributes begin.
+    beginnings: Vec<usize>,
 }
 
 impl<'t> Parser<'t> {

@@ -129,6 +129,7 @@ impl Parser<'_> {
             return Ok(());
         }
         let start = self.peek(0).start;
+        self.beginnings.push(start);
         let attributes = self.attributes()?;
         match self.word_ahead(0).filter(|_| !self.at_instance_name()) {
             Some("mode" | "initial") if self.mode.is_none() => self.mode(body)?,
