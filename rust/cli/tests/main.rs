@@ -7,6 +7,7 @@ mod advice;
 mod bodies;
 mod c_code;
 mod c_mistakes;
+mod check;
 mod crates;
 mod debugging;
 mod descendants;

@@ -9,6 +9,7 @@ use std::path::PathBuf;
 use std::time::Duration;
 
 use clap::{Args, Parser, Subcommand, ValueEnum};
+use clap_complete::Shell;
 
 use crate::pins;
 use crate::time;
@@ -61,9 +62,9 @@ struct RtiAlone {
 /// The commands.
 #[derive(Debug, Subcommand)]
 pub enum Command {
-    /// Check a program, and print its errors.
+    /// Check programs, and print their errors.
     #[command(long_about = "\
-Check a program, and print its errors.
+Check programs, and print their errors.
 
 The command always checks the LF code and the syntax of bodies. With --bodies, rustc checks the bodies, too, in the form
 that they have in programs for this computer.")]
@@ -151,6 +152,21 @@ panics, become places in the LF program.")]
         #[arg(value_name = "CODE")]
         codes: Vec<String>,
     },
+    /// Print the script by which a shell completes command lines of `lfz`.
+    #[command(long_about = "\
+Print the script by which a shell completes command lines of `lfz`.
+
+For bash: `lfz completions bash > ~/.local/share/bash-completion/completions/lfz`. For fish:
+`lfz completions fish > ~/.config/fish/completions/lfz.fish`. For zsh: into a file `_lfz` in a folder of `fpath`.")]
+    Completions {
+        /// The shell.
+        shell: Shell,
+    },
+    /// Write manual pages, for `man lfz` and `man lfz-run`.
+    Man {
+        /// The folder of the pages, such as `~/.local/share/man/man1`.
+        folder: PathBuf,
+    },
     /// Run the processes of a description, as the last step of `west lf-fed-run`.
     #[command(
         hide = true,
@@ -233,12 +249,15 @@ that do not say whose pin they mean although an image may have it, are errors."
 /// `lfz check`
 #[derive(Debug, Args)]
 pub struct CheckArgs {
-    /// The main LF file.
-    #[arg(value_name = "FILE.lf")]
-    pub file: PathBuf,
+    /// The main LF files; `-` is the standard input, whose imports are in the current folder.
+    #[arg(value_name = "FILE.lf", required = true)]
+    pub files: Vec<PathBuf>,
     /// Let rustc check bodies, preambles and values.
     #[arg(long)]
     pub bodies: bool,
+    /// Print the diagnostics as a list in JSON, for other programs.
+    #[arg(long, conflicts_with = "bodies")]
+    pub json: bool,
     /// The folders for generated and compiled files, with --bodies.
     #[command(flatten)]
     pub places: Places,

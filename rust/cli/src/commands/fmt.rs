@@ -1,21 +1,17 @@
 // SPDX-License-Identifier: Apache-2.0
 //! `lfz fmt`
 
-use std::io::{self, Read as _, Write as _};
+use std::io::Write as _;
 use std::path::Path;
 use std::process::ExitCode;
 
-use lf_compiler::characters::{SOURCE_BYTES_MAX, check_size, decode};
 use similar::TextDiff;
 
 use crate::args::FmtArgs;
-use crate::compile::{count, read_text};
+use crate::compile::{STANDARD_INPUT, count, read_text, standard_input};
 use crate::failure::Failure;
 use crate::replace::replace;
 use crate::terminal;
-
-/// The name of the standard input, as an argument.
-const STANDARD_INPUT: &str = "-";
 
 /// Formats files, or with `--check` tells which are not formatted. All files are looked at, whatever is wrong with one.
 pub(super) fn fmt(arguments: &FmtArgs) -> ExitCode {
@@ -59,12 +55,4 @@ fn format(file: &Path, only_checks: bool) -> Result<bool, Failure> {
             .map_err(|error| Failure::message(format!("{name} cannot be written: {error}")))?;
     }
     Ok(is_formatted)
-}
-
-fn standard_input() -> Result<String, String> {
-    let mut bytes = Vec::new();
-    let read = io::stdin().lock().take(SOURCE_BYTES_MAX as u64 + 1).read_to_end(&mut bytes);
-    read.map_err(|error| error.to_string())?;
-    check_size(bytes.len() as u64)?;
-    decode(bytes)
 }

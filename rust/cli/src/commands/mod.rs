@@ -8,6 +8,7 @@ mod codes;
 mod debug;
 mod explain;
 mod fmt;
+mod manual;
 mod plan;
 mod rti;
 mod run;
@@ -57,6 +58,8 @@ fn execute_command(command: Command) -> Result<ExitCode, Failure> {
         Command::Rti(arguments) => rti::rti(&arguments),
         Command::Trace(arguments) => trace::trace(&arguments),
         Command::Explain { crate_folder, codes } => codes::explain(crate_folder.as_deref(), &codes),
+        Command::Completions { shell } => manual::completions(shell),
+        Command::Man { folder } => manual::man(&folder),
         Command::Supervise { file } => supervise::supervise(&file),
         Command::Moves { script, federate, readers } => pins::print_moves(&script, &federate, &readers),
         Command::Nanoseconds { time } => {

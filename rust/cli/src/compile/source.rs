@@ -7,11 +7,14 @@ use std::path::{Path, PathBuf};
 
 use lf_compiler::characters::{SOURCE_BYTES_MAX, check_size, decode};
 use lf_compiler::plan::Plan;
-use lf_compiler::{Diagnostics, SourceProvider};
+use lf_compiler::{Compilation, Diagnostics, SourceProvider};
 
 use super::places::{from_root, text_of};
 use crate::failure::Failure;
 use crate::terminal;
+
+/// The name of the standard input, as an argument.
+pub(crate) const STANDARD_INPUT: &str = "-";
 
 /// Reads LF files from this computer.
 pub(crate) struct Files;
@@ -28,6 +31,38 @@ impl SourceProvider for Files {
     fn real_path(&self, path: &str) -> Option<PathBuf> {
         fs::canonicalize(path).ok()
     }
+}
+
+/// The file that the standard input stands for.
+const INPUT_FILE: &str = "standard_input.lf";
+
+/// Reads a main file from a text, and what it imports from this computer.
+struct Input(String);
+
+impl SourceProvider for Input {
+    fn read(&self, path: &str) -> Result<String, String> {
+        if path == INPUT_FILE { Ok(self.0.clone()) } else { Files.read(path) }
+    }
+
+    fn exists(&self, path: &str) -> bool {
+        path == INPUT_FILE || Files.exists(path)
+    }
+
+    fn real_path(&self, path: &str) -> Option<PathBuf> {
+        Files.real_path(path)
+    }
+}
+
+/// Returns the text of the standard input.
+///
+/// # Errors
+/// The reason, as the end of a sentence.
+pub(crate) fn standard_input() -> Result<String, String> {
+    let mut bytes = Vec::new();
+    let read = std::io::stdin().lock().take(SOURCE_BYTES_MAX as u64 + 1).read_to_end(&mut bytes);
+    read.map_err(|error| error.to_string())?;
+    check_size(bytes.len() as u64)?;
+    decode(bytes)
 }
 
 /// Returns the text of a file that users write.
@@ -71,9 +106,14 @@ impl Program {
     /// # Errors
     /// When it has no plan; the user has seen the reasons.
     pub(crate) fn load(file: &Path) -> Result<Self, Failure> {
-        let path = text_of(file)?;
-        from_root(file)?;
-        let compilation = lf_compiler::compile(path, &Files);
+        Self::of(compile(file)?, text_of(file)?)
+    }
+
+    /// Returns the program that was compiled from a file of this path; prints the diagnostics to standard error.
+    ///
+    /// # Errors
+    /// When it has no plan; the user has seen the reasons.
+    pub(crate) fn of(compilation: Compilation, path: &str) -> Result<Self, Failure> {
         let diagnostics = compilation.diagnostics;
         terminal::remark(diagnostics.render(terminal::style()));
         match compilation.plan {
@@ -85,6 +125,26 @@ impl Program {
             }
         }
     }
+}
+
+/// Compiles a main file, and returns what the compiler says.
+///
+/// # Errors
+/// When the compiler cannot be given the file's path.
+pub(crate) fn compile(file: &Path) -> Result<Compilation, Failure> {
+    let path = text_of(file)?;
+    from_root(file)?;
+    Ok(lf_compiler::compile(path, &Files))
+}
+
+/// Compiles the program in the standard input, and returns what the compiler says.
+///
+/// # Errors
+/// When it cannot be read.
+pub(crate) fn compile_input() -> Result<Compilation, Failure> {
+    let text =
+        standard_input().map_err(|error| Failure::message(format!("the standard input cannot be read: {error}")))?;
+    Ok(lf_compiler::compile(INPUT_FILE, &Input(text)))
 }
 
 /// Formats the numbers: `2 errors and 1 warning`.
