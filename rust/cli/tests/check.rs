@@ -58,6 +58,25 @@ fn the_standard_input_is_a_program_of_the_current_folder() {
 }
 
 #[test]
+fn a_deployment_is_checked_beside_its_program() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let program = "target Rust\nreactor A {\n}\nfederated reactor {\n  one = new A()\n}\n";
+    let deployment = folder.path().join("deployment.yaml");
+    for (text, error) in [
+        ("federates:\n  one: { platform: host }\n", ""),
+        ("federates:\n  two: { platform: host }\n", "deployment.yaml:2:8: error: standard_input has no federate named"),
+        ("federates: [\n", "deployment.yaml:"),
+    ] {
+        fs::write(&deployment, text).expect("it can be written");
+        let output = check(folder.path(), &["-", "--deployment", "deployment.yaml"], program);
+        let said = String::from_utf8_lossy(&output.stderr).into_owned();
+        assert!(said.contains(error) && output.status.success() == error.is_empty(), "{said}");
+    }
+    let output = check(folder.path(), &["-", "--deployment", "nothing.yaml"], program);
+    assert!(text(&output.stderr).contains("cannot read nothing.yaml: it does not exist"));
+}
+
+#[test]
 fn diagnostics_are_a_list_in_json() {
     let folder = tempfile::tempdir().expect("a temporary folder");
     let output = check(folder.path(), &["--json", "Wrong.lf", "Right.lf", "-"], "target Rust\nmain reactor {\n");

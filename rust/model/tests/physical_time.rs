@@ -67,6 +67,58 @@ fn a_physical_connection_delays_from_physical_time() {
     assert_eq!(bench.log(), entries(&[("1", 25, 0), ("1", 40, 1)]));
 }
 
+/// A recording has what came from outside at a tag that begins, and nothing else.
+#[test]
+fn what_comes_from_outside_is_told_when_its_tag_begins() {
+    let mut bench = bench()
+        .physical_connections()
+        .delay(5)
+        .timer(0, 0, 0)
+        .reaction(0, &[By::Startup], |cells, ctx| {
+            LINK.set(Some((ctx.physical_link(), cells.physical.clone())));
+        })
+        .reaction(0, &[By::Timer(0)], |cells, ctx| ctx.set(&mut cells.ports[0], 258))
+        .reaction(1, &[By::Delayed, By::Physical], |_, _| {})
+        .build();
+    let told = |bench: &mut Bench| {
+        let mut told = Vec::new();
+        bench.engine.physical_events(&mut bench.program, &mut |trigger, encode| {
+            told.push((trigger.0, encode(&mut [0; 8]).map(Result::unwrap)));
+        });
+        told
+    };
+    bench.begin(at(0, 0));
+    assert_eq!(told(&mut bench), [], "timers and startup come from within");
+    assert_eq!(bench.advance(), Progress::Complete);
+    let connected = bench.engine.next_tag().unwrap();
+    post(&bench, 2, 7, Asap).unwrap();
+    bench.engine.drain_physical(&mut bench.program, &bench.host);
+    bench.begin(at(2, 0));
+    assert_eq!(told(&mut bench), [(6, None)], "the cells of a bench do not tell their values");
+    assert_eq!(bench.advance(), Progress::Complete);
+    bench.begin(connected);
+    assert_eq!(told(&mut bench), [(7, None)]);
+    LINK.set(None);
+}
+
+/// Bodies see the clock as it is, and the start as it was.
+#[test]
+fn bodies_read_physical_time() {
+    let mut bench = bench()
+        .timer(0, 10, 0)
+        .reaction(0, &[By::Timer(0)], |cells, ctx| {
+            let (start, now) = (ctx.get_start_time(), ctx.get_physical_time());
+            cells.log(ctx, format!("{} {}", (now - start).as_nanos(), ctx.get_elapsed_physical_time().as_nanos()));
+        })
+        .build();
+    assert_eq!(bench.engine.start_time(), START);
+    bench.steps(1);
+    bench.begin(at(10, 0));
+    bench.clock.set(START + Interval::from_millis(12));
+    assert_eq!(bench.advance(), Progress::Complete);
+    assert_eq!(bench.log(), entries(&[("12000000 12000000", 10, 0)]));
+}
+
 #[test]
 fn the_minimum_delay_counts_from_physical_time_and_spacing_holds() {
     let mut bench = with_link().physical(timing(5, Some(10), Policy::Drop)).build();

@@ -256,8 +256,11 @@ pub struct CheckArgs {
     #[arg(long)]
     pub bodies: bool,
     /// Print the diagnostics as a list in JSON, for other programs.
-    #[arg(long, conflicts_with = "bodies")]
+    #[arg(long, conflicts_with_all = ["bodies", "deployment"])]
     pub json: bool,
+    /// Check the deployment of the program, too (deployment.yaml).
+    #[arg(long, value_name = "FILE")]
+    pub deployment: Option<PathBuf>,
     /// The folders for generated and compiled files, with --bodies.
     #[command(flatten)]
     pub places: Places,

@@ -9,7 +9,7 @@ use lf_compiler::{Diagnostic, Diagnostics, Severity};
 use serde_json::{Value, json};
 
 use crate::args::{CheckArgs, Platform};
-use crate::compile::{Program, Request, STANDARD_INPUT, compile, compile_input, count};
+use crate::compile::{Program, Request, STANDARD_INPUT, compile, compile_input, count, read_deployment};
 use crate::failure::Failure;
 use crate::terminal;
 
@@ -35,17 +35,23 @@ pub(super) fn check(arguments: &CheckArgs) -> Result<ExitCode, Failure> {
 
 /// Returns the number of errors and of warnings.
 fn counts(file: &Path, arguments: &CheckArgs) -> Result<(usize, usize), Failure> {
-    match (is_standard_input(file), arguments.bodies) {
-        (true, false) => return Ok(Program::of(compile_input()?, "standard input")?.diagnostics.counts()),
-        (false, false) => return Ok(Program::load(file)?.diagnostics.counts()),
-        (true, true) => {
-            return Err(Failure::message("the standard input has no folder for the crates that --bodies needs"));
-        }
-        (false, true) => {}
+    let is_input = is_standard_input(file);
+    if is_input && arguments.bodies {
+        return Err(Failure::message("the standard input has no folder for the crates that --bodies needs"));
     }
-    let platform = Some(Platform::Host);
-    let request = Request { platform, checks_only: true, ..Request::new(file, &arguments.places) };
-    Ok(request.build()?.counts)
+    let (plan, counts) = if arguments.bodies {
+        let platform = Some(Platform::Host);
+        let built = Request { platform, checks_only: true, ..Request::new(file, &arguments.places) }.build()?;
+        (built.plan, built.counts)
+    } else {
+        let program = if is_input { Program::of(compile_input()?, "standard input") } else { Program::load(file) }?;
+        let counts = program.diagnostics.counts();
+        (program.plan, counts)
+    };
+    if let Some(path) = &arguments.deployment {
+        read_deployment(path, &plan)?;
+    }
+    Ok(counts)
 }
 
 fn is_standard_input(file: &Path) -> bool {

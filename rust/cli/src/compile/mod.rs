@@ -116,11 +116,7 @@ impl<'a> Request<'a> {
     fn deployment(&self, plan: &Plan) -> Result<Deployment, Failure> {
         let mut deployment = match self.deployment {
             None => Deployment::default(),
-            Some(path) => {
-                let text = read_text(path)
-                    .map_err(|error| Failure::message(format!("cannot read {}: {error}", path.display())))?;
-                Deployment::parse(&path.display().to_string(), &text, plan).map_err(|errors| report(&errors))?
-            }
+            Some(path) => read_deployment(path, plan)?,
         };
         if self.platform == Some(Platform::Zephyr) && self.deployment.is_none() {
             let board = self.board.or(plan.target.board.as_deref()).unwrap_or(BOARD_DEFAULT);
@@ -231,6 +227,15 @@ impl<'a> Request<'a> {
         }
         Ok(programs)
     }
+}
+
+/// Returns the places of a program's federates that a file says.
+///
+/// # Errors
+/// When the file cannot be read, or is wrong; the user has seen each error in it.
+pub(crate) fn read_deployment(path: &Path, plan: &Plan) -> Result<Deployment, Failure> {
+    let text = read_text(path).map_err(|error| Failure::message(format!("cannot read {}: {error}", path.display())))?;
+    Deployment::parse(&path.display().to_string(), &text, plan).map_err(|errors| report(&errors))
 }
 
 /// Returns whether a federate is a program of this computer; a participant that is no federate is the image of the RTI.
