@@ -3,7 +3,7 @@
 //!
 //! `args` is the command line, `commands` implements each command, `compile` makes executables from an LF file,
 //! `debug_info` leads debuggers from them to it, `federation` describes a run of them, and `supervisor` runs and ends
-//! its processes together; `trace` converts recordings of runs.
+//! its processes together; `trace` converts recordings of runs, and `lsp` serves editors.
 #![forbid(unsafe_code)]
 
 pub mod args;
@@ -16,6 +16,7 @@ mod edges;
 mod failure;
 mod federation;
 mod guard;
+mod lsp;
 mod pins;
 mod replace;
 mod supervisor;

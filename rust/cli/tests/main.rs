@@ -12,6 +12,7 @@ mod crates;
 mod debugging;
 mod descendants;
 mod fmt;
+mod lsp;
 mod paths;
 mod side_by_side;
 mod streams;

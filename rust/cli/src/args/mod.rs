@@ -152,6 +152,8 @@ panics, become places in the LF program.")]
         #[arg(value_name = "CODE")]
         codes: Vec<String>,
     },
+    /// Serve an editor: the language server protocol over standard input and output.
+    Lsp,
     /// Print the script by which a shell completes command lines of `lfz`.
     #[command(long_about = "\
 Print the script by which a shell completes command lines of `lfz`.

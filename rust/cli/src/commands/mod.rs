@@ -22,6 +22,7 @@ use crate::descendants;
 use crate::edges;
 use crate::failure::Failure;
 use crate::guard;
+use crate::lsp;
 use crate::pins;
 use crate::terminal;
 
@@ -58,6 +59,7 @@ fn execute_command(command: Command) -> Result<ExitCode, Failure> {
         Command::Rti(arguments) => rti::rti(&arguments),
         Command::Trace(arguments) => trace::trace(&arguments),
         Command::Explain { crate_folder, codes } => codes::explain(crate_folder.as_deref(), &codes),
+        Command::Lsp => lsp::serve().map(|()| ExitCode::SUCCESS),
         Command::Completions { shell } => manual::completions(shell),
         Command::Man { folder } => manual::man(&folder),
         Command::Supervise { file } => supervise::supervise(&file),

@@ -1,0 +1,180 @@
+// SPDX-License-Identifier: Apache-2.0
+//! The language server: what an editor asks about LF files, and tells of them, over standard input and output.
+//!
+//! Checking a large program takes less time than a key stroke, so nothing is kept between two questions but the texts
+//! that the editor has open. After a change all open files are checked, each as the main file of a program, with the
+//! texts of the editor in the place of those on disk.
+
+mod answers;
+mod buffers;
+mod positions;
+
+use std::collections::BTreeSet;
+
+use lsp_server::{Connection, ErrorCode, Message, Notification, ProtocolError, Request, Response};
+use lsp_types::notification::{
+    DidChangeTextDocument, DidCloseTextDocument, DidOpenTextDocument, Notification as _, PublishDiagnostics,
+};
+use lsp_types::request::{
+    Completion, DocumentSymbolRequest, Formatting, GotoDefinition, HoverRequest, References, Request as _,
+};
+use lsp_types::{
+    CompletionOptions, HoverProviderCapability, OneOf, PublishDiagnosticsParams, ServerCapabilities,
+    TextDocumentSyncCapability, TextDocumentSyncKind, Uri,
+};
+use serde::Serialize;
+use serde::de::DeserializeOwned;
+use serde_json::{Value, json};
+
+use crate::failure::Failure;
+use buffers::Buffers;
+
+/// Serves an editor until it asks for the end.
+///
+/// # Errors
+/// When what comes is no language server protocol, or ends without a word.
+pub(crate) fn serve() -> Result<(), Failure> {
+    let (connection, threads) = Connection::stdio();
+    let served = Server::new(&connection).run();
+    drop(connection);
+    let joined = threads.join();
+    served.map_err(|error| Failure::message(format!("the editor's messages cannot be understood: {error}")))?;
+    joined.map_err(|error| Failure::message(format!("the editor is gone: {error}")))
+}
+
+struct Server<'c> {
+    connection: &'c Connection,
+    buffers: Buffers,
+    /// The files of which the editor shows diagnostics.
+    told: BTreeSet<String>,
+}
+
+impl<'c> Server<'c> {
+    fn new(connection: &'c Connection) -> Self {
+        Self { connection, buffers: Buffers::default(), told: BTreeSet::new() }
+    }
+
+    fn run(&mut self) -> Result<(), ProtocolError> {
+        let capabilities = ServerCapabilities {
+            text_document_sync: Some(TextDocumentSyncCapability::Kind(TextDocumentSyncKind::FULL)),
+            hover_provider: Some(HoverProviderCapability::Simple(true)),
+            definition_provider: Some(OneOf::Left(true)),
+            references_provider: Some(OneOf::Left(true)),
+            document_symbol_provider: Some(OneOf::Left(true)),
+            document_formatting_provider: Some(OneOf::Left(true)),
+            completion_provider: Some(CompletionOptions {
+                trigger_characters: Some(vec![".".to_owned()]),
+                ..CompletionOptions::default()
+            }),
+            ..ServerCapabilities::default()
+        };
+        let (id, _) = self.connection.initialize_start()?;
+        let about = json!({ "name": "lfz", "version": env!("CARGO_PKG_VERSION") });
+        self.connection.initialize_finish(id, json!({ "capabilities": capabilities, "serverInfo": about }))?;
+        while let Ok(message) = self.connection.receiver.recv() {
+            let mut next = Some(message);
+            let mut has_changed = false;
+            // What was typed meanwhile is checked once.
+            while let Some(message) = next {
+                match message {
+                    Message::Request(request) => {
+                        if self.connection.handle_shutdown(&request)? {
+                            return Ok(());
+                        }
+                        let response = self.answer(request);
+                        self.send(Message::Response(response));
+                    }
+                    Message::Notification(notification) => has_changed |= self.note(notification),
+                    Message::Response(_) => {}
+                }
+                next = self.connection.receiver.try_recv().ok();
+            }
+            if has_changed {
+                self.tell_diagnostics();
+            }
+        }
+        Ok(())
+    }
+
+    /// Sends a message. When the editor is gone, the next one cannot be received.
+    fn send(&self, message: Message) {
+        let _ = self.connection.sender.send(message);
+    }
+
+    /// Takes note of what the editor tells, and returns whether a text is another one now.
+    fn note(&mut self, notification: Notification) -> bool {
+        match notification.method.as_str() {
+            DidOpenTextDocument::METHOD => {
+                let Some(told) =
+                    read::<<DidOpenTextDocument as lsp_types::notification::Notification>::Params>(notification.params)
+                else {
+                    return false;
+                };
+                self.buffers.set(&told.text_document.uri, told.text_document.text)
+            }
+            DidChangeTextDocument::METHOD => {
+                let Some(told) = read::<lsp_types::DidChangeTextDocumentParams>(notification.params) else {
+                    return false;
+                };
+                let whole = told.content_changes.into_iter().rfind(|change| change.range.is_none());
+                whole.is_some_and(|change| self.buffers.set(&told.text_document.uri, change.text))
+            }
+            DidCloseTextDocument::METHOD => {
+                let Some(told) = read::<lsp_types::DidCloseTextDocumentParams>(notification.params) else {
+                    return false;
+                };
+                self.buffers.close(&told.text_document.uri)
+            }
+            _ => false,
+        }
+    }
+
+    fn answer(&self, request: Request) -> Response {
+        let Request { id, method, params, .. } = request;
+        let buffers = &self.buffers;
+        let answer = match method.as_str() {
+            HoverRequest::METHOD => answered(params, |asked| answers::hover(buffers, &asked)),
+            GotoDefinition::METHOD => answered(params, |asked| answers::definition(buffers, &asked)),
+            References::METHOD => answered(params, |asked| answers::references(buffers, &asked)),
+            DocumentSymbolRequest::METHOD => answered(params, |asked| answers::symbols(buffers, &asked)),
+            Formatting::METHOD => answered(params, |asked| answers::formatting(buffers, &asked)),
+            Completion::METHOD => answered(params, |asked| answers::completion(buffers, &asked)),
+            _ => {
+                let text = format!("lfz does not answer `{method}`");
+                return Response::new_err(id, ErrorCode::MethodNotFound as i32, text);
+            }
+        };
+        match answer {
+            Ok(value) => Response::new_ok(id, value),
+            Err(error) => Response::new_err(id, ErrorCode::InvalidParams as i32, error.to_string()),
+        }
+    }
+
+    /// Tells the diagnostics of all open files, and of those that they import.
+    fn tell_diagnostics(&mut self) {
+        let mut all = answers::diagnostics(&self.buffers);
+        for uri in std::mem::take(&mut self.told) {
+            all.entry(uri).or_default();
+        }
+        for (uri, diagnostics) in all {
+            let Ok(parsed) = uri.parse::<Uri>() else { continue };
+            if !diagnostics.is_empty() {
+                self.told.insert(uri);
+            }
+            let told = PublishDiagnosticsParams::new(parsed, diagnostics, None);
+            self.send(Message::Notification(Notification::new(PublishDiagnostics::METHOD.to_owned(), told)));
+        }
+    }
+}
+
+fn read<P: DeserializeOwned>(params: Value) -> Option<P> {
+    serde_json::from_value(params).ok()
+}
+
+/// Answers a question; one that cannot be understood is an error.
+fn answered<P: DeserializeOwned, A: Serialize>(
+    params: Value,
+    answer: impl FnOnce(P) -> A,
+) -> Result<Value, serde_json::Error> {
+    serde_json::to_value(answer(serde_json::from_value(params)?))
+}
