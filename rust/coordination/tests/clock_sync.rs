@@ -57,6 +57,23 @@ fn an_impossible_exchange_is_used_only_when_there_is_no_other() {
     assert_eq!(estimator.estimate().unwrap().offset, Interval::from_nanos(7));
 }
 
+/// Exchanges count that take up to half as long again as the fastest, which may take no time at all.
+#[test]
+fn similar_exchanges_are_averaged() {
+    let mut estimator = Estimator::new();
+    // The sum of what both sides measure is 100, 150 and 152 ns.
+    for (there, back) in [(50, 50), (60, 90), (152, 0)] {
+        estimator.record(exchange(1_000, 7, there, 0, back));
+    }
+    let estimate = estimator.estimate().unwrap();
+    assert_eq!((estimate.used, estimate.seen), (2, 3));
+    assert_eq!(estimate.offset, Interval::from_nanos(7 + 15 / 2));
+    assert_eq!(estimate.to_string(), "own clock off by -14 ns, round trip 100 ns, from the best 2 of 3 exchanges");
+    estimator.record(exchange(2_000, 9, 0, 0, 0));
+    let estimate = estimator.estimate().unwrap();
+    assert_eq!((estimate.used, estimate.offset), (1, Interval::from_nanos(9)));
+}
+
 #[derive(Clone, Copy, Debug)]
 enum Change {
     Slew(i64),

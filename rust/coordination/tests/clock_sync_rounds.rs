@@ -160,6 +160,38 @@ fn the_rti_waits_for_an_answer_as_long_as_answers_may_take() {
     assert!(poll.begin(Instant::from_nanos(now + 300 * MS)));
 }
 
+/// The time-out falls by an eighth with each answer, and is eight times as long as the slowest of late needed.
+#[test]
+fn the_time_out_follows_the_answers() {
+    let mut poll = Poll::NONE;
+    let mut now = 0;
+    let mut answered_after = |elapsed: i64, expected: i64| {
+        assert!(poll.begin(Instant::from_nanos(now)));
+        assert!(poll.answer(Instant::from_nanos(now + elapsed)));
+        now += elapsed + 1;
+        let mut unanswered = poll;
+        assert!(unanswered.begin(Instant::from_nanos(now)));
+        assert!(!unanswered.begin(Instant::from_nanos(now + expected - 1)), "{expected}");
+        assert!(unanswered.begin(Instant::from_nanos(now + expected)), "{expected}");
+    };
+    answered_after(MS, 875 * MS);
+    answered_after(MS, 765_625_000);
+    answered_after(120 * MS, 960 * MS);
+    answered_after(200 * MS, 1_000 * MS);
+}
+
+/// Bytes behind a message belong to nothing, so the datagram is not from an RTI.
+#[test]
+fn a_datagram_is_one_message() {
+    let mut responder = Responder::default();
+    let mut datagram = bytes(&Message::T1(1_000));
+    datagram.push(0);
+    let heard = responder.handle(Instant::from_nanos(10), None, RTI, &datagram);
+    assert!(!heard.answer);
+    datagram.pop();
+    assert!(responder.handle(Instant::from_nanos(11), None, RTI, &datagram).answer);
+}
+
 /// The round of a T4 follows from its time, so no T1 may have the same time.
 #[test]
 fn no_round_begins_at_the_instant_at_which_the_last_was_answered() {
