@@ -2,7 +2,11 @@
 //! Physical actions from other threads, and deadlines.
 use crate::bench::{Bench, Builder, By, START, at, bench, entries, timing};
 use lf_model::prelude::*;
-use lf_model::{Interval, Policy, Progress, ScheduleError, Settings};
+use lf_model::{
+    Env, Instant, Interval, Outgoing, Outside, Part, Policy, Progress, ReactionId, ReactionStep, ScheduleError,
+    SendError, Settings,
+};
+use lf_testkit::host::Clock;
 
 thread_local! {
     static LINK: std::cell::RefCell<Option<(PhysicalLink, PhysicalActionRef<u32>)>> =
@@ -99,6 +103,46 @@ fn what_comes_from_outside_is_told_when_its_tag_begins() {
     bench.begin(connected);
     assert_eq!(told(&mut bench), [(7, None)]);
     LINK.set(None);
+}
+
+/// An environment of one program that keeps the steps of its reactions.
+struct Watching {
+    clock: &'static Clock,
+    steps: Vec<ReactionStep>,
+}
+
+impl Env for Watching {
+    fn outside(&self) -> &'static dyn Outside {
+        self.clock
+    }
+    fn send(&mut self, _message: &Outgoing<'_>) -> Result<(), SendError> {
+        Ok(())
+    }
+    fn step(&mut self, step: ReactionStep, _worker: Option<(u16, Instant)>) {
+        self.steps.push(step);
+    }
+}
+
+/// Reactions are told when they begin and end, to whom wants to know it.
+#[test]
+fn steps_of_reactions_are_told_if_they_are_asked_for() {
+    let steps = |tell| {
+        let mut bench = bench()
+            .reaction(0, &[By::Startup], |cells, ctx| ctx.set(&mut cells.ports[0], 1))
+            .reaction(1, &[By::Port(0)], |_, _| {})
+            .build();
+        let mut watching = Watching { clock: bench.clock, steps: Vec::new() };
+        bench.engine.tell_steps(tell);
+        bench.begin(at(0, 0));
+        assert_eq!(bench.engine.advance(&mut bench.program, &mut watching, None), Progress::Complete);
+        watching.steps
+    };
+    let of = |reaction| {
+        let id = ReactionId(reaction);
+        [ReactionStep::Begins(id, Part::Body), ReactionStep::Ends(id)]
+    };
+    assert_eq!(steps(true), [of(0), of(1)].concat());
+    assert_eq!(steps(false), []);
 }
 
 /// Bodies see the clock as it is, and the start as it was.
