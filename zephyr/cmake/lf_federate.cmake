@@ -9,6 +9,7 @@
 
 include_guard(GLOBAL)
 include(${CMAKE_CURRENT_LIST_DIR}/lf_rust_toolchain.cmake)
+include(${CMAKE_CURRENT_LIST_DIR}/../../rust/c-build/cmake/lf_program_files.cmake)
 
 set(LF_ZEPHYR_CMAKE_DIR ${CMAKE_CURRENT_LIST_DIR} CACHE INTERNAL "")
 cmake_path(GET CMAKE_CURRENT_LIST_DIR PARENT_PATH _lf_module)
@@ -204,38 +205,6 @@ function(_lf_has_short_enums out)
   if(match)
     set(${out} 1 PARENT_SCOPE)
   endif()
-endfunction()
-
-# lf_find_program_files(TARGET FOLDER...)
-#
-# Sources and folders for headers that have been given to the target by relative paths, and are not in the application's
-# folder, are those in the first of the folders that has them.
-function(lf_find_program_files target)
-  foreach(property SOURCES INCLUDE_DIRECTORIES)
-    get_target_property(paths ${target} ${property})
-    set(found)
-    foreach(path IN LISTS paths)
-      set(relative)
-      if(NOT path MATCHES "[$]<")
-        # CMake has made some of them absolute.
-        cmake_path(ABSOLUTE_PATH path BASE_DIRECTORY ${CMAKE_CURRENT_SOURCE_DIR} NORMALIZE OUTPUT_VARIABLE absolute)
-        cmake_path(IS_PREFIX CMAKE_CURRENT_SOURCE_DIR ${absolute} NORMALIZE here)
-        if(here AND NOT EXISTS ${absolute})
-          cmake_path(RELATIVE_PATH absolute BASE_DIRECTORY ${CMAKE_CURRENT_SOURCE_DIR} OUTPUT_VARIABLE relative)
-        endif()
-      endif()
-      if(relative)
-        foreach(folder IN LISTS ARGN)
-          if(EXISTS ${folder}/${relative})
-            set(path ${folder}/${relative})
-            break()
-          endif()
-        endforeach()
-      endif()
-      list(APPEND found "${path}")
-    endforeach()
-    set_property(TARGET ${target} PROPERTY ${property} "${found}")
-  endforeach()
 endfunction()
 
 # Writes what lf_cargo_build.cmake needs, once CMake knows the include folders. Uses the caller's variables.

@@ -11,6 +11,8 @@ use std::{env, fs, process, thread};
 pub(crate) struct Compiler {
     includes: Vec<PathBuf>,
     flags: Vec<String>,
+    /// The arguments that CMake has for files of C and of C++, which take the place of these folders and flags.
+    of_cmake: Option<[Vec<String>; 2]>,
     /// The flags about mistakes for compilers of C, and of C++.
     mistakes: [Vec<&'static str>; 2],
     out: PathBuf,
@@ -32,13 +34,22 @@ pub(crate) fn is_cpp(file: &Path) -> bool {
 impl Compiler {
     pub(crate) fn new(includes: Vec<PathBuf>, flags: Vec<String>, out: &Path) -> Self {
         let mistakes = [false, true].map(|is_cpp| about_mistakes(is_cpp, &out.join("c")));
-        Self { includes, flags, mistakes, out: out.join("c"), count: 0, has_failed: false }
+        Self { includes, flags, of_cmake: None, mistakes, out: out.join("c"), count: 0, has_failed: false }
     }
 
     /// Adds an argument.
     pub(crate) fn with_flag(&mut self, flag: &str) -> &mut Self {
         self.flags.push(flag.to_owned());
+        for arguments in self.of_cmake.iter_mut().flatten() {
+            arguments.push(flag.to_owned());
+        }
         self
+    }
+
+    /// Sets the arguments for files of C and of C++ that CMake has found, instead of folders and flags.
+    #[cfg(feature = "cmake")]
+    pub(crate) fn compile_as(&mut self, arguments: [Vec<String>; 2]) {
+        self.of_cmake = Some(arguments);
     }
 
     /// Compiles files to objects. Prints the compiler's output, in the order of the files.
@@ -97,16 +108,20 @@ impl Compiler {
             // `offsetof` works.
             command.extend(["-Wno-write-strings", "-Wno-invalid-offsetof"].map(Into::into));
         }
-        for folder in &self.includes {
-            command.extend(["-I".into(), folder.into()]);
+        if let Some(arguments) = &self.of_cmake {
+            command.extend(arguments[usize::from(is_cpp(file))].iter().map(Into::into));
+        } else {
+            for folder in &self.includes {
+                command.extend(["-I".into(), folder.into()]);
+            }
+            command.extend(self.flags.iter().map(Into::into));
         }
-        command.extend(self.flags.iter().map(Into::into));
         command.extend(["-c".into(), file.into(), "-o".into(), object.clone().into()]);
         (command, object)
     }
 
     /// Prints the compiler's output: errors unchanged, warnings also as cargo's, which shows them.
-    fn report(&mut self, output: &Output) {
+    pub(crate) fn report(&mut self, output: &Output) {
         let said = String::from_utf8_lossy(&output.stderr);
         eprint!("{said}");
         if !output.status.success() {

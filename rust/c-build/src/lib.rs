@@ -5,6 +5,7 @@
 //! ```no_run
 //! lf_c_build::program().define("LOG_LEVEL", "3").source("../src/helpers.c").build();
 //! lf_c_build::beside().include("../src").source("../src/fan.c").header("../src/fan.h").build();
+//! lf_c_build::program().cmake_file("../src/sensors.cmake").cmake_place("../src").build();
 //! ```
 //!
 //! The C files of the program are those of the folder `c` beside its manifest, those that end with `.cpp` in C++;
@@ -12,6 +13,8 @@
 //! linked. In a build for Zephyr, which compiles C itself, `LF_C_SIZES` names its object, and nothing is compiled here.
 #![forbid(unsafe_code)]
 
+#[cfg(feature = "cmake")]
+mod cmake;
 mod compiler;
 #[cfg(feature = "headers")]
 mod floats;
@@ -39,6 +42,16 @@ pub struct Program {
     link_arguments: Vec<String>,
     first_libraries: Vec<String>,
     libraries: Vec<String>,
+    cmake_files: Vec<PathBuf>,
+    cmake_places: Vec<PathBuf>,
+}
+
+/// What the program's files for CMake add to it.
+#[derive(Default)]
+struct OfCmake {
+    objects: Vec<PathBuf>,
+    linked: Vec<String>,
+    is_cpp: bool,
 }
 
 /// Returns the program in the folder `c`.
@@ -112,6 +125,18 @@ impl Program {
         self
     }
 
+    /// Adds a file for CMake, in which `${LF_MAIN_TARGET}` is the program. It takes the feature `cmake`.
+    pub fn cmake_file(mut self, file: impl Into<PathBuf>) -> Self {
+        self.cmake_files.push(file.into());
+        self
+    }
+
+    /// Adds a folder that has files which those for CMake name by relative paths.
+    pub fn cmake_place(mut self, folder: impl Into<PathBuf>) -> Self {
+        self.cmake_places.push(folder.into());
+        self
+    }
+
     /// Compiles the program, tells cargo to link it, and writes its Rust part into `OUT_DIR`: of bodies `sizes.rs`,
     /// with a constant `LF_SIZE_N` per size, and of headers `c.rs`.
     ///
@@ -126,10 +151,11 @@ impl Program {
             self.build_bodies(&out);
         } else if !is_image() {
             let mut compiler = Compiler::new(self.includes.clone(), self.flags.clone(), &out);
+            let added = self.build_cmake(&mut compiler, &self.includes, &out);
             let files: Vec<_> = self.sources.iter().cloned().chain(wrapper).collect();
             let objects = compiler.compile(&files);
             compiler.finish();
-            self.link(&files, &objects);
+            self.link(&files, &objects, &added);
         }
     }
 
@@ -155,9 +181,10 @@ impl Program {
         }
         // The crate lf-c lies beside this one.
         let runtime = Path::new(env!("CARGO_MANIFEST_DIR")).join("../c");
-        let includes =
+        let includes: Vec<_> =
             [runtime.join("include"), runtime.clone(), code.clone()].iter().chain(&self.includes).cloned().collect();
-        let mut compiler = Compiler::new(includes, self.flags.clone(), out);
+        let mut compiler = Compiler::new(includes.clone(), self.flags.clone(), out);
+        let added = self.build_cmake(&mut compiler, &includes, out);
 
         let (types, own): (Vec<_>, Vec<_>) =
             files_in(code).into_iter().partition(|file| file.file_stem().is_some_and(|stem| stem == "sizes"));
@@ -171,16 +198,38 @@ impl Program {
         write_sizes(out, types.first().map(PathBuf::as_path));
         println!("cargo::rerun-if-changed={}", code.display());
         println!("cargo::rerun-if-changed={}", runtime.display());
-        self.link(&files, &objects);
+        self.link(&files, &objects, &added);
+    }
+
+    /// Builds what the files for CMake add, and has the compiler compile the program's own files as they say.
+    #[cfg(feature = "cmake")]
+    fn build_cmake(&self, compiler: &mut Compiler, includes: &[PathBuf], out: &Path) -> OfCmake {
+        if self.cmake_files.is_empty() {
+            return OfCmake::default();
+        }
+        let (files, places, flags) = (&self.cmake_files, &self.cmake_places, &self.flags);
+        let is_cpp = self.of_bodies && files_in(&self.folder).iter().any(|file| compiler::is_cpp(file));
+        let configured = cmake::Project { files, places, includes, flags, is_cpp, out }.configure();
+        let (objects, said) = configured.build();
+        compiler.report(&said);
+        compiler.finish();
+        compiler.compile_as(configured.arguments);
+        OfCmake { objects, linked: configured.linked, is_cpp: configured.is_cpp }
+    }
+
+    #[cfg(not(feature = "cmake"))]
+    fn build_cmake(&self, _compiler: &mut Compiler, _includes: &[PathBuf], _out: &Path) -> OfCmake {
+        assert!(self.cmake_files.is_empty(), "files for CMake are read by the feature `cmake`");
+        OfCmake::default()
     }
 
     /// Makes cargo link the objects of files, and the program's libraries.
-    fn link(&self, files: &[PathBuf], objects: &[PathBuf]) {
+    fn link(&self, files: &[PathBuf], objects: &[PathBuf], of_cmake: &OfCmake) {
         for library in &self.first_libraries {
             println!("cargo::rustc-link-lib=dylib={library}");
         }
         // As objects they take part in the program wherever they stand among its libraries: Rust calls C, C calls Rust.
-        for object in objects {
+        for object in objects.iter().chain(&of_cmake.objects) {
             println!("cargo::rustc-link-arg={}", object.display());
         }
         for argument in &self.link_arguments {
@@ -190,7 +239,11 @@ impl Program {
                 println!("cargo::rerun-if-changed={argument}");
             }
         }
-        let of_cpp = files.iter().any(|file| compiler::is_cpp(file)).then_some("stdc++");
+        for argument in &of_cmake.linked {
+            println!("cargo::rustc-link-arg={argument}");
+        }
+        let of_cpp = of_cmake.is_cpp || files.iter().any(|file| compiler::is_cpp(file));
+        let of_cpp = of_cpp.then_some("stdc++");
         for library in self.libraries.iter().map(String::as_str).chain(of_cpp).chain(["m"]) {
             let is_argument = library.starts_with('-') || library.contains('/');
             println!("cargo::rustc-link-arg={}{library}", if is_argument { "" } else { "-l" });

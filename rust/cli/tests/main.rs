@@ -8,6 +8,7 @@ mod bodies;
 mod c_code;
 mod c_mistakes;
 mod check;
+mod cmake;
 mod crates;
 mod debugging;
 mod descendants;

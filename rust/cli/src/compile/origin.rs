@@ -90,9 +90,10 @@ pub(super) fn included(plan: &Plan) -> BTreeMap<String, String> {
         }
     }
     let c = &plan.target.c;
-    let named = [&c.sources, &c.headers, &c.files].into_iter().flatten().map(|file| &file.path);
-    for path in named.chain(c.cmake.iter().flat_map(|cmake| &cmake.sources)) {
-        match fs::canonicalize(path) {
+    let named = [&c.sources, &c.headers, &c.files, &c.cmake].into_iter().flatten().map(|file| Path::new(&file.path));
+    // Only CMake knows which files beside one of its own are compiled.
+    for path in named.chain(c.cmake.iter().filter_map(|cmake| Path::new(&cmake.path).parent())) {
+        match fs::canonicalize(if path.as_os_str().is_empty() { Path::new(".") } else { path }) {
             Ok(path) if path.is_dir() => add_folder(&path, &["c", "h", "cc", "cpp", "cxx", "hpp"], &mut files),
             Ok(path) => add_file(&path, &mut files),
             Err(_) => {}
@@ -106,6 +107,13 @@ fn add_folder(folder: &Path, extensions: &[&str], files: &mut BTreeMap<String, S
     for entry in fs::read_dir(folder).into_iter().flatten().flatten() {
         let path = entry.path();
         if entry.file_type().is_ok_and(|kind| kind.is_dir()) {
+            // Results of builds are no sources, and there can be many.
+            let name = entry.file_name();
+            if ["build", "target", "src-gen", "fed-gen"].iter().any(|built| name == *built)
+                || name.to_string_lossy().starts_with('.')
+            {
+                continue;
+            }
             add_folder(&path, extensions, files);
         } else if path.extension().is_some_and(|extension| extensions.iter().any(|one| extension == *one)) {
             add_file(&path, files);

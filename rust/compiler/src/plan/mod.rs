@@ -25,7 +25,7 @@ pub use federate::{
     Argument, Federate, Instance, Mode, NetworkInput, NetworkOutput, Port, ReactionKind, ScheduledReaction,
     SpacingPolicy, Trigger, TriggerKind, Upstream,
 };
-pub use native::{CmakeFile, CompilerFlag, Definition, IncludedFile, NativeCode};
+pub use native::{CompilerFlag, Definition, IncludedFile, NativeCode};
 pub(crate) use render::Time;
 pub use serializer::Serializer;
 pub use shape::Shape;

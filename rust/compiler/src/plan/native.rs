@@ -23,7 +23,7 @@ pub struct NativeCode {
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub folders: Vec<IncludedFile>,
     /// `cmake-include`, in order.
-    pub cmake: Vec<CmakeFile>,
+    pub cmake: Vec<IncludedFile>,
     /// `compile-definitions`.
     pub definitions: Vec<Definition>,
     /// `compiler`, if given.
@@ -44,10 +44,9 @@ impl NativeCode {
 
     /// Returns the settings at these places, and those that apply to all code.
     pub(crate) fn of(mut self, is_kept: impl Fn(Location) -> bool) -> Self {
-        for files in [&mut self.files, &mut self.sources, &mut self.headers, &mut self.folders] {
+        for files in [&mut self.files, &mut self.sources, &mut self.headers, &mut self.folders, &mut self.cmake] {
             files.retain(|file| is_kept(file.at));
         }
-        self.cmake.retain(|file| is_kept(file.at));
         self.definitions.retain(|definition| is_kept(definition.at));
         self.flags.retain(|flag| is_kept(flag.at));
         self
@@ -81,27 +80,5 @@ pub struct CompilerFlag {
     /// The word; a relative path in it begins in the folder of the file that contains it.
     pub text: String,
     /// The place of the word.
-    pub at: Location,
-}
-
-/// A file for CMake, with those of its settings that do not need CMake.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
-pub struct CmakeFile {
-    /// The path: absolute, or relative to the base of LF files' paths.
-    pub path: String,
-    /// Further C files, at paths from which code sees them.
-    pub sources: Vec<String>,
-    /// Include folders.
-    pub folders: Vec<String>,
-    /// Macros: `NAME` or `NAME=value`.
-    pub definitions: Vec<String>,
-    /// Further arguments of the compiler.
-    pub options: Vec<String>,
-    /// Libraries by their names: `m`.
-    pub libraries: Vec<String>,
-    /// The first command in it that only CMake understands. Images are built by CMake, programs for this computer are
-    /// not.
-    pub unread: Option<String>,
-    /// The place that names it.
     pub at: Location,
 }

@@ -7,7 +7,6 @@
 mod attributes;
 mod checker;
 mod class;
-mod cmake;
 mod code;
 mod connection;
 mod crates;

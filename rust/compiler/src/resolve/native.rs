@@ -4,13 +4,11 @@
 use std::ffi::OsStr;
 use std::path::Path;
 
-use super::cmake;
 use super::linking;
 use super::paths::beside;
 use super::reader::{TargetReader, text_of};
-use super::sources::read;
 use crate::diagnostics::{Code, Diagnostic, Span};
-use crate::plan::{CmakeFile, CompilerFlag, Definition, IncludedFile};
+use crate::plan::{CompilerFlag, Definition, IncludedFile};
 use crate::syntax::ast::{Literal, Name, Property, PropertyKind, PropertyValue};
 
 /// The prefix of the paths of files that LF's own compiler supplies.
@@ -83,30 +81,13 @@ impl TargetReader<'_> {
                 self.found.push(Diagnostic::new(Code::UnsupportedProperty, span, message).hint(hint));
                 continue;
             }
-            match read(self.sources, &path) {
-                Ok(text) => {
-                    let at = self.at(span);
-                    self.target.c.cmake.push(cmake::read(path, &text, at));
-                }
-                Err(reason) => self.missing(span, &path, &reason),
+            if self.sources.exists(&path) {
+                let at = self.at(span);
+                self.target.c.cmake.push(IncludedFile { path, at });
+            } else {
+                self.missing(span, &path, "it does not exist");
             }
         }
-    }
-
-    /// Finds the sources that files for CMake name: among `files`, or beside the file that names them.
-    pub(super) fn find_sources(&mut self) {
-        let mut cmake = std::mem::take(&mut self.target.c.cmake);
-        for CmakeFile { path, sources, folders, unread, .. } in &mut cmake {
-            for named in sources.iter_mut().chain(folders) {
-                let around = self.target.c.files.iter().map(|file| &file.path).chain([&*path]);
-                let mut places = around.map(|around| beside(self.sources, around, named));
-                match places.find(|place| self.sources.exists(place)) {
-                    Some(place) => *named = place,
-                    None => _ = unread.get_or_insert_with(|| format!("`{named}`, which is not found")),
-                }
-            }
-        }
-        self.target.c.cmake = cmake;
     }
 
     pub(super) fn definitions(&mut self, key: &Name, value: &PropertyValue) {

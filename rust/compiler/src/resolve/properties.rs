@@ -95,8 +95,8 @@ const WORKERS_MAX: u64 = 1024;
 
 const SWITCH: &[&str] = &["true", "false"];
 
-const CMAKE_INCLUDE: &str = "a file for CMake: all of it applies to an image; to programs for this computer its \
-                             sources, definitions, folders of headers, options and libraries";
+const CMAKE_INCLUDE: &str = "a file for CMake, which configures images and programs for this computer by it; \
+                             `${LF_MAIN_TARGET}` is the program";
 
 /// All supported target properties. Those of a scope are in the order for readers.
 pub(super) const PROPERTIES: &[TargetProperty] = &[

@@ -47,7 +47,6 @@ pub(crate) fn check(program: &Program, sources: &dyn SourceProvider, diagnostics
             None => reader.wrong_target(target),
         }
     }
-    reader.find_sources();
     let TargetReader { target, found, .. } = reader;
     diagnostics.extend(found);
     target

@@ -60,10 +60,9 @@ impl Bodies for CBodies<'_> {
             files.push(File { path: format!("{folder}/c/program.cmake"), text: all.cmake(job, own) });
             all = CompilerArguments::default();
         } else {
-            all.read_cmake(job)?;
             all.folders.extend(headers.iter().map(|folder| (*folder).to_owned()));
         }
-        files.push(File { path: format!("{folder}/build.rs"), text: all.build_script("program") });
+        files.push(File { path: format!("{folder}/build.rs"), text: all.build_script(job, "program") });
         Ok(files)
     }
 

@@ -4,7 +4,7 @@
 use std::collections::BTreeSet;
 
 use super::compilation::{CompilerArguments, concerns};
-use crate::emit::{EmitError, File, Job};
+use crate::emit::{File, Job};
 use crate::plan::Location;
 
 /// The C code that a participant has beside its bodies.
@@ -54,13 +54,10 @@ impl<'p> Beside<'p> {
 
     /// Returns the files that configure its compilation: for this computer the build script, which also binds headers;
     /// for an image `c.cmake` beside it.
-    ///
-    /// # Errors
-    /// When a file for CMake contains commands that only CMake understands, and the program is for this computer.
-    pub(in crate::emit) fn files(&self, job: &Job<'_>) -> Result<Vec<File>, EmitError> {
+    pub(in crate::emit) fn files(&self, job: &Job<'_>) -> Vec<File> {
         let (folder, binds, mut files) = (job.folder, self.has_headers(), Vec::new());
         if !self.is_any() {
-            return Ok(files);
+            return files;
         }
         let mut all = self.0.clone();
         if job.is_image {
@@ -70,12 +67,10 @@ impl<'p> Beside<'p> {
             // CMake gets include folders in another way, with those that files for CMake add.
             let CompilerArguments { flags, headers, place, .. } = all;
             all = CompilerArguments { flags, headers, place, ..CompilerArguments::default() };
-        } else {
-            all.read_cmake(job)?;
         }
         if binds || !job.is_image {
-            files.push(File { path: format!("{folder}/build.rs"), text: all.build_script("beside") });
+            files.push(File { path: format!("{folder}/build.rs"), text: all.build_script(job, "beside") });
         }
-        Ok(files)
+        files
     }
 }

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 //! The compilation of a participant's C code: that of its bodies, or that beside bodies in another language.
 
-use crate::emit::{EmitError, Job};
-use crate::plan::{CmakeFile, FileIndex, Location, Logging};
+use crate::emit::Job;
+use crate::plan::{FileIndex, IncludedFile, Location, Logging};
 
 /// The arguments of C compilers.
 #[derive(Clone, Default)]
@@ -24,7 +24,7 @@ pub(in crate::emit) struct CompilerArguments<'p> {
     /// Libraries to link: names, paths, or arguments of the linker.
     pub(in crate::emit) libraries: Vec<String>,
     /// The program's own files for CMake.
-    pub(in crate::emit) cmake: Vec<&'p CmakeFile>,
+    pub(in crate::emit) cmake: Vec<&'p IncludedFile>,
 }
 
 impl<'p> CompilerArguments<'p> {
@@ -70,28 +70,26 @@ impl<'p> CompilerArguments<'p> {
         self.flags.extend(definitions.map(|one| format!("-D{}={}", one.name, one.value)));
     }
 
-    /// Adds the contents of files for CMake, for a program that is built without it.
-    ///
-    /// # Errors
-    /// When they contain commands that only CMake understands.
-    pub(in crate::emit) fn read_cmake(&mut self, job: &Job<'_>) -> Result<(), EmitError> {
-        for cmake in self.cmake.clone() {
-            if let Some(unread) = &cmake.unread {
-                let message =
-                    format!("`{unread}` in {} is understood by CMake only, and so on boards only", cmake.path);
-                return Err(EmitError::new(job.plan(), cmake.at, message));
-            }
-            self.folders.extend(cmake.folders.iter().map(|folder| job.settings.absolute(folder)));
-            self.sources.extend(cmake.sources.iter().map(|source| job.settings.absolute(source)));
-            self.flags.extend(cmake.definitions.iter().map(|definition| format!("-D{definition}")));
-            self.add_words(job, cmake.options.iter().map(String::as_str), &cmake.path);
-            self.libraries.extend(cmake.libraries.iter().cloned());
+    /// Returns the files for CMake, and the folders in which the files that they name lie: a program names them by
+    /// paths from its own folders, which CMake would search in that of the project.
+    fn cmake_files(&self, job: &Job<'_>) -> (Vec<String>, Vec<String>) {
+        let files: Vec<String> = self.cmake.iter().map(|file| job.settings.absolute(&file.path)).collect();
+        if files.is_empty() {
+            return (files, Vec::new());
         }
-        Ok(())
+        let around = files.iter().filter_map(|file| file.rsplit_once('/')).map(|(folder, _)| folder.to_owned());
+        let mut places: Vec<String> = Vec::new();
+        for place in self.folders.iter().cloned().chain(around) {
+            if !places.contains(&place) {
+                places.push(place);
+            }
+        }
+        (files, places)
     }
 
     /// Returns the build script of a crate, which calls `lf-c-build` from this function on.
-    pub(in crate::emit) fn build_script(self, begin: &str) -> String {
+    pub(in crate::emit) fn build_script(self, job: &Job<'_>, begin: &str) -> String {
+        let (cmake_files, cmake_places) = self.cmake_files(job);
         let lists = [
             ("include", self.folders),
             ("flag", self.flags),
@@ -101,6 +99,8 @@ impl<'p> CompilerArguments<'p> {
             ("link_argument", self.linked),
             ("first_library", self.first_libraries),
             ("library", self.libraries),
+            ("cmake_file", cmake_files),
+            ("cmake_place", cmake_places),
         ];
         let mut calls = String::new();
         for (method, argument) in lists.iter().flat_map(|(method, list)| list.iter().map(move |one| (method, one))) {
@@ -128,14 +128,11 @@ impl<'p> CompilerArguments<'p> {
         for folder in own {
             text = format!("{text}target_include_directories(app PRIVATE {folder})\n");
         }
-        // A program names its files by paths from its own folders, which CMake would search in that of the application.
-        let mut places = self.folders.clone();
-        for cmake in &self.cmake {
-            let path = job.settings.absolute(&cmake.path);
-            text = format!("{text}include([=[{path}]=])\n");
-            places.extend(path.rsplit_once('/').map(|(folder, _)| folder.to_owned()));
+        let (files, places) = self.cmake_files(job);
+        for file in &files {
+            text = format!("{text}include([=[{file}]=])\n");
         }
-        if !self.cmake.is_empty() {
+        if !files.is_empty() {
             text = format!("{text}lf_find_program_files(app [=[{}]=])\n", places.join("]=] [=["));
         }
         text

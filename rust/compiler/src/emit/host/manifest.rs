@@ -28,11 +28,7 @@ pub(super) fn of_crate(job: &Job<'_>, bodies: &dyn Bodies) -> String {
         let features =
             features(has_peers(job).then_some("peers").into_iter().chain(sending::features(job.view)).chain(of_c(c)));
         text = text + "[dependencies]\nlf = { package = \"lf-zephyr\", path = " + &path + &features + " }\n";
-        text = text
-            + &sending::dependencies(job)
-            + &dependencies(job, cargo)
-            + &build_dependencies(c, job.settings.lf_c_build)
-            + "\n";
+        text = text + &sending::dependencies(job) + &dependencies(job, cargo) + &build_dependencies(job, c) + "\n";
         text.push_str("[profile.dev]\nopt-level = 1\npanic = \"abort\"\n\n");
         text.push_str("[profile.release]\ndebug = \"line-tables-only\"\nlto = true\npanic = \"abort\"\n\n");
         text.push_str("# This crate is built by Zephyr's build, by itself.\n[workspace]\n");
@@ -42,10 +38,7 @@ pub(super) fn of_crate(job: &Job<'_>, bodies: &dyn Bodies) -> String {
         let devices = bodies.uses_devices().then_some("devices");
         let features = features(workers.into_iter().chain(sending::features(job.view)).chain(devices).chain(of_c(c)));
         text = text + "[dependencies]\nlf = { package = \"lf-linux\", path = " + &path + &features + " }\n";
-        text = text
-            + &sending::dependencies(job)
-            + &dependencies(job, cargo)
-            + &build_dependencies(c, job.settings.lf_c_build);
+        text = text + &sending::dependencies(job) + &dependencies(job, cargo) + &build_dependencies(job, c);
     }
     text
 }
@@ -67,13 +60,15 @@ fn of_c(c: NativeParts) -> Option<&'static str> {
 }
 
 /// Returns the dependencies of the build script that compiles C and binds headers.
-fn build_dependencies(c: NativeParts, lf_c_build: &str) -> String {
-    let features = match c {
+fn build_dependencies(job: &Job<'_>, c: NativeParts) -> String {
+    let headers = match c {
         NativeParts::None => return String::new(),
-        NativeParts::Bodies | NativeParts::Sources => "",
-        NativeParts::Headers => ", features = [\"headers\"]",
+        NativeParts::Bodies | NativeParts::Sources => None,
+        NativeParts::Headers => Some("headers"),
     };
-    let path = toml_text(lf_c_build);
+    // The build of an image reads the files for CMake itself.
+    let cmake = (!job.is_image && !job.view.native.cmake.is_empty()).then_some("cmake");
+    let (path, features) = (toml_text(job.settings.lf_c_build), features(headers.into_iter().chain(cmake)));
     format!("\n[build-dependencies]\nlf-c-build = {{ path = {path}{features} }}\n")
 }
 

@@ -70,7 +70,7 @@ impl Bodies for RustBodies<'_> {
 
     fn build_files(&self) -> Result<Vec<File>, EmitError> {
         sending::check_heap(self.job)?;
-        self.beside.files(self.job)
+        Ok(self.beside.files(self.job))
     }
 
     fn emit(&self, output: &mut Output) -> Result<(), EmitError> {
