@@ -127,7 +127,7 @@ typedef struct {
 	lf_pool_t *pool; /* for values that are set or scheduled; NULL: the general store */
 } lf_cell_info_t;
 
-#define LF_PORT_BASE                                                                                                   \
+#define LF_PORT_FIELDS_                                                                                                \
 	token_type_t type;                                                                                             \
 	lf_token_t *token;                                                                                             \
 	size_t length;                                                                                                 \
@@ -135,6 +135,20 @@ typedef struct {
 	tag_t intended_tag;                                                                                            \
 	instant_t physical_time_of_arrival;                                                                            \
 	const lf_cell_info_t *info
+#ifdef LF_MICRO
+/* Bodies find these also where micro LF has them. */
+#define LF_PORT_BASE                                                                                                   \
+	union {                                                                                                        \
+		struct {                                                                                               \
+			LF_PORT_FIELDS_;                                                                               \
+		};                                                                                                     \
+		struct {                                                                                               \
+			LF_PORT_FIELDS_;                                                                               \
+		} super;                                                                                               \
+	}
+#else
+#define LF_PORT_BASE LF_PORT_FIELDS_
+#endif
 typedef struct lf_port_base_t {
 	LF_PORT_BASE;
 } lf_port_base_t;
@@ -289,6 +303,8 @@ void lf_set_fed_maxwait(interval_t max_wait);
 
 /* Asks the program to stop: at the next microstep, or later where other federates have to agree. */
 void lf_request_stop(void);
+/* The same, this much later in logical time. */
+void lf_c_request_stop_after(interval_t offset);
 
 /* ---- Parts of generated code ---- */
 
@@ -336,5 +352,9 @@ template <typename T, size_t length> inline void lf_assign_(T (&to)[length], con
 #define LF_NAME_(text, name)                                                                                           \
 	LF_ASSERT_(__builtin_strcmp(LF_TEXT_(name), text) == 0,                                                        \
 		   "`" text "` is a macro of a header here: choose another name")
+
+#ifdef LF_MICRO
+#include "lf_uc.h"
+#endif
 
 #endif /* LF_H_ */

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //! The functions of the bodies' API that are not in C itself. `include/lf.h` documents them.
 use core::ffi::{c_char, c_int, c_void};
+use core::time::Duration;
 
 use lf_model::{Instant, Interval, ModeId, Offset, PhysicalActionRef, PhysicalLink, PortId, Transition, TriggerId};
 
@@ -96,11 +97,23 @@ extern "C" fn lf_set_fed_maxwait(max_wait: i64) {
 
 #[unsafe(no_mangle)]
 extern "C" fn lf_request_stop() {
-    if with_running(|running| running.ctx.request_stop(Offset::Asap)).is_some() {
+    request_stop(Offset::Asap);
+}
+
+#[unsafe(no_mangle)]
+extern "C" fn lf_c_request_stop_after(offset: i64) {
+    request_stop(match u64::try_from(offset) {
+        Ok(ns) if ns > 0 => Offset::After(Duration::from_nanos(ns)),
+        _ => Offset::Asap,
+    });
+}
+
+fn request_stop(offset: Offset) {
+    if with_running(|running| running.ctx.request_stop(offset)).is_some() {
         return;
     }
     match program() {
-        Some(program) => link(&program).request_stop(Offset::Asap),
+        Some(program) => link(&program).request_stop(offset),
         None => error(c"lf_request_stop: the program has not started"),
     }
 }

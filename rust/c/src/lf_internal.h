@@ -3,6 +3,8 @@
 #ifndef LF_INTERNAL_H_
 #define LF_INTERNAL_H_
 
+/* The functions have the names and the arguments of lf.h, whatever the bodies use. */
+#undef LF_MICRO
 #include <lf.h>
 
 /* ---- tokens.c ---- */

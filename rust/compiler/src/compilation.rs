@@ -84,7 +84,6 @@ pub(crate) fn leaves_gaps(code: Code) -> bool {
             | Code::NestingTooDeep
             | Code::MissingFile
             | Code::MissingImport
-            | Code::ImportCycle
             | Code::TooLarge
     )
 }

@@ -82,7 +82,7 @@ impl<'t> Formatter<'t> {
     fn new(text: &'t str, unit: SourceUnit) -> Self {
         let SourceUnit { target, mut beginnings, .. } = unit;
         let language = target.map_or(Some(Language::default()), |target| Language::named(&target.name.text));
-        let read = tokens(FileId::default(), text);
+        let read = tokens(FileId::default(), text, language.unwrap_or_default());
         let token = |&Token { kind, start, end, .. }: &Token| Item { kind, start, end };
         let comment = |&Range { start, end }: &Range<usize>| Item { kind: TokenKind::Comment, start, end };
         let tokens = read.list.iter().filter(|token| token.kind != TokenKind::End).map(token);
@@ -120,7 +120,8 @@ impl<'t> Formatter<'t> {
             if before.is_some() {
                 self.out.push_str(if lines > 1 { "\n\n" } else { "\n" });
             }
-            self.in_host = false;
+            // The place can stand in the line below `at`.
+            self.in_host &= before.is_some_and(|before| self.slice(before) == "at");
             self.in_table = matches!(self.open.last(), Some(Open::Parentheses | Open::List));
             let indent = self.indent(index);
             self.out.push_str(&" ".repeat(indent));

@@ -152,6 +152,10 @@ fn the_documents_have_the_tables_of_what_is_supported() {
     for (name, instead) in supported.refused_properties {
         writeln!(refused, "| `{name}` | {instead} |").expect("a text takes all");
     }
+    let mut idle = "| target property | why |\n|---|---|\n".to_owned();
+    for (name, reason) in supported.idle_properties {
+        writeln!(idle, "| `{name}` | {reason} |").expect("a text takes all");
+    }
     rewrite("README.md", "refused", &missing);
     rewrite("README.md", "boards", &boards());
     rewrite("docs/guide/src/supported.md", "language", &language);
@@ -164,6 +168,7 @@ fn the_documents_have_the_tables_of_what_is_supported() {
     );
     rewrite("docs/guide/src/configuration.md", "properties of C", &properties(PropertyScope::Bodies(Language::C)));
     rewrite("docs/guide/src/configuration.md", "refused properties", &refused);
+    rewrite("docs/guide/src/configuration.md", "idle properties", &idle);
 }
 
 fn properties(scope: PropertyScope) -> String {

@@ -6,6 +6,7 @@
 mod characters;
 mod documents;
 mod fail;
+mod foreign;
 mod format;
 mod last_tag;
 mod many;

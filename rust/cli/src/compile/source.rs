@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Reads a program, and prints its errors.
 
+use std::env;
 use std::fs;
 use std::io::{ErrorKind, Read as _};
 use std::path::{Path, PathBuf};
@@ -31,7 +32,18 @@ impl SourceProvider for Files {
     fn real_path(&self, path: &str) -> Option<PathBuf> {
         fs::canonicalize(path).ok()
     }
+
+    fn package_folders(&self) -> Vec<String> {
+        let folders = env::var_os(PACKAGES).unwrap_or_default();
+        env::split_paths(&folders)
+            .filter_map(|folder| folder.into_os_string().into_string().ok())
+            .filter(|it| !it.is_empty())
+            .collect()
+    }
 }
+
+/// The environment variable with folders of packages; LF's own compiler takes one.
+const PACKAGES: &str = "LF_PACKAGES";
 
 /// The file that the standard input stands for.
 const INPUT_FILE: &str = "standard_input.lf";
@@ -50,6 +62,10 @@ impl SourceProvider for Input {
 
     fn real_path(&self, path: &str) -> Option<PathBuf> {
         Files.real_path(path)
+    }
+
+    fn package_folders(&self) -> Vec<String> {
+        Files.package_folders()
     }
 }
 

@@ -71,6 +71,10 @@ impl SourceProvider for Buffers {
     fn real_path(&self, path: &str) -> Option<PathBuf> {
         Files.real_path(path)
     }
+
+    fn package_folders(&self) -> Vec<String> {
+        Files.package_folders()
+    }
 }
 
 /// Returns the path that names a file on this computer.

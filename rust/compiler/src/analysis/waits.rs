@@ -35,7 +35,9 @@ pub(super) fn waits(
     target: &Target,
     diagnostics: &mut Diagnostics,
 ) -> Arena<LinkId, Waits> {
-    let mut search = WaitSearch { graph, diagnostics, older: BTreeMap::new() };
+    // Federates of micro LF wait for nobody unless they say so.
+    let otherwise_ns = if target.c.is_micro { 0 } else { i64::MAX };
+    let mut search = WaitSearch { graph, diagnostics, otherwise_ns, older: BTreeMap::new() };
     if target.coordination == Coordination::Centralized {
         search.report_idle();
         return Arena::of(&graph.links, Waits::default());
@@ -69,6 +71,8 @@ fn less(time_ns: i64, taken_ns: i64) -> i64 {
 struct WaitSearch<'a> {
     graph: &'a Graph<'a>,
     diagnostics: &'a mut Diagnostics,
+    /// The `@maxwait` of federates that have none.
+    otherwise_ns: i64,
     /// The older parameters by their places.
     older: BTreeMap<Span, Older<'a>>,
 }
@@ -179,7 +183,7 @@ impl<'a> WaitSearch<'a> {
                 let message = format!("`@maxwait` has no effect: `{}` gets no messages to wait for", instance.path);
                 self.diagnostics.push(Diagnostic::new(Code::NoEffect, wait.span, message).hint("remove it"));
             }
-            return known.unwrap_or(i64::MAX);
+            return known.unwrap_or(self.otherwise_ns);
         };
         let parameter = &class.parameters[older].name;
         if let Some(wait) = attribute {

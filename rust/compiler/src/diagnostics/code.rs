@@ -58,8 +58,6 @@ codes! {
 
     /// A file that cannot be read.
     MissingFile = "E020-missing-file",
-    /// Files that import each other.
-    ImportCycle = "E021-import-cycle",
     /// A reactor that the imported file does not have.
     MissingImport = "E022-missing-import",
 
@@ -109,8 +107,6 @@ codes! {
     /// State in a mode that is entered by reset, without a rule for what happens to it.
     NotReset = "E057-not-reset",
 
-    /// A reaction without a trigger.
-    MissingTrigger = "E060-missing-trigger",
     /// Something that cannot trigger a reaction or be used by it.
     NotReadable = "E061-not-readable",
     /// Something that a reaction cannot write.

@@ -2,7 +2,7 @@
 //! The input of emission.
 
 use crate::deployment::Deployment;
-use crate::plan::{Federate, Plan};
+use crate::plan::{Federate, Plan, library_file};
 
 use super::view::View;
 
@@ -27,6 +27,10 @@ pub struct Settings<'a> {
 impl Settings<'_> {
     /// Returns a path of the program that is valid from any generated crate.
     pub(crate) fn absolute(&self, path: &str) -> String {
+        if let Some(name) = library_file(path) {
+            let crates = self.lf_c_build.trim_end_matches("c-build");
+            return format!("{crates}c/lib/{name}");
+        }
         if path.starts_with('/') { path.to_owned() } else { format!("{}/{path}", self.current) }
     }
 }

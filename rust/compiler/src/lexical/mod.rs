@@ -8,6 +8,7 @@ mod code;
 mod rust;
 
 use core::fmt;
+use std::path::Path;
 
 use serde::{Deserialize, Serialize};
 
@@ -21,16 +22,29 @@ pub enum Language {
     /// `target Rust`. Texts without a target declaration have this language.
     #[default]
     Rust,
-    /// `target C`, and `target CCpp`, whose bodies are compiled as C++.
+    /// `target C`, `target CCpp`, whose bodies are compiled as C++, and `target uC`, whose bodies use micro LF's API.
     C,
 }
 
 /// The name in a target declaration by which bodies are compiled as C++.
 const CPP: &str = "CCpp";
 
+/// The name in a target declaration by which bodies in C use the API of micro LF.
+pub(crate) const MICRO: &str = "uC";
+
 /// Returns whether bodies are compiled as C++ if the target declaration has this name.
 pub(crate) fn is_cpp(target: &str) -> bool {
     target.eq_ignore_ascii_case(CPP)
+}
+
+/// Returns whether bodies use the API of micro LF if the target declaration has this name.
+pub(crate) fn is_micro(target: &str) -> bool {
+    target.eq_ignore_ascii_case(MICRO)
+}
+
+/// Returns whether a path is that of a file of micro LF.
+pub(crate) fn is_micro_path(path: &str) -> bool {
+    Path::new(path).extension().is_some_and(|extension| extension.eq_ignore_ascii_case("ulf"))
 }
 
 impl Language {
@@ -49,7 +63,7 @@ impl Language {
     fn aliases(self) -> &'static [&'static str] {
         match self {
             Self::Rust => &[],
-            Self::C => &[CPP],
+            Self::C => &[CPP, MICRO],
         }
     }
 

@@ -26,6 +26,7 @@ pub use federate::{
     SpacingPolicy, Trigger, TriggerKind, Upstream,
 };
 pub use native::{CompilerFlag, Definition, IncludedFile, NativeCode};
+pub(crate) use native::{in_library, library_file};
 pub(crate) use render::Time;
 pub use serializer::Serializer;
 pub use shape::Shape;

@@ -11,6 +11,9 @@ use super::source::Location;
 pub struct NativeCode {
     /// Whether bodies are compiled as C++: the target is `CCpp`.
     pub is_cpp: bool,
+    /// Whether bodies use the API of micro LF: the target is `uC`.
+    #[serde(default, skip_serializing_if = "core::ops::Not::not")]
+    pub is_micro: bool,
     /// `files`, in order.
     pub files: Vec<IncludedFile>,
     /// `c-sources`, in order: files of C beside bodies in another language.
@@ -61,6 +64,38 @@ pub struct IncludedFile {
     pub path: String,
     /// The place that names it.
     pub at: Location,
+}
+
+/// The files of LF's library for C that the runtime has, too.
+const LIBRARY: [&str; 17] = [
+    "audio_loop.cmake",
+    "audio_loop.h",
+    "deque.c",
+    "deque.cmake",
+    "deque.h",
+    "initialize_from_file.c",
+    "initialize_from_file.cmake",
+    "initialize_from_file.h",
+    "sensor_simulator.c",
+    "sensor_simulator.cmake",
+    "sensor_simulator.h",
+    "vector.c",
+    "vector.cmake",
+    "vector.h",
+    "wave_file_reader.c",
+    "wave_file_reader.cmake",
+    "wave_file_reader.h",
+];
+
+/// Returns the path by which LF's compiler names a file of its library, behind that of the library.
+pub(crate) fn in_library(path: &str) -> Option<&str> {
+    path.strip_prefix("/lib/c/reactor-c/")
+}
+
+/// Returns the name of a file of LF's library that the runtime has, too.
+pub(crate) fn library_file(path: &str) -> Option<&'static str> {
+    let name = in_library(path)?.rsplit('/').next()?;
+    LIBRARY.into_iter().find(|file| *file == name)
 }
 
 /// A macro.

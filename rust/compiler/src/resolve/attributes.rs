@@ -4,6 +4,7 @@
 
 use super::checker::Checker;
 use super::model::{CheckedParameter, Sending, Wait};
+use super::of_main;
 use crate::diagnostics::{Code, Diagnostic, did_you_mean};
 use crate::syntax::ast::{Attribute, Expression, ExpressionKind, Literal};
 
@@ -23,6 +24,8 @@ pub(super) enum AttributeTarget<'c, 'p> {
     Connection(Container<'c, 'p>),
     /// A contained reactor, with the parameters of its container.
     Instance(Container<'c, 'p>),
+    /// A main or federated reactor.
+    Main,
     /// Any other element.
     Other,
 }
@@ -50,20 +53,31 @@ const FOR_DIAGRAMS: &[&str] = &["label", "icon", "side", "layout"];
 /// Attributes with a meaning.
 const HONOURED: &[&str] = &["capacity", "maxwait", "absent_after", "serializer", "max_length"];
 
+/// Names of `@capacity` in micro LF.
+const CAPACITY: [&str; 3] = ["capacity", "max_pending_events", "buffer"];
+
 /// Attributes without an effect in this compiler, each with the reason.
-const IDLE: &[(&str, &str)] =
-    &[("sparse", "present channels are found without it"), ("property", "programs are not verified here")];
+const IDLE: &[(&str, &str)] = &[
+    ("sparse", "present channels are found without it"),
+    ("property", "programs are not verified here"),
+    ("wcet", "execution times are measured here: `lfz trace`"),
+    ("link", "federates are connected over TCP"),
+    ("interface_tcp", "addresses are in the deployment file, or behind `at`"),
+    ("interface_coap", "federates are connected over TCP"),
+    ("interface_s4noc", "federates are connected over TCP"),
+    ("interface_custom", "federates are connected over TCP"),
+    ("platform_native", "the deployment file says where a federate runs"),
+    ("platform_zephyr", "the deployment file says where a federate runs"),
+    ("platform_riot", "the deployment file says where a federate runs"),
+    ("platform_freertos", "the deployment file says where a federate runs"),
+    ("joining_policy", "all federates are there from the start to the end"),
+];
 
 /// Attributes of LF that are not supported, each with the alternative.
 pub(super) const UNSUPPORTED: &[(&[&str], &str)] = &[
-    (&["enabled"], "remove it"),
     (&["enclave"], "remove it; what is to run beside the rest can be a federate"),
     (&["transient"], "remove it: all federates are there from the start to the end"),
     (&["language"], "remove it: the target declaration chooses the language of all reactors of a program"),
-    (
-        &["build_type", "clock_sync", "fast", "keepalive", "logging", "platform", "timeout"],
-        "write the property of this name (`build-type` and `clock-sync` with a hyphen) in the target declaration",
-    ),
 ];
 
 impl<'p> Checker<'p> {
@@ -78,7 +92,7 @@ impl<'p> Checker<'p> {
             let name = attribute.name.text.as_str();
             if FOR_DIAGRAMS.contains(&name) {
                 self.check_diagram(attribute);
-            } else if name == "capacity" {
+            } else if CAPACITY.contains(&name) {
                 found.capacity = self.capacity(attribute, target).or(found.capacity);
             } else if name == "maxwait" || name == "absent_after" {
                 let wait = self.wait(attribute, target);
@@ -91,6 +105,8 @@ impl<'p> Checker<'p> {
                 *place = wait.or(*place);
             } else if name == "serializer" || name == "max_length" {
                 self.check_sending(attribute, target, &mut found.sending);
+            } else if of_main::ATTRIBUTES.iter().any(|(known, _)| *known == name) {
+                self.check_of_main(attribute, target);
             } else if let Some((_, reason)) = IDLE.iter().find(|(idle, _)| *idle == name) {
                 let message = format!("`@{name}` has no effect: {reason}");
                 self.report(Diagnostic::new(Code::NoEffect, attribute.span, message).hint("remove it, or leave it"));
@@ -98,16 +114,50 @@ impl<'p> Checker<'p> {
                 let message = format!("the attribute `@{name}` is not supported yet");
                 self.report(Diagnostic::new(Code::Unsupported, attribute.span, message).hint(*instead));
             } else {
-                let message = format!("there is no attribute `@{name}`");
-                let known = FOR_DIAGRAMS.iter().chain(HONOURED).copied();
-                let hint = did_you_mean(name, known).unwrap_or_else(|| {
-                    let all = FOR_DIAGRAMS.iter().chain(HONOURED).map(|name| format!("`@{name}`"));
-                    format!("attributes are {}", all.collect::<Vec<_>>().join(", "))
-                });
-                self.report(Diagnostic::new(Code::UnknownAttribute, attribute.name.span, message).hint(hint));
+                self.unknown(attribute);
             }
         }
         found
+    }
+
+    /// Reports an attribute that nobody knows: an error if it may be a misspelled one, or else a warning, because other
+    /// tools may know it.
+    fn unknown(&mut self, attribute: &Attribute) {
+        let name = &attribute.name.text;
+        let known = FOR_DIAGRAMS.iter().chain(HONOURED).copied().chain(of_main::ATTRIBUTES.map(|(name, _)| name));
+        let message = format!("there is no attribute `@{name}`");
+        let diagnostic = match did_you_mean(name, known) {
+            Some(hint) => Diagnostic::new(Code::UnknownAttribute, attribute.name.span, message).hint(hint),
+            None => {
+                let all = FOR_DIAGRAMS.iter().chain(HONOURED).map(|name| format!("`@{name}`"));
+                let hint = format!("attributes are {}", all.collect::<Vec<_>>().join(", "));
+                let message = format!("{message}, so it has no effect");
+                Diagnostic::new(Code::NoEffect, attribute.name.span, message).hint(hint)
+            }
+        };
+        self.report(diagnostic);
+    }
+
+    /// Checks the place of an attribute that is a target property of the program.
+    fn check_of_main(&mut self, attribute: &Attribute, target: AttributeTarget<'_, '_>) {
+        let name = &attribute.name.text;
+        match target {
+            AttributeTarget::Main if of_main::is_property(attribute) => {}
+            AttributeTarget::Main | AttributeTarget::Instance(_) if name == "clock_sync" => {
+                let message = "this `@clock_sync` has no effect: all clocks follow the RTI's";
+                let hint = "the target property `clock-sync` configures it";
+                self.report(Diagnostic::new(Code::NoEffect, attribute.span, message).hint(hint));
+            }
+            AttributeTarget::Other | AttributeTarget::Instance(_) if name == "platform" => {
+                let message = "`@platform` has no effect here: the deployment file says where a federate runs";
+                self.report(Diagnostic::new(Code::NoEffect, attribute.span, message).hint("remove it, or leave it"));
+            }
+            _ => {
+                let message = format!("only a main or federated reactor has the attribute `@{name}`");
+                let hint = "write it before that reactor, or as a property in the target declaration";
+                self.report(Diagnostic::new(Code::BadAttribute, attribute.span, message).hint(hint));
+            }
+        }
     }
 
     fn check_diagram(&mut self, attribute: &Attribute) {

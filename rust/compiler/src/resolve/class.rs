@@ -19,7 +19,11 @@ impl<'p> Checker<'p> {
             Some(name) => name.text.clone(),
             None => super::mains::file_stem(&self.program.units[id.unit].path).to_owned(),
         };
-        self.check_attributes(&reactor.attributes, AttributeTarget::Other);
+        let is_main = reactor.kind != ast::ReactorKind::Plain;
+        self.check_attributes(
+            &reactor.attributes,
+            if is_main { AttributeTarget::Main } else { AttributeTarget::Other },
+        );
         let parameters = self.parameters(reactor);
         let states = self.states(reactor, &parameters);
         let ports = self.ports(reactor, &parameters);

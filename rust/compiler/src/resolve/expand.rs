@@ -8,11 +8,13 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use super::load::{Program, ReactorId};
 use crate::diagnostics::{Code, Diagnostic, Diagnostics, Span, did_you_mean};
-use crate::lexical::Language;
+use crate::lexical::{Language, is_micro};
+use crate::plan::BANK_INDEX;
 use crate::syntax::ast::{
-    ActionSyntax, ConnectionSyntax, Instantiation, Name, ParameterSyntax, ReactionSyntax, Reactor, ReactorBody,
-    StateSyntax, Timer, TypeKind, TypeSyntax,
+    ActionSyntax, ConnectionSyntax, ExpressionKind, Instantiation, Name, ParameterSyntax, ReactionSyntax, Reactor,
+    ReactorBody, Reference, StateSyntax, TimeValue, Timer, TypeKind, TypeSyntax,
 };
+use crate::syntax::literal_ns;
 
 /// The maximum number of reactors in a program, including those with other types.
 const REACTORS_MAX: usize = 10_000;
@@ -100,6 +102,9 @@ impl<'a> Expander<'a> {
         self.inherit(id, &mut ast, &mut files, &mut Vec::new());
         let named = declared.type_parameters.iter().zip(arguments);
         let types: Vec<(&str, &TypeSyntax)> = named.map(|(parameter, ty)| (parameter.name.text.as_str(), ty)).collect();
+        if is_micro(self.program.target_name(id.unit)) {
+            from_micro(&mut ast);
+        }
         for ty in types_of(&mut ast) {
             substitute(ty, &types, language);
         }
@@ -232,6 +237,30 @@ impl<'a> Expander<'a> {
     }
 }
 
+/// Writes what micro LF writes otherwise: the index of a bank's member has another name, and a policy also decides about
+/// events at one time if the minimum spacing is 0.
+fn from_micro(reactor: &mut Reactor) {
+    const MICRO: &str = "bank_idx";
+    for action in reactor.body.actions.iter_mut().filter(|action| action.policy.is_some()) {
+        if let Some(spacing) = action.min_spacing.as_mut().filter(|spacing| literal_ns(spacing) == Some(0)) {
+            let unit = Name { text: "ns".to_owned(), span: spacing.span };
+            spacing.kind = ExpressionKind::Time(TimeValue::Interval { negative: false, digits: "1".to_owned(), unit });
+        }
+    }
+    let rename = |name: &mut String| {
+        if name == MICRO {
+            BANK_INDEX.clone_into(name);
+        }
+    };
+    reactor.parameters.iter_mut().for_each(|parameter| rename(&mut parameter.name.text));
+    for argument in reactor.body.instances.iter_mut().flat_map(|instance| &mut instance.arguments) {
+        rename(&mut argument.name.text);
+        if let ExpressionKind::Name(name) = &mut argument.init.value.kind {
+            rename(name);
+        }
+    }
+}
+
 /// Replaces type parameters by types.
 fn substitute(ty: &mut TypeSyntax, types: &[(&str, &TypeSyntax)], language: Language) {
     match &mut ty.kind {
@@ -271,10 +300,34 @@ fn append(to: &mut ReactorBody, from: &ReactorBody) {
     to.ports.extend(ports);
     to.timers.extend(timers.into_iter().map(|it| Timer { mode: moved(it.mode), ..it }));
     to.actions.extend(actions.into_iter().map(|it| ActionSyntax { mode: moved(it.mode), ..it }));
+    // A connection that repeats an inherited one is the same one.
+    let connections =
+        connections.into_iter().filter(|own| !to.connections.iter().any(|inherited| repeats(own, inherited)));
+    let connections: Vec<_> = connections.collect();
+    // Both reactions run when an inherited one has the same name, but only one has it.
+    for inherited in to.reactions.iter_mut().filter(|inherited| inherited.code.is_some()) {
+        let has_name = |own: &ReactionSyntax| {
+            own.name.as_ref().zip(inherited.name.as_ref()).is_some_and(|(a, b)| a.text == b.text)
+        };
+        if reactions.iter().any(has_name) {
+            inherited.name = None;
+        }
+    }
     to.instances.extend(instances.into_iter().map(|it| Instantiation { mode: moved(it.mode), ..it }));
     to.connections.extend(connections.into_iter().map(|it| ConnectionSyntax { mode: moved(it.mode), ..it }));
     to.reactions.extend(reactions.into_iter().map(|it| ReactionSyntax { mode: moved(it.mode), ..it }));
     to.modes.extend(modes);
+}
+
+/// Returns whether a connection without a delay connects the same ports as another one.
+fn repeats(one: &ConnectionSyntax, other: &ConnectionSyntax) -> bool {
+    let texts = |side: &[Reference]| side.iter().map(Reference::text).collect::<Vec<_>>();
+    let is_plain = |it: &ConnectionSyntax| it.mode.is_none() && it.after.is_none() && !it.iterated;
+    is_plain(one)
+        && is_plain(other)
+        && one.physical.is_some() == other.physical.is_some()
+        && texts(&one.left) == texts(&other.left)
+        && texts(&one.right) == texts(&other.right)
 }
 
 /// Returns all types in a reactor.

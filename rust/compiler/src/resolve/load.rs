@@ -56,7 +56,7 @@ impl Program {
 
 /// Reads the main file and all imports. Returns `None` if the main file cannot be read.
 pub(crate) fn load(path: &str, sources: &dyn SourceProvider, diagnostics: &mut Diagnostics) -> Option<Program> {
-    let mut loader = Loader { sources, diagnostics, units: Vec::new(), by_identity: BTreeMap::new(), open: Vec::new() };
+    let mut loader = Loader { sources, diagnostics, units: Vec::new(), by_identity: BTreeMap::new(), depth: 0 };
     let path = normalize(sources, path);
     match read(sources, &path) {
         Ok(text) => {
@@ -83,9 +83,16 @@ pub(crate) fn load(path: &str, sources: &dyn SourceProvider, diagnostics: &mut D
 pub(crate) fn alone(path: &str, text: &str, diagnostics: &mut Diagnostics) -> Program {
     let text = cleaned(text);
     let file = diagnostics.sources_mut().add(path.to_owned(), text.clone().into_owned());
-    let (ast, found) = parse(file, &text);
+    let (ast, found) = parse(file, path, &text);
     diagnostics.extend(found);
     Program { units: vec![Unit { path: path.to_owned(), ast, scope: BTreeMap::new() }] }
+}
+
+/// Returns whether a path is that of a file of LF, or of micro LF.
+fn is_lf(path: &str) -> bool {
+    Path::new(path)
+        .extension()
+        .is_some_and(|extension| ["lf", "ulf"].iter().any(|own| extension.eq_ignore_ascii_case(own)))
 }
 
 struct Loader<'a> {
@@ -94,26 +101,26 @@ struct Loader<'a> {
     units: Vec<Unit>,
     /// The files by identity, because one file can have several names.
     by_identity: BTreeMap<PathBuf, usize>,
-    /// The files whose imports are being followed, outermost first.
-    open: Vec<usize>,
+    /// The number of files whose imports are being followed, each of which imports the next one.
+    depth: usize,
 }
 
 impl Loader<'_> {
     /// Adds a file and its imports; returns its position.
     fn add(&mut self, path: &str, text: &str) -> usize {
         let file = self.diagnostics.sources_mut().add(path.to_owned(), text.to_owned());
-        let (ast, found) = parse(file, text);
+        let (ast, found) = parse(file, path, text);
         self.diagnostics.extend(found);
         let unit = self.units.len();
         let scope = self.own_reactors(unit, &ast);
         let imports = ast.imports.clone();
         self.units.push(Unit { path: path.to_owned(), ast, scope });
         self.by_identity.insert(identity(self.sources, path), unit);
-        self.open.push(unit);
+        self.depth += 1;
         for import in &imports {
             self.import(unit, import);
         }
-        self.open.pop();
+        self.depth -= 1;
         unit
     }
 
@@ -148,18 +155,28 @@ impl Loader<'_> {
                 self.import_from(unit, &[path], name, &import.reactors, import.span);
             }
             // Without a file name, each reactor is in a file of its name.
-            ImportSource::Package(name) if Path::new(&name.text).extension().is_none() => {
+            ImportSource::Package(name) if !is_lf(&name.text) => {
                 for imported in &import.reactors {
                     let file = format!("{}/{}.lf", name.text, imported.name.text);
-                    let paths = in_package(self.sources, &self.units[unit].path, &file);
+                    let paths = self.in_package(unit, &file);
                     self.import_from(unit, &paths, name, std::slice::from_ref(imported), import.span);
                 }
             }
             ImportSource::Package(name) => {
-                let paths = in_package(self.sources, own, &name.text);
+                let paths = self.in_package(unit, &name.text);
                 self.import_from(unit, &paths, name, &import.reactors, import.span);
             }
         }
+    }
+
+    /// Returns the possible paths of a package's file, by its own ending and by the other one of LF.
+    fn in_package(&self, unit: usize, file: &str) -> Vec<String> {
+        let other = match file.strip_suffix(".ulf") {
+            Some(stem) => format!("{stem}.lf"),
+            None => format!("{}.ulf", file.trim_end_matches(".lf")),
+        };
+        let own = &self.units[unit].path;
+        [file, &other].into_iter().flat_map(|file| in_package(self.sources, own, file)).collect()
     }
 
     /// Imports reactors from the first of these files that exists.
@@ -198,17 +215,10 @@ impl Loader<'_> {
 
     fn imported_unit(&mut self, path: &str, name: &Name, span: Span) -> Option<usize> {
         if let Some(known) = self.by_identity.get(&identity(self.sources, path)).copied() {
-            if let Some(start) = self.open.iter().position(|open| *open == known) {
-                let mut files: Vec<_> = self.open[start..].iter().map(|unit| self.units[*unit].path.as_str()).collect();
-                files.push(path);
-                let message = format!("these files import each other: {}", files.join(" -> "));
-                let hint = "move what both need to a third file";
-                self.diagnostics.push(Diagnostic::new(Code::ImportCycle, span, message).hint(hint));
-                return None;
-            }
+            // Files may import each other: the reactors of an open file are known already.
             return Some(known);
         }
-        if self.open.len() >= DEPTH_MAX {
+        if self.depth >= DEPTH_MAX {
             let message = format!("files import each other more than {DEPTH_MAX} levels deep");
             let hint = "import what is needed directly from the file that has it";
             self.diagnostics.push(Diagnostic::new(Code::NestingTooDeep, span, message).hint(hint));
@@ -220,7 +230,8 @@ impl Loader<'_> {
                 let message = format!("cannot read `{path}`: {reason}");
                 let package = path.contains(PACKAGE_FOLDERS[0]);
                 let hint = if package {
-                    "packages lie in `lf-packages/` or `build/lfc_include/`, beside the folder `src` of this file"
+                    "packages lie in `lf-packages/` or `build/lfc_include/`, beside the folder `src` of this file, or in \
+                     a folder that the environment variable `LF_PACKAGES` names"
                 } else {
                     "the path is relative to the folder of this file"
                 };

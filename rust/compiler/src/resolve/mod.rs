@@ -19,6 +19,7 @@ mod model;
 mod modes;
 mod names;
 mod native;
+mod of_main;
 mod options;
 mod paths;
 mod properties;

@@ -8,11 +8,8 @@ use super::linking;
 use super::paths::beside;
 use super::reader::{TargetReader, text_of};
 use crate::diagnostics::{Code, Diagnostic, Span};
-use crate::plan::{CompilerFlag, Definition, IncludedFile};
+use crate::plan::{CompilerFlag, Definition, IncludedFile, in_library, library_file};
 use crate::syntax::ast::{Literal, Name, Property, PropertyKind, PropertyValue};
-
-/// The prefix of the paths of files that LF's own compiler supplies.
-const OF_LFC: &str = "/lib/c/";
 
 /// The schedulers of LF.
 const SCHEDULERS: [&str; 5] = ["NP", "GEDF_NP", "GEDF_NP_CI", "ADAPTIVE", "STATIC"];
@@ -59,7 +56,10 @@ impl TargetReader<'_> {
     pub(super) fn files(&mut self, key: &Name, value: &PropertyValue) {
         for (written, span) in self.items(key, value) {
             let path = beside(self.sources, self.path_of(span), &written);
-            if written.starts_with(OF_LFC) {
+            if library_file(&written).is_some() {
+                let at = self.at(span);
+                self.target.c.files.push(IncludedFile { path: written, at });
+            } else if in_library(&written).is_some() {
                 let message = format!("`{written}` is a file of another compiler, which is not here");
                 let hint = "remove it; what includes it is not found";
                 self.found.push(Diagnostic::new(Code::IdleProperty, span, message).hint(hint));
@@ -75,7 +75,12 @@ impl TargetReader<'_> {
     pub(super) fn cmake_include(&mut self, key: &Name, value: &PropertyValue) {
         for (written, span) in self.items(key, value) {
             let path = beside(self.sources, self.path_of(span), &written);
-            if written.starts_with(OF_LFC) {
+            if library_file(&written).is_some() {
+                let at = self.at(span);
+                self.target.c.cmake.push(IncludedFile { path: written, at });
+                continue;
+            }
+            if in_library(&written).is_some() {
                 let message = format!("`{written}` is a file of another compiler, which is not here");
                 let hint = "copy it into the folder of this file, and name it from there";
                 self.found.push(Diagnostic::new(Code::UnsupportedProperty, span, message).hint(hint));
@@ -133,6 +138,14 @@ impl TargetReader<'_> {
     }
 
     pub(super) fn scheduler(&mut self, key: &Name, value: &PropertyValue) {
+        if let PropertyKind::Map(options) = &value.kind {
+            let text = |name: &str| options.iter().find(|option| option.key.text == name).map(|option| &option.value);
+            match text("type") {
+                Some(value) => self.scheduler(key, value),
+                None => self.bad(key, value, "the `type` of a scheduler"),
+            }
+            return;
+        }
         let text = text_of(value).unwrap_or_default();
         if !SCHEDULERS.iter().any(|known| known.eq_ignore_ascii_case(&text)) {
             self.bad(key, value, &format!("one of `{}`", SCHEDULERS.join("`, `")));

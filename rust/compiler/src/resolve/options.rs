@@ -122,9 +122,10 @@ impl TargetReader<'_> {
 
     fn platform_name(&mut self, key: &Name, value: &PropertyValue) {
         const SUPPORTED: [&str; 3] = ["Zephyr", "Native", "Linux"];
-        const OTHERS: [&str; 10] =
-            ["Arduino", "nRF52", "RP2040", "Pico", "FlexPRET", "Patmos", "FreeRTOS", "Mac", "Windows", "Auto"];
+        const OTHERS: [&str; 11] =
+            ["Arduino", "nRF52", "RP2040", "Pico", "FlexPRET", "Patmos", "FreeRTOS", "RIOT", "Mac", "Windows", "Auto"];
         let Some(text) = text_of(value) else { return self.bad(key, value, "the name of a platform") };
+        let text = if text.eq_ignore_ascii_case("POSIX") { "Native".to_owned() } else { text };
         let same = |name: &&&str| name.eq_ignore_ascii_case(&text);
         if let Some(name) = SUPPORTED.iter().find(same) {
             self.target.platform = Some((*name).to_owned());

@@ -11,7 +11,7 @@ use super::sources::SourceProvider;
 /// The folders of packages, relative to the project's folder.
 pub(super) const PACKAGE_FOLDERS: [&str; 2] = ["build/lfc_include", "lf-packages"];
 
-/// Returns the possible paths of a package's file: the project is the folder that contains the importing file's `src`,
+/// Returns the possible paths of a package's file, of which the user's shared folders have the last ones: the project is the folder that contains the importing file's `src`,
 /// first by the name that the user gives it, then by that without links.
 pub(super) fn in_package(sources: &dyn SourceProvider, importing: &str, file: &str) -> Vec<String> {
     let (package, file) = file.split_once('/').unwrap_or((file, ""));
@@ -26,7 +26,9 @@ pub(super) fn in_package(sources: &dyn SourceProvider, importing: &str, file: &s
         let path = |folder| join(sources, &importing, &format!("{up}{folder}/{package}/src/lib/{file}"));
         PACKAGE_FOLDERS.map(path)
     };
-    names.flat_map(in_project).collect()
+    let shared = sources.package_folders().into_iter();
+    let shared = shared.map(|folder| normalize(sources, &format!("{folder}/{package}/src/lib/{file}")));
+    names.flat_map(in_project).chain(shared).collect()
 }
 
 /// Returns the path of an import: relative to the folder of the importing file.

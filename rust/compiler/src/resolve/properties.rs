@@ -5,7 +5,7 @@
     reason = "a method of a type with a lifetime is no function for every lifetime"
 )]
 
-use super::reader::{Read, TargetReader};
+use super::reader::{Read, TargetReader, text_of};
 use crate::lexical::Language;
 use crate::plan;
 use crate::syntax::ast::{Name, PropertyValue};
@@ -161,6 +161,18 @@ pub(super) const PROPERTIES: &[TargetProperty] = &[
     ),
     property(
         PropertyScope::Coordination,
+        "comm-type",
+        &["TCP"],
+        "no effect: federates talk over TCP",
+        |reader, key, value| {
+            let is_tcp = text_of(value).is_some_and(|text| text.eq_ignore_ascii_case("TCP"));
+            if !is_tcp {
+                reader.refuse_value(key, value, "remove it; federates talk over TCP");
+            }
+        },
+    ),
+    property(
+        PropertyScope::Coordination,
         "joint-rti",
         SWITCH,
         "whether the RTI is part of a board's image: of the board with the RTI's address, or of the only board",
@@ -256,10 +268,12 @@ pub(super) const PROPERTIES: &[TargetProperty] = &[
     property(
         PropertyScope::Program,
         "no-compile",
-        &["false"],
+        SWITCH,
         "no effect: `lfz check` and `lfz plan` compile nothing",
         |reader, key, value| {
-            reader.must_be_false(key, value, "remove it; `lfz check` and `lfz plan` compile nothing");
+            if reader.boolean(key, value) == Some(true) {
+                reader.idle(key, "`lfz check` and `lfz plan` compile nothing");
+            }
         },
     ),
     property(
@@ -381,7 +395,7 @@ pub(super) const PROPERTIES: &[TargetProperty] = &[
     property(
         PropertyScope::Bodies(Language::C),
         "scheduler",
-        &["NP", "GEDF_NP", "ADAPTIVE"],
+        &["NP", "GEDF_NP", "ADAPTIVE", "{ type: STATIC, mapper: LB }"],
         "no effect: one thread runs all reactions in their order",
         |reader, key, value| reader.scheduler(key, value),
     ),
@@ -394,26 +408,33 @@ pub(super) const PROPERTIES: &[TargetProperty] = &[
     ),
 ];
 
+/// Properties of LF without an effect here, each with the reason.
+pub(super) const IDLE: &[(&str, &str)] = &[
+    ("build", "`lfz build` compiles the program"),
+    ("cmake", "`lfz build` uses CMake where `cmake-include` names a file"),
+    ("cmake-args", "pass arguments to `west build`, or set variables in a `cmake-include`"),
+    ("docker", "there are no containers yet; the programs run on this computer"),
+    ("external-runtime-path", "the runtime is that of this compiler"),
+    ("fed-setup", "a deployment file says where federates run"),
+    ("no-runtime-validation", "the runtime is that of this compiler"),
+    ("print-statistics", "`lfz run --trace FOLDER` records what happens"),
+    ("python-version", "no bodies are in Python"),
+    ("runtime-version", "the runtime is that of this compiler"),
+    ("trace-plugin", "`lfz run --trace FOLDER` records what happens"),
+    ("tracing", "`lfz run --trace FOLDER` records what happens"),
+    ("verify", "programs are not verified here"),
+];
+
+/// Earlier names of properties in LF, each with the present one.
+pub(super) const RENAMED: [(&str, &str); 3] =
+    [("flags", "compiler-flags"), ("threads", "workers"), ("communication-type", "comm-type")];
+
 /// Properties of LF that are not supported, with the alternatives.
 pub(super) const REFUSED: &[(&str, &str)] = &[
     ("advance-message-interval", "write it as `coordination-options: { advance-message-interval: … }`"),
-    ("build", "remove it"),
-    ("runtime-version", "remove it"),
-    ("external-runtime-path", "remove it"),
-    ("docker", "remove it"),
-    ("tracing", "remove it; `lfz run --trace FOLDER` records what happens"),
-    ("trace-plugin", "remove it"),
-    ("cmake-init-include", "remove it"),
-    ("cmake-args", "remove it; pass arguments to `west build`"),
+    ("cmake-init-include", "write what it says into a `cmake-include`"),
     ("protobufs", "remove it"),
-    ("communication-type", "remove it; federates talk over TCP"),
-    ("comm-type", "remove it; federates talk over TCP"),
-    ("sst", "remove it"),
-    ("fed-setup", "remove it"),
-    ("verify", "remove it"),
-    ("print-statistics", "remove it"),
-    ("no-runtime-validation", "remove it"),
-    ("python-version", "remove it"),
-    ("ros2", "remove it"),
-    ("ros2-dependencies", "remove it"),
+    ("sst", "remove it; `auth: true` has federates prove that they know the federation id"),
+    ("ros2", "remove it; messages of ROS 2 can be sent as structs or arrays of bytes"),
+    ("ros2-dependencies", "remove it; a `cmake-include` can find packages of ROS 2"),
 ];

@@ -22,9 +22,9 @@ impl<'p> Checker<'p> {
         for declared in &class.ast.body.reactions {
             self.check_attributes(&declared.attributes, super::attributes::AttributeTarget::Other);
             if declared.triggers.is_empty() {
-                let message = "this reaction has no trigger, so it would never run";
+                let message = "this reaction has no trigger, so it never runs";
                 let hint = "write what triggers it: `reaction(startup)`, or a timer, an action or an input";
-                self.report(Diagnostic::new(Code::MissingTrigger, declared.keyword, message).hint(hint));
+                self.report(Diagnostic::new(Code::NoEffect, declared.keyword, message).hint(hint));
             }
             let is_external = declared.name.is_some() && self.language.facts().external_bodies;
             if declared.code.is_none() && !is_external {

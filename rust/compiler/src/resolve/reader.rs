@@ -81,12 +81,6 @@ impl TargetReader<'_> {
         self.found.push(Diagnostic::new(Code::UnsupportedProperty, key.span.to(value.span), message).hint(hint));
     }
 
-    pub(super) fn must_be_false(&mut self, key: &Name, value: &PropertyValue, hint: &str) {
-        if self.boolean(key, value) == Some(true) {
-            self.refuse_value(key, value, hint);
-        }
-    }
-
     pub(super) fn bad(&mut self, key: &Name, value: &PropertyValue, expected: &str) {
         let message = format!("`{}` takes {expected}", key.text);
         self.found.push(Diagnostic::new(Code::BadPropertyValue, value.span, message));

@@ -28,6 +28,11 @@ pub trait SourceProvider: Sync {
     fn real_path(&self, _path: &str) -> Option<PathBuf> {
         None
     }
+
+    /// Returns the folders in which packages are searched after those of the program's own project.
+    fn package_folders(&self) -> Vec<String> {
+        Vec::new()
+    }
 }
 
 /// Returns the text of a file, without the additions of some editors.

@@ -13,6 +13,8 @@ pub struct Supported {
     pub properties: &'static [properties::TargetProperty],
     /// Target properties that are refused, each with the alternative.
     pub refused_properties: &'static [(&'static str, &'static str)],
+    /// Target properties without an effect, each with the reason.
+    pub idle_properties: &'static [(&'static str, &'static str)],
 }
 
 /// Returns the supported part of LF, from the tables by which the compiler checks programs.
@@ -26,5 +28,6 @@ pub fn supported() -> Supported {
         refused: features.chain(attributes).collect(),
         properties: properties::PROPERTIES,
         refused_properties: properties::REFUSED,
+        idle_properties: properties::IDLE,
     }
 }

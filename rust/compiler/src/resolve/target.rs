@@ -2,11 +2,12 @@
 //! Checks the target declaration: the language, and each property, which is supported or refused by name.
 
 use super::load::Program;
-use super::properties::{Imported, PROPERTIES, PropertyScope, REFUSED, TargetProperty, honoured, named};
+use super::of_main;
+use super::properties::{IDLE, Imported, PROPERTIES, PropertyScope, REFUSED, RENAMED, TargetProperty, honoured, named};
 use super::reader::TargetReader;
 use super::sources::SourceProvider;
 use crate::diagnostics::{Code, Diagnostic, Diagnostics, FileId, Span, did_you_mean};
-use crate::lexical::{Language, is_cpp};
+use crate::lexical::{Language, is_cpp, is_micro};
 use crate::plan;
 use crate::syntax::ast::{Literal, Name, Property, PropertyKind, TargetSyntax};
 
@@ -29,15 +30,22 @@ pub(crate) fn check(program: &Program, sources: &dyn SourceProvider, diagnostics
             Some(language) => {
                 reader.target.language = language;
                 reader.target.c.is_cpp = is_cpp(&target.name.text);
-                reader.unique(&target.properties);
-                for property in &target.properties {
+                reader.target.c.is_micro = is_micro(&target.name.text);
+                if reader.target.c.is_micro {
+                    // No RTI grants tags there.
+                    reader.target.coordination = plan::Coordination::Decentralized;
+                }
+                let mut properties = reader.in_todays_words(&target.properties);
+                properties.extend(main.into_iter().flat_map(|unit| of_main::properties(&unit.ast.reactors)));
+                reader.unique(&properties);
+                for property in &properties {
                     reader.property(property);
                 }
                 for is_late in [false, true] {
-                    reader.read(language, &target.properties, |known| known.is_late == is_late);
+                    reader.read(language, &properties, |known| known.is_late == is_late);
                 }
-                reader.idle_options(&target.properties);
-                reader.workers(&target.properties);
+                reader.idle_options(&properties);
+                reader.workers(&properties);
             }
         },
     }
@@ -61,6 +69,26 @@ impl TargetReader<'_> {
         self.found.push(Diagnostic::new(Code::WrongTarget, target.name.span, message).hint(hint));
     }
 
+    /// Returns properties by the names that they have today, written as in the tables: LF ignores case.
+    fn in_todays_words(&mut self, properties: &[Property]) -> Vec<Property> {
+        let known = PROPERTIES.iter().map(|property| property.name);
+        let known = known.chain(IDLE.iter().chain(REFUSED).map(|(name, _)| *name)).chain(RENAMED.map(|(name, _)| name));
+        let mut all = properties.to_vec();
+        for property in &mut all {
+            let key = &mut property.key;
+            if let Some(name) = known.clone().find(|name| name.eq_ignore_ascii_case(&key.text)) {
+                name.clone_into(&mut key.text);
+            }
+            if let Some((old, name)) = RENAMED.iter().find(|(old, _)| *old == key.text) {
+                let message = format!("`{old}` is called `{name}` now");
+                let diagnostic = Diagnostic::new(Code::OlderForm, key.span, message);
+                self.found.push(diagnostic.hint(format!("write `{name}`")));
+                (*name).clone_into(&mut key.text);
+            }
+        }
+        all
+    }
+
     /// Reads those properties of a language for which `is_read` is true.
     fn read(&mut self, language: Language, properties: &[Property], is_read: impl Fn(&TargetProperty) -> bool) {
         for Property { key, value } in properties {
@@ -73,9 +101,10 @@ impl TargetReader<'_> {
     /// Reads the settings of an imported file that apply to every program that imports it.
     fn imported(&mut self, target: &TargetSyntax, language: Language) {
         let is_other = self.target.language != language;
+        let properties = self.in_todays_words(&target.properties);
         self.target.c.is_cpp |= is_other && is_cpp(&target.name.text);
         for is_late in [false, true] {
-            self.read(language, &target.properties, |known| {
+            self.read(language, &properties, |known| {
                 let counts = match known.imported {
                     Imported::Never => false,
                     Imported::OfOtherLanguage => is_other,
@@ -90,6 +119,10 @@ impl TargetReader<'_> {
     fn property(&mut self, Property { key, .. }: &Property) {
         let (name, language) = (key.text.as_str(), self.target.language);
         if named(name, language).is_some() {
+            return;
+        }
+        if let Some((_, reason)) = IDLE.iter().find(|(idle, _)| *idle == name) {
+            self.idle(key, reason);
             return;
         }
         if let Some((_, hint)) = REFUSED.iter().find(|(refused, _)| *refused == name) {

@@ -39,7 +39,6 @@ macro_rules! features {
 
 features! {
     Mutation: "mutations" are, "use a reaction";
-    Realtime: "`realtime` reactors" are, "remove the word";
 }
 
 impl Feature {
@@ -52,13 +51,12 @@ impl Feature {
 
 /// Reports every unsupported feature in a reactor.
 pub(super) fn check(reactor: &Reactor, found: &mut Vec<Diagnostic>) {
-    let mut refuse = |feature: Feature, span: Span| found.push(feature.refused(span));
     if let Some(span) = reactor.realtime {
-        refuse(Feature::Realtime, span);
+        let message = "`realtime` has no effect: every reactor runs in real time, unless `fast` says otherwise";
+        found.push(Diagnostic::new(Code::NoEffect, span, message).hint("remove it, or leave it"));
     }
-    let body = &reactor.body;
-    let mutations = body.reactions.iter().filter(|reaction| reaction.kind == ReactionKeyword::Mutation);
-    mutations.for_each(|reaction| refuse(Feature::Mutation, reaction.keyword));
+    let mutations = reactor.body.reactions.iter().filter(|reaction| reaction.kind == ReactionKeyword::Mutation);
+    found.extend(mutations.map(|reaction| Feature::Mutation.refused(reaction.keyword)));
     check_hosts(reactor, found);
 }
 

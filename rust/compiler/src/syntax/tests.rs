@@ -12,7 +12,7 @@ const WHOLE_GRAMMAR: &str = include_str!("../../tests/grammar.lf");
 fn rendered(text: &str) -> String {
     let mut diagnostics = Diagnostics::default();
     let file = diagnostics.sources_mut().add("test.lf".into(), text.into());
-    let (_, found) = parse(file, text);
+    let (_, found) = parse(file, "Main.lf", text);
     diagnostics.extend(found);
     diagnostics.render(Style::Plain)
 }
@@ -34,7 +34,7 @@ fn older_initialisers_are_read_with_a_warning() {
 fn the_comment_before_a_reactor_documents_it() {
     let text = "reactor Q {} // not this\n/** One.\n  * Two. */\nreactor R {}\n// a\n// b\n@label(\"x\")\nreactor S {}
         \n\n// c\n\nreactor T {}";
-    let (unit, _) = parse(FileId::default(), text);
+    let (unit, _) = parse(FileId::default(), "Main.lf", text);
     let docs: Vec<_> = unit.reactors.iter().map(|reactor| reactor.docs.as_deref()).collect();
     assert_eq!(docs, [None, Some("One.\nTwo."), Some("a\nb"), None]);
 }

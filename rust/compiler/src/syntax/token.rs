@@ -126,10 +126,9 @@ pub(crate) struct Tokens {
     pub(crate) diagnostics: Vec<Diagnostic>,
 }
 
-/// Splits a text into tokens.
-pub(crate) fn tokens(file: FileId, text: &str) -> Tokens {
-    let reading =
-        Reading { problems: Vec::new(), hiding: HashMap::new(), language: Language::default(), names_language: false };
+/// Splits a text into tokens; the code blocks before a target declaration are of this language.
+pub(crate) fn tokens(file: FileId, text: &str, language: Language) -> Tokens {
+    let reading = Reading { problems: Vec::new(), hiding: HashMap::new(), language, names_language: false };
     let mut lexer = TokenKind::lexer_with_extras(text, reading);
     let mut tokens = Vec::new();
     let (mut comments, mut directing) = (Vec::new(), Vec::new());

@@ -7,7 +7,7 @@ use core::fmt::Write as _;
 
 use super::structs::{PORT, files, self_struct, value_struct};
 use super::symbols::preamble_headers;
-use super::text::{Text, name_of};
+use super::text::{Text, name_of, stem};
 use crate::emit::File;
 use crate::emit::view::View;
 use crate::plan::{ChildPort, ClassIndex, Reaction, ReactionParameter, ReactorClass, VariableKind};
@@ -31,7 +31,7 @@ pub(super) const FOLDERS: [&str; 2] = ["include", "."];
 /// Returns the path of a class's header in a crate.
 pub(super) fn path(view: &View<'_>, class: &ReactorClass) -> String {
     let file = name_of(view.plan.path(class.at));
-    format!("include/{}/{}{}.h", file.strip_suffix(".lf").unwrap_or(file), base_name(class), type_arguments(class))
+    format!("include/{}/{}{}.h", stem(file), base_name(class), type_arguments(class))
 }
 
 /// Returns the type of an instance.

@@ -81,6 +81,9 @@ impl<'p> ClassFile<'p, '_> {
         }
         self.text
             .line(format_args!("static void {function}_body({types}_self_t *self{variables}) {{\n    (void)self;"));
+        if self.symbols.view.native.is_micro {
+            self.text.line("    Environment *env = lf_uc_environment();\n    (void)env;");
+        }
         self.text.code(code).line("}");
         let parameters = all_arguments(reaction);
         let linkage = self.linkage();

@@ -101,7 +101,7 @@ impl<'p> Symbols<'p> {
 pub(super) fn preamble_headers(plan: &Plan) -> Vec<String> {
     let mut names = Names::default();
     let header = |file: &crate::plan::SourceFile| {
-        let stem = super::text::name_of(&file.path).trim_end_matches(".lf");
+        let stem = super::text::stem(super::text::name_of(&file.path));
         format!("{}_preambles", names.give(&plain(stem)))
     };
     plan.files.iter().map(header).collect()

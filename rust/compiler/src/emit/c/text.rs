@@ -78,6 +78,11 @@ impl<'p> Text<'p> {
     }
 }
 
+/// Returns the name of a file of LF without its ending.
+pub(super) fn stem(name: &str) -> &str {
+    [".lf", ".ulf"].iter().find_map(|ending| name.strip_suffix(ending)).unwrap_or(name)
+}
+
 /// Returns the name of a file without its folders.
 pub(super) fn name_of(path: &str) -> &str {
     path.rsplit(['/', '\\']).next().unwrap_or(path)

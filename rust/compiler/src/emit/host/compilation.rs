@@ -44,6 +44,7 @@ impl<'p> CompilerArguments<'p> {
         // The number of workers is the same as in images.
         all.flags.push("-DNUMBER_OF_WORKERS=1".to_owned());
         all.flags.extend(logging(job));
+        all.flags.extend(native.is_micro.then(|| "-DLF_MICRO".to_owned()));
         all.add_definitions(job, |at| concerns(job, at));
         for flag in native.flags.iter().filter(|flag| concerns(job, flag.at)) {
             all.add_words(job, [flag.text.as_str()], job.plan().path(flag.at));
@@ -54,8 +55,9 @@ impl<'p> CompilerArguments<'p> {
 
     /// Adds the folder of a file of the program.
     pub(in crate::emit) fn add_folder_around(&mut self, job: &Job<'_>, path: &str) {
-        let folder = path.trim_end_matches('/').rsplit_once('/').map(|(folder, _)| job.settings.absolute(folder));
-        self.add_folder(folder.unwrap_or_else(|| job.settings.current.to_owned()));
+        let path = job.settings.absolute(path.trim_end_matches('/'));
+        let folder = path.rsplit_once('/').map_or(job.settings.current, |(folder, _)| folder);
+        self.add_folder(folder.to_owned());
     }
 
     pub(in crate::emit) fn add_folder(&mut self, folder: String) {

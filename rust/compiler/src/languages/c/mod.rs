@@ -32,7 +32,7 @@ pub(super) const FACTS: Facts = Facts {
     type_problem: types::problem,
     type_of_literal: types::of_literal,
     literals_of: types::literals,
-    is_same_type: |one, other| types::spelled(one) == types::spelled(other),
+    is_same_type: |one, other| types::representation(one) == types::representation(other),
     value_text: values::text,
     integer: integer::value,
     unsendable: |ty, _, _| types::unsendable(ty).into_iter().collect(),

@@ -94,6 +94,26 @@ pub(super) fn spelled(ty: &str) -> String {
         .fold(ty.to_owned(), |text, mark| text.split(mark).map(str::trim).collect::<Vec<_>>().join(mark))
 }
 
+/// Names of one integer type on all platforms of LF's C runtime, each with the first of them.
+const SAME: [(&str, &[&str]); 8] = [
+    ("int8_t", &["signed char"]),
+    ("uint8_t", &["unsigned char"]),
+    ("int16_t", &["short", "short int", "signed short"]),
+    ("uint16_t", &["unsigned short", "unsigned short int"]),
+    ("int32_t", &["int", "signed", "signed int"]),
+    ("uint32_t", &["unsigned", "unsigned int"]),
+    ("int64_t", &["long long", "long long int", INTERVAL, "instant_t"]),
+    ("uint64_t", &["unsigned long long", "unsigned long long int"]),
+];
+
+/// Returns a type without insignificant spaces, integers by the name that says their size.
+pub(super) fn representation(ty: &str) -> String {
+    let ty = spelled(ty);
+    let (element, suffix) = ty.split_at(ty.find(['*', '[']).unwrap_or(ty.len()));
+    let known = SAME.iter().find(|(_, names)| names.contains(&element));
+    known.map_or(ty.clone(), |(name, _)| format!("{name}{suffix}"))
+}
+
 /// Returns the reason why a pointer cannot be sent: it refers to the sender's memory.
 pub(super) fn unsendable(ty: &str) -> Option<Unsendable> {
     let ty = spelled(ty);
@@ -116,6 +136,20 @@ mod tests {
         assert_eq!(spelled("struct foo *"), spelled("struct foo*"));
         assert_eq!(spelled("int [ 3 ]"), "int[3]");
         assert_ne!(spelled("unsigned int"), spelled("unsignedint"));
+    }
+
+    #[test]
+    fn integers_of_one_size_are_one_type() {
+        for (one, other) in
+            [("int", "int32_t"), ("unsigned int*", "uint32_t *"), ("time", "time"), ("short[3]", "int16_t[3]")]
+        {
+            assert_eq!(representation(one), representation(other));
+        }
+        for (one, other) in
+            [("int", "unsigned"), ("int*", "int"), ("long", "int"), ("float", "int32_t"), ("bool", "int8_t")]
+        {
+            assert_ne!(representation(one), representation(other));
+        }
     }
 
     #[test]

@@ -1,15 +1,19 @@
 // SPDX-License-Identifier: Apache-2.0
 //! The top of a file: target, imports, preambles, reactors.
 
-use super::super::ast::{Import, ImportSource, ImportedReactor, Name, SourceUnit};
+use super::super::ast::{Import, ImportSource, ImportedReactor, Name, SourceUnit, TargetSyntax};
 use super::super::token::{TokenKind, Tokens, tokens};
 use super::super::words::FILE_STARTS;
 use super::{Parsed, Parser};
-use crate::diagnostics::{Diagnostic, FileId};
+use crate::diagnostics::{Diagnostic, FileId, Span};
+use crate::lexical::{Language, MICRO, is_micro_path};
 
-/// Parses a file.
-pub(crate) fn parse(file: FileId, text: &str) -> (SourceUnit, Vec<Diagnostic>) {
-    let Tokens { list, comments, open, diagnostics } = tokens(file, text);
+/// Parses the file at a path.
+pub(crate) fn parse(file: FileId, path: &str, text: &str) -> (SourceUnit, Vec<Diagnostic>) {
+    // A file of micro LF need not declare its target.
+    let assumed = is_micro_path(path).then_some(MICRO);
+    let language = assumed.and_then(Language::named).unwrap_or_default();
+    let Tokens { list, comments, open, diagnostics } = tokens(file, text, language);
     let mut parser = Parser {
         file,
         text,
@@ -24,6 +28,11 @@ pub(crate) fn parse(file: FileId, text: &str) -> (SourceUnit, Vec<Diagnostic>) {
         beginnings: Vec::new(),
     };
     let mut unit = parser.source_unit();
+    let target = |name: &str| TargetSyntax {
+        name: Name { text: name.to_owned(), span: Span::new(file, 0, 0) },
+        properties: Vec::new(),
+    };
+    unit.target = unit.target.or(assumed.map(target));
     unit.codes = parser.codes;
     unit.comments = parser.comments;
     unit.beginnings = parser.beginnings;
