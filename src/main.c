@@ -4,7 +4,9 @@
 #include <lf/lf.h>
 #include <lf/platform.h>
 
+#ifdef CONFIG_LF_NETWORK
 #include "network.h"
+#endif
 
 #include <zephyr/logging/log.h>
 
@@ -62,9 +64,13 @@ int main(void)
 	int status = 1;
 
 	LOG_INF("lf-zephyr-rs %s", lf_version());
+#ifdef CONFIG_LF_NETWORK
 	if (network_wait() == 0) {
 		status = run();
 		network_finish();
 	}
+#else
+	status = run();
+#endif
 	lf_stop(status);
 }

@@ -67,6 +67,7 @@ const SWITCHES: &[&str] = &[
     "TIMER_HAS_64BIT_CYCLE_COUNTER",
     "LOG",
     "NET_UDP",
+    "LF_NETWORK",
     "LF_FEDERATE",
     "LF_RTI",
     "LF_INTERRUPTS",

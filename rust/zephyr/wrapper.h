@@ -8,9 +8,11 @@
 #endif
 #include <zephyr/kernel.h>
 #include <zephyr/logging/log.h>
+#ifdef CONFIG_LF_NETWORK
 #include <zephyr/net/socket.h>
 #include <zephyr/sys/fdtable.h>
-#include <zephyr/sys/printk.h>
 #include <zephyr/zvfs/eventfd.h>
+#endif
+#include <zephyr/sys/printk.h>
 
 #include <lf/platform.h>

@@ -11,6 +11,9 @@ from pathlib import Path
 from lf_west.errors import LfError
 from lf_west.workspace import REPOSITORY
 
+# The endings of files of LF and micro LF.
+ENDINGS = (".lf", ".ulf")
+
 
 @dataclass(frozen=True)
 class Application:
@@ -98,8 +101,8 @@ def open_application(file: str, build: str | None) -> Application:
             "Write its path from the current folder: src/Example.lf",
             *_alike(path),
         )
-    if path.suffix != ".lf":
-        raise LfError(f"{file} is no LF file: its name does not end in .lf.", *_alike(path))
+    if path.suffix not in ENDINGS:
+        raise LfError(f"{file} is no LF file: its name does not end in .lf or .ulf.", *_alike(path))
     folder = path.parent.parent if path.parent.name == "src" else path.parent
     return Application(path, folder, _tidy(Path(build)) if build else folder / "build")
 
@@ -163,5 +166,5 @@ def _tidy(path: Path) -> Path:
 def _alike(path: Path) -> list[str]:
     """Advice to take an LF file nearby."""
     folder = path.parent if path.parent.is_dir() else path.parent.parent
-    nearby = sorted({*folder.glob("*.lf"), *folder.glob("src/*.lf")})
+    nearby = sorted({path for ending in ENDINGS for place in ("", "src/") for path in folder.glob(f"{place}*{ending}")})
     return [f"Take one of the LF files there: {', '.join(str(file) for file in nearby[:5])}"] if nearby else []

@@ -92,7 +92,7 @@ class _NotAnLfFile:
         self._option = option
 
     def __call__(self, text: str) -> str:
-        if text.endswith(".lf"):
+        if text.endswith((".lf", ".ulf")):
             raise argparse.ArgumentTypeError(f"{text} looks like the LF file; write it before {self._option}")
         return text
 

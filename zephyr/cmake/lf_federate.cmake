@@ -20,7 +20,10 @@ set(LF_REPOSITORY ${_lf_repository} CACHE INTERNAL "")
 #
 # lf_federate(CRATE), with the sources that start the crate's federate or RTI when the network is there.
 function(lf_application crate)
-  target_sources(app PRIVATE ${LF_REPOSITORY}/src/main.c ${LF_REPOSITORY}/src/network.c)
+  target_sources(app PRIVATE ${LF_REPOSITORY}/src/main.c)
+  if(CONFIG_LF_NETWORK)
+    target_sources(app PRIVATE ${LF_REPOSITORY}/src/network.c)
+  endif()
   # Whether the ends of connections were acknowledged is in no public header.
   target_include_directories(app PRIVATE ${ZEPHYR_BASE}/subsys/net/ip)
   lf_federate(${crate})

@@ -92,7 +92,7 @@ function(lf_program file)
   file(WRITE ${CMAKE_BINARY_DIR}/lf/federation.json "${description}")
   # What the program imports lies beside it as a rule.
   cmake_path(GET file PARENT_PATH folder)
-  file(GLOB imports CONFIGURE_DEPENDS ${folder}/*.lf)
+  file(GLOB imports CONFIGURE_DEPENDS ${folder}/*.lf ${folder}/*.ulf)
   set_property(DIRECTORY APPEND PROPERTY CMAKE_CONFIGURE_DEPENDS ${sources} ${imports})
 
   # As `west lf-build` names them.

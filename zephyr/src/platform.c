@@ -25,11 +25,13 @@ LOG_MODULE_REGISTER(lf, CONFIG_LF_LOG_LEVEL);
 /* As a dependency in Kconfig it would depend on itself, by way of what restarts the system. */
 BUILD_ASSERT(IS_ENABLED(CONFIG_PRINTK), "CONFIG_PRINTK must be set: println! and what is said of faults need it");
 
+#ifdef CONFIG_LF_NETWORK
 /* A socket may be waited for in both directions, each of which takes one entry; the wake-up takes one more. */
 BUILD_ASSERT(CONFIG_ZVFS_POLL_MAX >= 2 * CONFIG_LF_SOCKETS + 1,
 	     "CONFIG_ZVFS_POLL_MAX must be at least 2 * CONFIG_LF_SOCKETS + 1");
 BUILD_ASSERT(CONFIG_ZVFS_OPEN_MAX >= CONFIG_LF_SOCKETS + 1,
 	     "CONFIG_ZVFS_OPEN_MAX must be at least CONFIG_LF_SOCKETS + 1");
+#endif
 
 #ifdef CONFIG_LF_RTI
 /* Beside the connections it has a listener, and perhaps a port for datagrams. */
@@ -42,6 +44,23 @@ BUILD_ASSERT(CONFIG_LF_RTI_CONNECTIONS >= CONFIG_LF_RTI_FEDERATES,
 #endif
 
 K_MUTEX_DEFINE(lf_console_lock);
+
+#ifndef CONFIG_LF_NETWORK
+
+/* The wake-up of the event loop; with sockets it is a descriptor, which is polled with theirs. */
+static K_SEM_DEFINE(wake, 0, 1);
+
+void lf_wake(void)
+{
+	k_sem_give(&wake);
+}
+
+bool lf_wait_for_wake(int64_t ticks)
+{
+	return k_sem_take(&wake, ticks < 0 ? K_FOREVER : K_TICKS(ticks)) == 0;
+}
+
+#endif
 
 int lf_errno(void)
 {

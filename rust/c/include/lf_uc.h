@@ -54,7 +54,8 @@ typedef enum {
 #define lf_set(...) LF_UC_THIRD_(__VA_ARGS__, lf_uc_set_to, lf_set_present, )(__VA_ARGS__)
 #define lf_uc_set_to(port, to)                                                                                         \
 	do {                                                                                                           \
-		(port)->value = to;                                                                                    \
+		__typeof__((port)->value) lf_uc_value_ = (to);                                                         \
+		memcpy(&(port)->value, &lf_uc_value_, sizeof(lf_uc_value_));                                           \
 		lf_c_set((lf_port_base_t *)(port));                                                                    \
 	} while (0)
 

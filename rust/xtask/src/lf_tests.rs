@@ -139,7 +139,7 @@ fn find(folder: &Path, programs: &mut Vec<PathBuf>) -> io::Result<()> {
         let path = entry?.path();
         if path.is_dir() {
             find(&path, programs)?;
-        } else if path.extension().is_some_and(|extension| extension == "lf") {
+        } else if path.extension().is_some_and(|extension| extension == "lf" || extension == "ulf") {
             programs.push(path);
         }
     }
@@ -153,7 +153,8 @@ const COPY: &str = "LfTest";
 ///
 /// The copy is beside the program, where its imports are found, and is removed again.
 fn judge_image(repository: &Path, lfz: &Path, board: &str, program: &Path, output: &Path) -> Verdict {
-    let copy = program.with_file_name(format!("{COPY}.lf"));
+    let ending = program.extension().unwrap_or_default();
+    let copy = program.with_file_name(COPY).with_extension(ending);
     // An existing file of this name belongs to the user.
     let written = fs::read_to_string(program)
         .and_then(|text| fs::File::create_new(&copy)?.write_all(without_main_name(&text).as_bytes()));

@@ -11,7 +11,7 @@ use lf_runtime::{ImageError, LogEvent};
 use log::LevelFilter;
 
 use crate::kconfig::LF_LINE_SIZE;
-use crate::platform::ZephyrPlatform;
+use crate::ZephyrPlatform;
 use crate::recording::RecordedParticipant;
 
 /// Called with a zero-terminated sentence when the federate or the RTI ends early, before the program stops.

@@ -9,6 +9,7 @@
 //! its RTI with [`rti!`]; the application's `main()` runs both through the C API of `c_api`.
 #![no_std]
 
+#[cfg(CONFIG_LF_NETWORK)]
 mod address;
 mod c_api;
 pub mod clock;
@@ -17,10 +18,15 @@ pub mod console;
 mod critical;
 pub mod devices;
 mod logger;
+#[cfg(not(CONFIG_LF_NETWORK))]
+mod local;
 mod mutex;
+#[cfg(CONFIG_LF_NETWORK)]
 mod net;
 mod outside;
 mod panic;
+mod pause;
+#[cfg(CONFIG_LF_NETWORK)]
 mod platform;
 mod raw;
 #[doc(hidden)]
@@ -42,6 +48,9 @@ pub mod c;
 pub use lf_model as model;
 pub use lf_runtime as runtime;
 pub use log;
+#[cfg(not(CONFIG_LF_NETWORK))]
+pub use local::ZephyrPlatform;
+#[cfg(CONFIG_LF_NETWORK)]
 pub use platform::ZephyrPlatform;
 pub use thread::SpawnPhysicalThread;
 pub use wake::wake;

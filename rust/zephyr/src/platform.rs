@@ -13,10 +13,10 @@ use lf_runtime::{FederateEvent, report};
 
 use log::Level;
 
-use crate::kconfig::{LF_SOCKETS, SYS_CLOCK_TICKS_PER_SEC};
+use crate::kconfig::LF_SOCKETS;
 use crate::net::{self, Descriptor};
 use crate::outside::ZephyrOutside;
-use crate::{clock, raw, wake};
+use crate::{clock, pause, raw, wake};
 
 /// The pause before output is tried again that had no buffers.
 const RETRY_NS: i64 = 200_000;
@@ -261,29 +261,9 @@ impl<const SOCKETS: usize> Platform for ZephyrPlatform<SOCKETS> {
     }
 
     fn wait(&mut self, until: Deadline, ready: &mut dyn FnMut(SocketId, Interest)) {
-        #[cfg(CONFIG_LF_INTERRUPTS)]
-        crate::devices::report_lost();
-        let remaining_ns = match until {
-            Deadline::Now => 0,
-            Deadline::At(instant) => instant.since(clock::now()).as_nanos().max(0),
-            Deadline::Never => i64::MAX,
-        };
-        // SAFETY: it has no precondition.
-        let mut longest_ns = clock::longest_wait_ns().min(unsafe { raw::lf_watchdog_feed() });
         let lacks_buffers = |place: &SocketPlace| place.socket.as_ref().is_some_and(|socket| socket.lacks_buffers);
-        if self.places.iter().any(lacks_buffers) {
-            longest_ns = longest_ns.min(RETRY_NS);
-        }
-        if remaining_ns == i64::MAX && longest_ns == i64::MAX {
-            self.poll(-1, ready);
-            return;
-        }
-        let wait_ns = remaining_ns.min(longest_ns);
-        let ticks = ticks(wait_ns);
-        // Less than a tick is too short for the kernel's timers, so the processor spins.
-        if !self.poll(ticks, ready) && ticks == 0 && wait_ns > 0 {
-            busy_wait(wait_ns);
-        }
+        let longest_ns = if self.places.iter().any(lacks_buffers) { RETRY_NS } else { i64::MAX };
+        pause::until(until, longest_ns, &mut |ticks| self.poll(ticks, ready));
         self.retry(ready);
     }
 }
@@ -294,23 +274,6 @@ fn report_missing_buffers() {
     if !TOLD.swap(true, Ordering::Relaxed) {
         report(Level::Warn, &FederateEvent::NoBuffers);
     }
-}
-
-/// Returns how many whole ticks of the kernel fit into this many nanoseconds.
-///
-/// The kernel adds the rest of the current tick, so a wait of that many ends at most one tick too late.
-fn ticks(nanoseconds: i64) -> i64 {
-    const SECOND: i64 = 1_000_000_000;
-    // It fits: Kconfig's type for the symbol is a C int.
-    let per_second = i64::try_from(SYS_CLOCK_TICKS_PER_SEC).unwrap_or(i64::MAX);
-    let whole = (nanoseconds / SECOND).saturating_mul(per_second);
-    whole.saturating_add((nanoseconds % SECOND).saturating_mul(per_second) / SECOND)
-}
-
-fn busy_wait(nanoseconds: i64) {
-    let microseconds = u32::try_from((nanoseconds + 999) / 1000).unwrap_or(u32::MAX);
-    // SAFETY: it has no precondition.
-    unsafe { raw::k_busy_wait(microseconds) };
 }
 
 /// Converts flags to the type of the poll structure; they are all below 2¹⁵.

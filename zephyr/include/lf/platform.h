@@ -27,6 +27,11 @@ enum lf_network_error {
 	LF_NETWORK_OTHER,
 };
 
+/* The wake-up of the event loop of an image without a network. The first may be called from interrupts; the second waits
+ * for as many ticks, or without end if the number is negative, and returns whether there was a wake-up. */
+void lf_wake(void);
+bool lf_wait_for_wake(int64_t ticks);
+
 /* The calling thread's errno. */
 int lf_errno(void);
 

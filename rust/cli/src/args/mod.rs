@@ -106,6 +106,27 @@ errors of syntax is left alone.
 
 Exit status: 0 when all files are formatted; 1 when a file cannot be, or with --check is not.")]
     Fmt(FmtArgs),
+    /// Add packages of reactors to the project in this folder, or fetch those that it has.
+    #[command(
+        subcommand,
+        long_about = "\
+Add packages of reactors to the project in this folder, or fetch those that it has.
+
+A package is a repository of git whose folder `src/lib` has reactors. It becomes a folder in `lf-packages/`, beside `src`,
+and programs import from it: `import Filter from <filters>`. The file lf-packages.json has the commit of each, and belongs
+into the project's own repository; `lfz package fetch` makes the folders of it."
+    )]
+    Package(PackageCommand),
+    /// Tell which programs in a folder work, what has no effect, and what to change.
+    #[command(long_about = "\
+Tell which programs in a folder work, what has no effect, and what to change: for programs that were written for another
+compiler of Lingua Franca.
+
+All files of LF and micro LF in the folder, and in those in it, are checked as by `lfz check`; folders of builds and hidden
+ones are left out. Reasons are listed once, with their first places. At the end stand the tools that builds need.
+
+Exit status: 0 when all programs for this compiler work; 1 when one needs a change, or cannot be read.")]
+    Doctor(DoctorArgs),
     /// Remove the generated and compiled files of a program, or the compiled files of all programs.
     #[command(long_about = "\
 Remove the generated and compiled files of a program, or with --all the compiled files of all programs, and print the
@@ -386,6 +407,34 @@ pub struct FmtArgs {
     /// Print the differences, and change nothing.
     #[arg(long)]
     pub check: bool,
+}
+
+/// `lfz package`
+#[derive(Debug, Subcommand)]
+pub enum PackageCommand {
+    /// Add a package.
+    Add {
+        /// The address of its repository, or the path.
+        git: String,
+        /// A branch, a tag or a commit, instead of the newest commit.
+        #[arg(long, value_name = "REVISION")]
+        revision: Option<String>,
+        /// Its name in imports, instead of the repository's.
+        #[arg(long)]
+        name: Option<String>,
+    },
+    /// Fetch the packages that lf-packages.json names, at their commits.
+    Fetch,
+    /// List them.
+    List,
+}
+
+/// `lfz doctor`
+#[derive(Debug, Args)]
+pub struct DoctorArgs {
+    /// The folders, or single files.
+    #[arg(value_name = "FOLDER", default_value = ".")]
+    pub folders: Vec<PathBuf>,
 }
 
 /// `lfz debug`

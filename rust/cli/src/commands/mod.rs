@@ -6,9 +6,11 @@ mod check;
 mod clean;
 mod codes;
 mod debug;
+mod doctor;
 mod explain;
 mod fmt;
 mod manual;
+mod package;
 mod plan;
 mod rti;
 mod run;
@@ -54,6 +56,8 @@ fn execute_command(command: Command) -> Result<ExitCode, Failure> {
         Command::Run(arguments) => run::run(&arguments),
         Command::Debug(arguments) => debug::debug(&arguments),
         Command::Fmt(arguments) => Ok(fmt::fmt(&arguments)),
+        Command::Package(command) => package::package(&command),
+        Command::Doctor(arguments) => doctor::doctor(&arguments),
         Command::Clean(arguments) => clean::clean(&arguments),
         Command::Scope(arguments) => edges::execute(&arguments),
         Command::Rti(arguments) => rti::rti(&arguments),

@@ -8,11 +8,12 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use super::load::{Program, ReactorId};
 use crate::diagnostics::{Code, Diagnostic, Diagnostics, Span, did_you_mean};
+use crate::languages::c::TYPE_OF;
 use crate::lexical::{Language, is_micro};
 use crate::plan::BANK_INDEX;
 use crate::syntax::ast::{
-    ActionSyntax, ConnectionSyntax, ExpressionKind, Instantiation, Name, ParameterSyntax, ReactionSyntax, Reactor,
-    ReactorBody, Reference, StateSyntax, TimeValue, Timer, TypeKind, TypeSyntax,
+    ActionSyntax, ConnectionSyntax, Direction, ExpressionKind, Instantiation, Name, ParameterSyntax, ReactionSyntax,
+    Reactor, ReactorBody, Reference, StateSyntax, TimeValue, Timer, TypeKind, TypeSyntax,
 };
 use crate::syntax::literal_ns;
 
@@ -237,14 +238,28 @@ impl<'a> Expander<'a> {
     }
 }
 
-/// Writes what micro LF writes otherwise: the index of a bank's member has another name, and a policy also decides about
-/// events at one time if the minimum spacing is 0.
+/// Writes what micro LF writes otherwise: the index of a bank's member has another name, a policy also decides about
+/// events at one time if the minimum spacing is 0, each input has an array of its own, and pointers are values like any
+/// other.
 fn from_micro(reactor: &mut Reactor) {
     const MICRO: &str = "bank_idx";
     for action in reactor.body.actions.iter_mut().filter(|action| action.policy.is_some()) {
         if let Some(spacing) = action.min_spacing.as_mut().filter(|spacing| literal_ns(spacing) == Some(0)) {
             let unit = Name { text: "ns".to_owned(), span: spacing.span };
             spacing.kind = ExpressionKind::Time(TimeValue::Interval { negative: false, digits: "1".to_owned(), unit });
+        }
+    }
+    for port in &mut reactor.body.ports {
+        let suffix = port.ty.as_ref().and_then(|ty| match &ty.kind {
+            TypeKind::Path { c_suffix, .. } => c_suffix.as_ref(),
+            _ => None,
+        });
+        port.mutable |= port.direction == Direction::Input && suffix.is_some_and(|suffix| suffix.text.starts_with('['));
+    }
+    let ports = reactor.body.ports.iter_mut().map(|port| &mut port.ty);
+    for ty in ports.chain(reactor.body.actions.iter_mut().map(|action| &mut action.ty)).flatten() {
+        if matches!(&ty.kind, TypeKind::Path { c_suffix: Some(suffix), .. } if suffix.text.ends_with('*')) {
+            ty.kind = TypeKind::Code(format!("{TYPE_OF}({})", (Language::C.facts().type_text)(ty)));
         }
     }
     let rename = |name: &mut String| {

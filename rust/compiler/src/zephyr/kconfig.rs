@@ -61,19 +61,30 @@ pub(crate) fn federate_kconfig(plan: &Plan, federate: &Federate, deployment: &De
         fragment.set("CPP", "y");
         fragment.set("STD_CPP17", "y");
     }
-    network(&mut fragment, &place);
-    let own = federate_sockets(plan, federate);
-    fragment.comment("The sockets of the federate.");
-    fragment.set("LF_SOCKETS", own);
-    sockets(&mut fragment, own, if is_joint { rti_sockets(plan) } else { 0 }, &place);
-    buffers(&mut fragment, connections(plan, federate, is_joint), &place);
-    let peers: BTreeSet<u16> = federate.peers_in().into_iter().chain(federate.peers_out()).collect();
-    neighbors(&mut fragment, if is_joint { plan.federates.len() } else { 1 + peers.len() }, &place);
-    datagrams(&mut fragment, plan);
+    if plan.is_federated() {
+        network_of_federate(&mut fragment, plan, federate, is_joint, &place);
+    } else {
+        fragment
+            .comment("The program is not federated. It can use the network all the same, if other settings say so.");
+        fragment.set("LF_NETWORK", "n");
+    }
     user_threads(&mut fragment, plan, federate);
     receive_buffer(&mut fragment, federate, &place);
     logging(&mut fragment, plan.target.logging);
     fragment.0
+}
+
+/// Adds the sockets of a federate, and those of the RTI in its image, with what they need.
+fn network_of_federate(fragment: &mut Fragment, plan: &Plan, federate: &Federate, is_joint: bool, place: &Place) {
+    network(fragment, place);
+    let own = federate_sockets(plan, federate);
+    fragment.comment("The sockets of the federate.");
+    fragment.set("LF_SOCKETS", own);
+    sockets(fragment, own, if is_joint { rti_sockets(plan) } else { 0 }, place);
+    buffers(fragment, connections(plan, federate, is_joint), place);
+    let peers: BTreeSet<u16> = federate.peers_in().into_iter().chain(federate.peers_out()).collect();
+    neighbors(fragment, if is_joint { plan.federates.len() } else { 1 + peers.len() }, place);
+    datagrams(fragment, plan);
 }
 
 /// Returns the Kconfig fragment of an image that is the RTI and nothing else.

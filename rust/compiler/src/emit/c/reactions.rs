@@ -46,6 +46,10 @@ impl<'p> ClassFile<'p, '_> {
         let function = format!("{name}_reaction_{}{}", reaction.number, part.suffix());
         let (mut variables, mut given, mut children) = (String::new(), String::new(), Vec::<Contained<'p>>::new());
         for parameter in &reaction.parameters {
+            // As with LF's compiler, whose programs may have something else of a timer's name.
+            if matches!(parameter.kind, VariableKind::Timer) && !self.symbols.view.native.is_micro {
+                continue;
+            }
             let Some(contained) = &parameter.child else {
                 variables = variables + ", " + &self.own_variable(parameter);
                 given = given + ", " + &self.own_argument(parameter);

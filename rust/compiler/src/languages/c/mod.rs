@@ -6,7 +6,7 @@ mod shape;
 mod types;
 mod values;
 
-pub(crate) use types::{INTERVAL, literals};
+pub(crate) use types::{INTERVAL, TYPE_OF, literals};
 
 use super::facts::Facts;
 use crate::diagnostics::Code;

@@ -114,9 +114,16 @@ pub(super) fn representation(ty: &str) -> String {
     known.map_or(ty.clone(), |(name, _)| format!("{name}{suffix}"))
 }
 
+/// The operator by which a pointer is a type without an asterisk at its end, and so a value that no token has.
+pub(crate) const TYPE_OF: &str = "__typeof__";
+
 /// Returns the reason why a pointer cannot be sent: it refers to the sender's memory.
 pub(super) fn unsendable(ty: &str) -> Option<Unsendable> {
     let ty = spelled(ty);
+    if ty.starts_with(TYPE_OF) {
+        let message = "a pointer means nothing to another federate".to_owned();
+        return Some(Unsendable { message, hint: "send the value that it points to".into(), place: None });
+    }
     let element =
         ty.strip_suffix('*').or_else(|| ty.strip_suffix(']').map(|ty| ty.rsplit('[').nth(1).unwrap_or("")))?;
     let message = match element {
