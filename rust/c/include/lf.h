@@ -300,6 +300,8 @@ interval_t lf_get_fed_maxwait(void);
 void lf_set_fed_maxwait(interval_t max_wait);
 #define lf_get_stp_offset()       lf_get_fed_maxwait()
 #define lf_set_stp_offset(offset) lf_set_fed_maxwait(offset)
+#define lf_get_sta()              lf_get_fed_maxwait()
+#define lf_set_sta(offset)        lf_set_fed_maxwait(offset)
 
 /* Asks the program to stop: at the next microstep, or later where other federates have to agree. */
 void lf_request_stop(void);

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Programs with files for CMake: the real CMake configures them, and its messages are reported at their places.
 
+use std::process::Command;
+
 use crate::support::{folder, lfz, said, text, write};
 
 const PROGRAM: &str = r#"
@@ -100,4 +102,12 @@ main reactor {
     ]);
     let output = said(&mut lfz(folder.path(), &["run"]));
     assert_eq!(text(&output.stdout), "15\n", "{}", text(&output.stderr));
+}
+
+#[test]
+fn check_says_what_only_a_build_can_know() {
+    let folder = folder(&FILES);
+    let mut check = Command::new(env!("CARGO_BIN_EXE_lfz"));
+    let output = said(check.current_dir(folder.path()).args(["check", "P.lf"]));
+    assert_eq!(text(&output.stdout), "P.lf: no errors; lib/all.cmake will be read by CMake in a build\n");
 }

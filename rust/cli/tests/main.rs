@@ -15,6 +15,7 @@ mod descendants;
 mod doctor;
 mod fmt;
 mod lsp;
+mod micro;
 mod package;
 mod paths;
 mod side_by_side;

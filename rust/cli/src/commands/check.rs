@@ -21,8 +21,10 @@ pub(super) fn check(arguments: &CheckArgs) -> Result<ExitCode, Failure> {
     let mut is_well = true;
     for file in &arguments.files {
         let name = if is_standard_input(file) { "standard input".into() } else { file.to_string_lossy() };
-        match counts(file, arguments) {
-            Ok((errors, warnings)) => terminal::print(format_args!("{name}: {}", count(errors, warnings)))?,
+        match checked(file, arguments) {
+            Ok(Checked { counts: (errors, warnings), cmake }) => {
+                terminal::print(format_args!("{name}: {}{}", count(errors, warnings), only_built(&cmake)))?;
+            }
             Err(Failure::Reported) => is_well = false,
             Err(Failure::Message(text)) => {
                 terminal::remark(format_args!("error: {text}"));
@@ -33,8 +35,21 @@ pub(super) fn check(arguments: &CheckArgs) -> Result<ExitCode, Failure> {
     Ok(if is_well { ExitCode::SUCCESS } else { ExitCode::FAILURE })
 }
 
-/// Returns the number of errors and of warnings.
-fn counts(file: &Path, arguments: &CheckArgs) -> Result<(usize, usize), Failure> {
+/// What is known of a program without errors.
+struct Checked {
+    /// The number of errors and of warnings.
+    counts: (usize, usize),
+    /// The files for CMake.
+    cmake: Vec<String>,
+}
+
+/// Returns what is not known yet: only CMake reads its files.
+fn only_built(cmake: &[String]) -> String {
+    if cmake.is_empty() { String::new() } else { format!("; {} will be read by CMake in a build", cmake.join(", ")) }
+}
+
+/// Checks a program.
+fn checked(file: &Path, arguments: &CheckArgs) -> Result<Checked, Failure> {
     let is_input = is_standard_input(file);
     if is_input && arguments.bodies {
         return Err(Failure::message("the standard input has no folder for the crates that --bodies needs"));
@@ -51,7 +66,9 @@ fn counts(file: &Path, arguments: &CheckArgs) -> Result<(usize, usize), Failure>
     if let Some(path) = &arguments.deployment {
         read_deployment(path, &plan)?;
     }
-    Ok(counts)
+    let cmake =
+        if arguments.bodies { Vec::new() } else { plan.target.c.cmake.into_iter().map(|file| file.path).collect() };
+    Ok(Checked { counts, cmake })
 }
 
 fn is_standard_input(file: &Path) -> bool {

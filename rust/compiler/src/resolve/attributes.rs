@@ -59,6 +59,7 @@ const CAPACITY: [&str; 3] = ["capacity", "max_pending_events", "buffer"];
 /// Attributes without an effect in this compiler, each with the reason.
 const IDLE: &[(&str, &str)] = &[
     ("sparse", "present channels are found without it"),
+    ("enclave", "one event loop runs all reactors of a program, with the same results"),
     ("property", "programs are not verified here"),
     ("wcet", "execution times are measured here: `lfz trace`"),
     ("link", "federates are connected over TCP"),
@@ -75,7 +76,6 @@ const IDLE: &[(&str, &str)] = &[
 
 /// Attributes of LF that are not supported, each with the alternative.
 pub(super) const UNSUPPORTED: &[(&[&str], &str)] = &[
-    (&["enclave"], "remove it; what is to run beside the rest can be a federate"),
     (&["transient"], "remove it: all federates are there from the start to the end"),
     (&["language"], "remove it: the target declaration chooses the language of all reactors of a program"),
 ];

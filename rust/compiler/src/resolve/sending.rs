@@ -66,8 +66,13 @@ impl<'p> Checker<'p> {
             return Some(Given { value: name, span });
         }
         let message = format!("there is no serializer \"{name}\" here");
-        let hint = did_you_mean(name, known.iter().copied())
-            .unwrap_or_else(|| format!("serializers are \"{}\"", known.join("\" and \"")));
+        let hint = if name.eq_ignore_ascii_case("ros2") {
+            "messages of ROS 2 come from its own compiler, which is not used here: send a struct with the same members"
+                .to_owned()
+        } else {
+            did_you_mean(name, known.iter().copied())
+                .unwrap_or_else(|| format!("serializers are \"{}\"", known.join("\" and \"")))
+        };
         self.report(Diagnostic::new(Code::BadAttribute, span, message).hint(hint));
         None
     }
