@@ -16,6 +16,7 @@ mod edges;
 mod failure;
 mod federation;
 mod guard;
+mod home;
 mod lsp;
 mod pins;
 mod replace;

@@ -9,6 +9,7 @@ mod bless;
 mod c;
 mod counts;
 mod dependencies;
+mod dist;
 mod evaluate;
 mod host;
 mod lf_tests;
@@ -91,6 +92,8 @@ enum Command {
         #[arg(long, value_name = "PROGRAM", conflicts_with_all = ["empty_bodies", "board"])]
         rti: Option<PathBuf>,
     },
+    /// Make what people install, in `target/dist`: the packages of all crates for cargo, and a wheel for pip.
+    Dist,
     /// Measure RTIs, applications and images on this computer, beside the thesis's numbers and the stock RTI if its
     /// path is given; `--report FOLDER` writes a page of it, and `--help` lists the options.
     #[command(disable_help_flag = true)]
@@ -113,6 +116,7 @@ const STEPS: &[(&str, Step)] = &[
     ("c", c::step),
     ("host", host::test),
     ("python", python::step),
+    ("dist", dist::step),
     ("twister", twister::run),
     ("federations", zephyr::federations),
 ];
@@ -136,6 +140,16 @@ fn main() -> ExitCode {
             tidy::step(&repository, &mut report);
             report.finish()
         }
+        Command::Dist => match dist::make(&repository, dist::Profile::Release) {
+            Ok(made) => {
+                println!("{made}");
+                ExitCode::SUCCESS
+            }
+            Err(error) => {
+                eprintln!("error: {error}");
+                ExitCode::FAILURE
+            }
+        },
         Command::ModelCheck { arguments } => model_check(&repository, &arguments),
         Command::Simulate { arguments } => simulate(&repository, &arguments),
         Command::Bless { package, filter } => bless::run(&repository, package.as_deref(), filter.as_deref()),

@@ -20,9 +20,18 @@ use lf_linux::rti::TRACE_MIB;
 pub use rti::{PORT_DEFAULT, RtiArgs};
 pub use scope::{EdgeKind, ScopeArgs};
 
+/// What `lfz --version` prints behind the name; `-V` prints the number alone.
+const LONG_VERSION: &str = concat!(
+    env!("CARGO_PKG_VERSION"),
+    "\ncommit:   ",
+    env!("LFZ_COMMIT"),
+    "\nlanguage: Lingua Franca 0.13 with bodies in Rust, C and C++, and micro LF",
+    "\nprotocol: that of LF 0.12 and 0.13",
+);
+
 /// Lingua Franca for Zephyr: compiles, runs and coordinates federated Lingua Franca programs in Rust.
 #[derive(Debug, Parser)]
-#[command(name = "lfz", version, propagate_version = false, max_term_width = 100)]
+#[command(name = "lfz", version, long_version = LONG_VERSION, propagate_version = false, max_term_width = 100)]
 #[command(after_help = "`lfz help COMMAND` says more about a command.")]
 pub struct Cli {
     /// The command to run.
@@ -173,6 +182,20 @@ panics, become places in the LF program.")]
         #[arg(value_name = "CODE")]
         codes: Vec<String>,
     },
+    /// Build and run images in a Zephyr workspace: `lfz west lf-fed-build src/Program.lf`.
+    #[command(long_about = "\
+Build and run images in a Zephyr workspace: `lfz west lf-fed-build src/Program.lf`.
+
+The commands are lf-build, lf-fed-build, lf-fed-run and lf-fed-flash; `lfz west lf-build --help` says more about one. They
+are those that west has in a workspace whose manifest names this project, and take the workspace around the current
+folder, that of ZEPHYR_BASE, or the registered one.")]
+    West {
+        /// The command, and its arguments.
+        #[arg(required = true, trailing_var_arg = true, allow_hyphen_values = true)]
+        arguments: Vec<OsString>,
+    },
+    /// Print the folder with the sources of the runtime, with which programs are compiled.
+    Home(HomeArgs),
     /// Serve an editor: the language server protocol over standard input and output.
     Lsp,
     /// Print the script by which a shell completes command lines of `lfz`.
@@ -427,6 +450,14 @@ pub enum PackageCommand {
     Fetch,
     /// List them.
     List,
+}
+
+/// `lfz home`
+#[derive(Debug, Args)]
+pub struct HomeArgs {
+    /// The folders for generated and compiled files.
+    #[command(flatten)]
+    pub places: Places,
 }
 
 /// `lfz doctor`

@@ -16,10 +16,12 @@ mod rti;
 mod run;
 mod supervise;
 mod trace;
+mod west;
 
 use std::process::ExitCode;
 
 use crate::args::{Cli, Command};
+use crate::compile::home;
 use crate::descendants;
 use crate::edges;
 use crate::failure::Failure;
@@ -57,6 +59,10 @@ fn execute_command(command: Command) -> Result<ExitCode, Failure> {
         Command::Debug(arguments) => debug::debug(&arguments),
         Command::Fmt(arguments) => Ok(fmt::fmt(&arguments)),
         Command::Package(command) => package::package(&command),
+        Command::West { arguments } => west::west(&arguments),
+        Command::Home(arguments) => {
+            Ok(terminal::print(home(&arguments.places)?.display()).map(|()| ExitCode::SUCCESS)?)
+        }
         Command::Doctor(arguments) => doctor::doctor(&arguments),
         Command::Clean(arguments) => clean::clean(&arguments),
         Command::Scope(arguments) => edges::execute(&arguments),

@@ -178,11 +178,11 @@ fn platform_folder(platform: Platform) -> &'static str {
     }
 }
 
-/// Returns the repository from which this program was built, unless the user names another one.
-fn home(places: &Places) -> io::Result<PathBuf> {
+/// Returns the folder with the runtime's sources: that of this program, unless the user names another one.
+pub(crate) fn home(places: &Places) -> io::Result<PathBuf> {
     let home = match &places.home {
         Some(home) => resolved(home)?,
-        None => Path::new(env!("CARGO_MANIFEST_DIR")).ancestors().nth(2).unwrap_or(Path::new("/")).to_path_buf(),
+        None => crate::home::folder()?,
     };
     if home.join("rust/linux/Cargo.toml").is_file() {
         return Ok(home);
