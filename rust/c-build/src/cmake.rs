@@ -26,7 +26,7 @@ pub(crate) struct Project<'p> {
     pub(crate) out: &'p Path,
 }
 
-/// What they say.
+/// The answers of CMake about them.
 pub(crate) struct Configured {
     folder: PathBuf,
     /// The targets whose objects are parts of the program: itself, and libraries of objects.
@@ -317,7 +317,7 @@ mod tests {
 
     #[test]
     fn messages_of_cmake_are_lines_at_their_places() {
-        let text = "CMake Error at /a b/p.cmake:13 (target_link_libraries):\n  The keyword\n  is used.\n\n  Here:\n\n   \
+        let text = "CMake Error at /a b/p.cmake:13 (target):\n  The keyword\n  is used.\n\n  Here:\n\n   \
                     * x (y)\n\nCall Stack (most recent call first):\n  CMakeLists.txt:35 (include)\n\n\nrest\n";
         let expected = "/a b/p.cmake:13:1: error: CMake: The keyword is used. Here: * x (y)\nrest\n";
         assert_eq!(as_compilers_say(text), expected);

@@ -46,7 +46,7 @@ pub struct Program {
     cmake_places: Vec<PathBuf>,
 }
 
-/// What the program's files for CMake add to it.
+/// The additions of the program's files for CMake.
 #[derive(Default)]
 struct OfCmake {
     objects: Vec<PathBuf>,

@@ -78,8 +78,10 @@ static char *trimmed(char *text)
 	return text;
 }
 
-/* Cuts the next value off a row, which is NULL behind the last one. A value in quotes has no delimiters, and is returned
- * without them; two quotes in it are one. */
+/*
+ * Cuts the next value off a row, which is NULL behind the last one. A value in quotes may contain delimiters, and is
+ * returned without the quotes; two quotes in it are one.
+ */
 static char *next_value(char **rest, char delimiter)
 {
 	char *text = *rest, *end, *to;

@@ -27,7 +27,7 @@ static void resize(vector_t *v, size_t places)
 	};
 }
 
-/* Makes room for so many elements. */
+/* Makes room for this number of elements. */
 static void reserve(vector_t *v, size_t size)
 {
 	size_t places = capacity(v) == 0 ? 1 : capacity(v);

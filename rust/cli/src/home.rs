@@ -10,6 +10,7 @@ use std::path::PathBuf;
 /// # Errors
 /// When the user has no folder for caches, or it cannot be written to.
 #[cfg(not(embedded_runtime))]
+#[allow(clippy::unnecessary_wraps, reason = "an installed program may fail")]
 pub(crate) fn folder() -> io::Result<PathBuf> {
     use std::path::Path;
 

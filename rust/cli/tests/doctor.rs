@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! What `lfz doctor` tells of programs that other people wrote.
+//! The page of `lfz doctor` about programs that other people wrote.
 
 use std::process::Command;
 

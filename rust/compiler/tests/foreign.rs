@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Programs as people write them for LF's own compilers: they have a plan, and the compiler warns of what has no effect.
+//! Programs as people write them for LF's own compilers: they have a plan, and what has no effect is a warning.
 
 use std::collections::BTreeMap;
 
@@ -55,7 +55,8 @@ fn attributes_of_the_main_reactor_are_target_properties() {
 
     let said = compiled(&[(
         "Main.lf",
-        "target C { timeout: 1 s }\n@timeout(5s)\nmain reactor { @fast(true) a = new A() }\n@logging(\"loud\") reactor A { }",
+        "target C { timeout: 1 s }\n@timeout(5s)\nmain reactor { @fast(true) a = new A() }\n\
+         @logging(\"loud\") reactor A { }",
     )]);
     insta::assert_snapshot!(said.diagnostics.render(Style::Plain));
 }

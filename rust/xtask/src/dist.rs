@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-//! What people install: the packages of the crates for cargo, and a wheel for pip with the program. The program in them has the runtime's sources in itself, so it needs no clone of this repository.
+//! Packages for people who install: those of the crates for cargo, and a wheel for pip with the program. The program in
+//! them has the runtime's sources in itself, so it needs no clone of this repository.
 
 use std::ffi::OsStr;
 use std::fs::{self, File};
@@ -100,9 +101,7 @@ fn stage_sources(repository: &Path, stage: &Path) -> io::Result<()> {
 fn runtime(repository: &Path, files: &[&str]) -> io::Result<Vec<u8>> {
     let is_part = |path: &&&str| {
         let is_below = |part: &&str| if part.ends_with('/') { path.starts_with(*part) } else { **path == *part };
-        RUNTIME.iter().any(|part| is_below(&part))
-            && !path.contains("/tests/")
-            && !path.contains("/proptest-regressions/")
+        RUNTIME.iter().any(is_below) && !path.contains("/tests/") && !path.contains("/proptest-regressions/")
     };
     let mut archive = Builder::new(GzBuilder::new().mtime(0).write(Vec::new(), Compression::best()));
     for path in files.iter().filter(is_part) {

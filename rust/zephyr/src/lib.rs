@@ -49,7 +49,7 @@ pub use lf_model as model;
 pub use lf_runtime as runtime;
 pub use log;
 #[cfg(not(CONFIG_LF_NETWORK))]
-pub use local::ZephyrPlatform;
+pub use local::LocalPlatform as ZephyrPlatform;
 #[cfg(CONFIG_LF_NETWORK)]
 pub use platform::ZephyrPlatform;
 pub use thread::SpawnPhysicalThread;

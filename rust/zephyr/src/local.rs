@@ -12,12 +12,12 @@ use crate::{clock, pause, raw};
 
 /// [`Platform`] for Zephyr without sockets: only the time and the program's wake-up end a wait.
 #[derive(Debug)]
-pub struct ZephyrPlatform(());
+pub struct LocalPlatform(());
 
 /// The result of every call for a socket.
 const NONE: NetError = NetError::NoSocketLeft;
 
-impl ZephyrPlatform {
+impl LocalPlatform {
     /// Returns the platform of the program.
     ///
     /// # Errors
@@ -28,7 +28,7 @@ impl ZephyrPlatform {
     }
 }
 
-impl Platform for ZephyrPlatform {
+impl Platform for LocalPlatform {
     const DATAGRAMS: bool = false;
     const NAMES: bool = false;
 

@@ -27,8 +27,10 @@ enum lf_network_error {
 	LF_NETWORK_OTHER,
 };
 
-/* The wake-up of the event loop of an image without a network. The first may be called from interrupts; the second waits
- * for as many ticks, or without end if the number is negative, and returns whether there was a wake-up. */
+/*
+ * The wake-up of the event loop of an image without a network. The first may be called from interrupts; the second
+ * waits for this number of ticks, or without end if it is negative, and returns whether there was a wake-up.
+ */
 void lf_wake(void);
 bool lf_wait_for_wake(int64_t ticks);
 

@@ -20,7 +20,7 @@ use lf_linux::rti::TRACE_MIB;
 pub use rti::{PORT_DEFAULT, RtiArgs};
 pub use scope::{EdgeKind, ScopeArgs};
 
-/// What `lfz --version` prints behind the name; `-V` prints the number alone.
+/// The text that `lfz --version` prints behind the name; `-V` prints the number alone.
 const LONG_VERSION: &str = concat!(
     env!("CARGO_PKG_VERSION"),
     "\ncommit:   ",
@@ -121,9 +121,9 @@ Exit status: 0 when all files are formatted; 1 when a file cannot be, or with --
         long_about = "\
 Add packages of reactors to the project in this folder, or fetch those that it has.
 
-A package is a repository of git whose folder `src/lib` has reactors. It becomes a folder in `lf-packages/`, beside `src`,
-and programs import from it: `import Filter from <filters>`. The file lf-packages.json has the commit of each, and belongs
-into the project's own repository; `lfz package fetch` makes the folders of it."
+A package is a repository of git whose folder `src/lib` has reactors. It becomes a folder in `lf-packages/`, beside
+`src`, and programs import from it: `import Filter from <filters>`. The file lf-packages.json has the commit of each,
+and belongs into the project's own repository; `lfz package fetch` makes the folders of it."
     )]
     Package(PackageCommand),
     /// Tell which programs in a folder work, what has no effect, and what to change.
@@ -131,8 +131,8 @@ into the project's own repository; `lfz package fetch` makes the folders of it."
 Tell which programs in a folder work, what has no effect, and what to change: for programs that were written for another
 compiler of Lingua Franca.
 
-All files of LF and micro LF in the folder, and in those in it, are checked as by `lfz check`; folders of builds and hidden
-ones are left out. Reasons are listed once, with their first places. At the end stand the tools that builds need.
+All files of LF and micro LF in the folder, and in those in it, are checked as by `lfz check`; folders of builds and
+hidden ones are left out. Reasons are listed once, with their first places. At the end stand the tools that builds need.
 
 Exit status: 0 when all programs for this compiler work; 1 when one needs a change, or cannot be read.")]
     Doctor(DoctorArgs),
@@ -186,8 +186,8 @@ panics, become places in the LF program.")]
     #[command(long_about = "\
 Build and run images in a Zephyr workspace: `lfz west lf-fed-build src/Program.lf`.
 
-The commands are lf-build, lf-fed-build, lf-fed-run and lf-fed-flash; `lfz west lf-build --help` says more about one. They
-are those that west has in a workspace whose manifest names this project, and take the workspace around the current
+The commands are lf-build, lf-fed-build, lf-fed-run and lf-fed-flash; `lfz west lf-build --help` says more about one.
+They are those that west has in a workspace whose manifest names this project, and take the workspace around the current
 folder, that of ZEPHYR_BASE, or the registered one.")]
     West {
         /// The command, and its arguments.

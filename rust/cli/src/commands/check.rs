@@ -35,7 +35,7 @@ pub(super) fn check(arguments: &CheckArgs) -> Result<ExitCode, Failure> {
     Ok(if is_well { ExitCode::SUCCESS } else { ExitCode::FAILURE })
 }
 
-/// What is known of a program without errors.
+/// A program without errors.
 struct Checked {
     /// The number of errors and of warnings.
     counts: (usize, usize),

@@ -58,14 +58,15 @@ pub(super) fn doctor(arguments: &DoctorArgs) -> Result<ExitCode, Failure> {
 
 fn is_source(entry: &DirEntry) -> bool {
     let name = entry.file_name().to_string_lossy();
-    !name.starts_with('.') && !(entry.file_type().is_dir() && BUILT.contains(&&*name))
+    let is_built = entry.file_type().is_dir() && BUILT.contains(&&*name);
+    !is_built && !name.starts_with('.')
 }
 
 fn is_lf(path: &Path) -> bool {
     path.extension().is_some_and(|extension| extension == "lf" || extension == "ulf")
 }
 
-/// What the programs of a folder are.
+/// The programs of a folder, sorted.
 #[derive(Default)]
 struct Seen {
     /// The number of those that work, and of those among them with warnings.
@@ -224,6 +225,7 @@ fn version(tool: &str, argument: &str) -> String {
     let Ok(output) = output else { return "is missing".to_owned() };
     let text = String::from_utf8_lossy(&output.stdout);
     let words = text.lines().next().unwrap_or_default().split_whitespace();
-    let number = words.filter(|word| word.starts_with(|c: char| c.is_ascii_digit() || c == 'v')).last();
+    let mut numbers = words.filter(|word| word.starts_with(|c: char| c.is_ascii_digit() || c == 'v'));
+    let number = numbers.next_back();
     number.unwrap_or("is there").trim_start_matches('v').to_owned()
 }

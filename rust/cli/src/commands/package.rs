@@ -25,13 +25,13 @@ const LIBRARY: &str = "src/lib";
 
 /// The packages of a project, by their names.
 #[derive(Debug, Default, Serialize, Deserialize)]
-struct Lock {
-    packages: BTreeMap<String, Locked>,
+struct PackageLock {
+    packages: BTreeMap<String, LockedPackage>,
 }
 
 /// A package as it was when it was added.
 #[derive(Debug, Serialize, Deserialize)]
-struct Locked {
+struct LockedPackage {
     /// The repository of git.
     git: String,
     /// The commit.
@@ -40,7 +40,7 @@ struct Locked {
 
 /// Adds packages to the project in the current folder, fetches those that it has, or lists them.
 pub(super) fn package(command: &PackageCommand) -> Result<ExitCode, Failure> {
-    let mut lock = Lock::read()?;
+    let mut lock = PackageLock::read()?;
     match command {
         PackageCommand::Add { git, revision, name } => {
             let name = name.as_deref().unwrap_or_else(|| name_of(git));
@@ -55,7 +55,7 @@ pub(super) fn package(command: &PackageCommand) -> Result<ExitCode, Failure> {
             }
         }
         PackageCommand::List => {
-            for (name, Locked { git, commit }) in &lock.packages {
+            for (name, LockedPackage { git, commit }) in &lock.packages {
                 let state = if folder_of(name).is_dir() { "" } else { " (not fetched)" };
                 terminal::print(format_args!("{name} {commit} {git}{state}"))?;
             }
@@ -64,7 +64,7 @@ pub(super) fn package(command: &PackageCommand) -> Result<ExitCode, Failure> {
     Ok(ExitCode::SUCCESS)
 }
 
-impl Lock {
+impl PackageLock {
     fn read() -> Result<Self, Failure> {
         match fs::read(LOCK) {
             Ok(text) => {
@@ -81,7 +81,7 @@ impl Lock {
     }
 }
 
-fn add(lock: &Lock, git: &str, revision: Option<&str>, name: &str) -> Result<Locked, Failure> {
+fn add(lock: &PackageLock, git: &str, revision: Option<&str>, name: &str) -> Result<LockedPackage, Failure> {
     let is_name = |c: char| c.is_ascii_alphanumeric() || matches!(c, '-' | '_' | '.');
     if name.is_empty() || name.starts_with(['.', '-']) || !name.chars().all(is_name) {
         let hint = "a package has a name of letters, digits, `-`, `_` and `.`: `--name NAME` chooses one";
@@ -101,7 +101,7 @@ fn add(lock: &Lock, git: &str, revision: Option<&str>, name: &str) -> Result<Loc
                 format!("{git} is no package of LF: it has no folder {LIBRARY}, in which its reactors would be");
             return Err(Failure::message(message));
         }
-        Ok(Locked { git: git.to_owned(), commit: run(&folder, &["rev-parse", "HEAD"])? })
+        Ok(LockedPackage { git: git.to_owned(), commit: run(&folder, &["rev-parse", "HEAD"])? })
     });
     if added.is_err() {
         // Nothing else is in it, as it did not exist before.
@@ -111,7 +111,7 @@ fn add(lock: &Lock, git: &str, revision: Option<&str>, name: &str) -> Result<Loc
 }
 
 /// Makes the folder of a package what it was when it was added.
-fn fetch(name: &str, Locked { git, commit }: &Locked) -> Result<(), Failure> {
+fn fetch(name: &str, LockedPackage { git, commit }: &LockedPackage) -> Result<(), Failure> {
     let folder = folder_of(name);
     if !folder.is_dir() {
         clone(git, &folder)?;

@@ -126,16 +126,14 @@ impl<'p> Checker<'p> {
         let name = &attribute.name.text;
         let known = FOR_DIAGRAMS.iter().chain(HONOURED).copied().chain(of_main::ATTRIBUTES.map(|(name, _)| name));
         let message = format!("there is no attribute `@{name}`");
-        let diagnostic = match did_you_mean(name, known) {
-            Some(hint) => Diagnostic::new(Code::UnknownAttribute, attribute.name.span, message).hint(hint),
-            None => {
-                let all = FOR_DIAGRAMS.iter().chain(HONOURED).map(|name| format!("`@{name}`"));
-                let hint = format!("attributes are {}", all.collect::<Vec<_>>().join(", "));
-                let message = format!("{message}, so it has no effect");
-                Diagnostic::new(Code::NoEffect, attribute.name.span, message).hint(hint)
-            }
-        };
-        self.report(diagnostic);
+        if let Some(hint) = did_you_mean(name, known) {
+            self.report(Diagnostic::new(Code::UnknownAttribute, attribute.name.span, message).hint(hint));
+            return;
+        }
+        let all = FOR_DIAGRAMS.iter().chain(HONOURED).map(|name| format!("`@{name}`"));
+        let hint = format!("attributes are {}", all.collect::<Vec<_>>().join(", "));
+        let message = format!("{message}, so it has no effect");
+        self.report(Diagnostic::new(Code::NoEffect, attribute.name.span, message).hint(hint));
     }
 
     /// Checks the place of an attribute that is a target property of the program.
@@ -185,7 +183,7 @@ impl<'p> Checker<'p> {
             self.report(diagnostic);
             return None;
         }
-        let value = single_value(attribute).and_then(|value| match &value.kind {
+        let value = attribute.single_value().and_then(|value| match &value.kind {
             ExpressionKind::Literal(Literal::Int(digits)) => digits.parse::<usize>().ok(),
             _ => None,
         });
@@ -221,7 +219,7 @@ impl<'p> Checker<'p> {
             self.report(Diagnostic::new(Code::BadAttribute, attribute.span, message).hint(hint));
             return None;
         };
-        let Some(value) = single_value(attribute) else {
+        let Some(value) = attribute.single_value() else {
             let message = format!("the attribute `@{name}` takes one time");
             let hint = format!("write `@{name}(10 ms)`");
             self.report(Diagnostic::new(Code::BadAttribute, attribute.span, message).hint(hint));
@@ -229,13 +227,5 @@ impl<'p> Checker<'p> {
         };
         self.check_time(value, &format!("the time of `@{name}`"), container.parameters, false);
         Some(Wait { value, span: attribute.span })
-    }
-}
-
-/// Returns the value of an attribute with exactly one, without a name.
-pub(super) fn single_value(attribute: &Attribute) -> Option<&Expression> {
-    match &attribute.parameters[..] {
-        [one] if one.name.is_none() => one.value.as_ref(),
-        _ => None,
     }
 }

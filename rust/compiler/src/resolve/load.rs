@@ -230,8 +230,8 @@ impl Loader<'_> {
                 let message = format!("cannot read `{path}`: {reason}");
                 let package = path.contains(PACKAGE_FOLDERS[0]);
                 let hint = if package {
-                    "packages lie in `lf-packages/` or `build/lfc_include/`, beside the folder `src` of this file, or in \
-                     a folder that the environment variable `LF_PACKAGES` names"
+                    "packages lie in `lf-packages/` or `build/lfc_include/`, beside the folder `src` of this file, or \
+                     in a folder that the environment variable `LF_PACKAGES` names"
                 } else {
                     "the path is relative to the folder of this file"
                 };

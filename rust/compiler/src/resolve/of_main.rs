@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Attributes of the main reactor that are target properties: LF has both forms.
 
-use super::attributes::single_value;
 use crate::syntax::ast::{
     Attribute, Expression, ExpressionKind, Literal, Name, Property, PropertyKind, PropertyValue, Reactor, ReactorKind,
 };
@@ -30,7 +29,7 @@ pub(super) fn is_property(attribute: &Attribute) -> bool {
 
 fn property(attribute: &Attribute) -> Option<Property> {
     let (_, name) = ATTRIBUTES.iter().find(|(name, _)| *name == attribute.name.text)?;
-    let value = match single_value(attribute) {
+    let value = match attribute.single_value() {
         Some(value) => value_of(value),
         // The other arguments are for the clocks of another runtime.
         None if *name == "clock-sync" => match attribute.parameters.iter().find(|it| is_named(it.name.as_ref())) {

@@ -11,8 +11,8 @@ use super::sources::SourceProvider;
 /// The folders of packages, relative to the project's folder.
 pub(super) const PACKAGE_FOLDERS: [&str; 2] = ["build/lfc_include", "lf-packages"];
 
-/// Returns the possible paths of a package's file, of which the user's shared folders have the last ones: the project is the folder that contains the importing file's `src`,
-/// first by the name that the user gives it, then by that without links.
+/// Returns the possible paths of a package's file: in the project, which is the folder that contains the importing
+/// file's `src`, first by the name that the user gives it, then by that without links; and in the user's shared ones.
 pub(super) fn in_package(sources: &dyn SourceProvider, importing: &str, file: &str) -> Vec<String> {
     let (package, file) = file.split_once('/').unwrap_or((file, ""));
     let real = sources.real_path(importing).and_then(|path| path.to_str().map(str::to_owned));

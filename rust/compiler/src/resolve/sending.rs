@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //! The settings of ports and connections for serialization: `@serializer`, `@max_length`, `serializer`.
 
-use super::attributes::{AttributeTarget, single_value};
+use super::attributes::AttributeTarget;
 use super::checker::Checker;
 use super::model::{Given, Sending};
 use crate::diagnostics::{Code, Diagnostic, Span, did_you_mean};
@@ -25,7 +25,7 @@ impl<'p> Checker<'p> {
             self.report(Diagnostic::new(Code::BadAttribute, span, message).hint(hint));
             return;
         }
-        let literal = single_value(attribute).and_then(|value| match &value.kind {
+        let literal = attribute.single_value().and_then(|value| match &value.kind {
             ExpressionKind::Literal(literal) => Some(literal),
             _ => None,
         });

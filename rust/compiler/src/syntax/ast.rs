@@ -102,6 +102,16 @@ pub struct Attribute {
     pub span: Span,
 }
 
+impl Attribute {
+    /// Returns the value of an attribute with exactly one, without a name.
+    pub fn single_value(&self) -> Option<&Expression> {
+        match &self.parameters[..] {
+            [one] if one.name.is_none() => one.value.as_ref(),
+            _ => None,
+        }
+    }
+}
+
 /// A parameter of an attribute.
 #[derive(Clone, Debug)]
 pub struct AttributeParameter {
