@@ -43,7 +43,7 @@ typedef enum {
 /* ---- Ports and actions ---- */
 
 /* The arguments of a macro by their number. */
-#define LF_UC_THIRD_(one, two, third, ...)        third
+#define LF_UC_THIRD_(one, two, third, ...)          third
 #define LF_UC_FOURTH_(one, two, three, fourth, ...) fourth
 
 #define lf_get(trigger)        (&(trigger)->value)
@@ -68,16 +68,16 @@ typedef enum {
 	} while (0)
 
 /* Schedules an action, with a value if its type has one. */
-#define lf_schedule(...) LF_UC_FOURTH_(__VA_ARGS__, lf_uc_schedule_value, lf_uc_schedule_only, )(__VA_ARGS__)
+#define lf_schedule(...)                    LF_UC_FOURTH_(__VA_ARGS__, lf_uc_schedule_value, lf_uc_schedule_only, )(__VA_ARGS__)
 #define lf_uc_schedule_only(action, offset) lf_uc_returned((lf_schedule)((action), (offset)))
 #define lf_uc_schedule_value(action, offset, what)                                                                     \
 	({                                                                                                             \
 		__typeof__((action)->value) lf_uc_value_ = (what);                                                     \
 		lf_uc_returned(lf_schedule_copy((action), (offset), &lf_uc_value_, 1));                                \
 	})
-#define lf_schedule_array(action, offset, array) lf_uc_returned(lf_schedule_copy((action), (offset), (array), 1))
-#define lf_schedule_with_val(action, offset, what)  lf_uc_schedule_value(action, offset, what)
-#define lf_schedule_without_val(action, offset)     lf_uc_schedule_only(action, offset)
+#define lf_schedule_array(action, offset, array)   lf_uc_returned(lf_schedule_copy((action), (offset), (array), 1))
+#define lf_schedule_with_val(action, offset, what) lf_uc_schedule_value(action, offset, what)
+#define lf_schedule_without_val(action, offset)    lf_uc_schedule_only(action, offset)
 
 static inline lf_ret_t lf_uc_returned(trigger_handle_t handle)
 {

@@ -8,7 +8,7 @@
 #undef LF_MICRO
 #include <lf.h>
 
-#define KEYS 128
+#define KEYS    128
 /* How long the thread waits for a key before it looks whether it is to end. */
 #define WAIT_MS 100
 

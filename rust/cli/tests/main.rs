@@ -6,6 +6,7 @@
 mod advice;
 mod bodies;
 mod c_code;
+mod c_library;
 mod c_mistakes;
 mod check;
 mod cmake;

@@ -2,7 +2,7 @@
 //! The compilation of a participant's C code: that of its bodies, or that beside bodies in another language.
 
 use crate::emit::Job;
-use crate::plan::{FileIndex, IncludedFile, Location, Logging};
+use crate::plan::{FileIndex, IncludedFile, Location, Logging, library_file};
 
 /// The arguments of C compilers.
 #[derive(Clone, Default)]
@@ -41,6 +41,10 @@ impl<'p> CompilerArguments<'p> {
         for (name, folder) in [("SOURCE", source.as_str()), ("PACKAGE", package.unwrap_or(&source))] {
             all.flags.push(format!("-DLF_{name}_DIRECTORY={folder:?}"));
         }
+        let mut own = native.files.iter().filter(|file| concerns(job, file.at) && library_file(&file.path).is_none());
+        let first = own.next().map(|file| job.settings.absolute(file.path.trim_end_matches('/')));
+        let around = first.as_ref().and_then(|first| first.rsplit_once('/')).map_or(&*source, |(folder, _)| folder);
+        all.flags.push(format!("-DLF_TARGET_FILES_DIRECTORY={around:?}"));
         // The number of workers is the same as in images.
         all.flags.push("-DNUMBER_OF_WORKERS=1".to_owned());
         all.flags.extend(logging(job));
