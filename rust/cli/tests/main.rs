@@ -23,4 +23,5 @@ mod side_by_side;
 mod streams;
 mod supervise;
 mod support;
+mod test_command;
 mod trace_memory;

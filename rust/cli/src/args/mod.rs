@@ -115,6 +115,16 @@ errors of syntax is left alone.
 
 Exit status: 0 when all files are formatted; 1 when a file cannot be, or with --check is not.")]
     Fmt(FmtArgs),
+    /// Run the tests of a project: programs that check themselves, and described tests of reactors.
+    #[command(long_about = "\
+Run the tests of a project: programs that check themselves, and described tests of reactors.
+
+A test is a file of LF with a main or federated reactor, which passes if it ends with status 0, or a case in a file whose
+name ends in .test.yaml: values of a reactor's inputs at their times, and those that its outputs have then, in virtual
+time. The guide has a chapter about both.
+
+Exit status: 0 when all tests pass; 1 when one fails, or there is none.")]
+    Test(TestArgs),
     /// Add packages of reactors to the project in this folder, or fetch those that it has.
     #[command(
         subcommand,
@@ -430,6 +440,29 @@ pub struct FmtArgs {
     /// Print the differences, and change nothing.
     #[arg(long)]
     pub check: bool,
+}
+
+/// `lfz test`
+#[derive(Debug, Args)]
+pub struct TestArgs {
+    /// The folders with tests, or single files.
+    #[arg(value_name = "PATH", default_value = "test")]
+    pub paths: Vec<PathBuf>,
+    /// Run tests only whose names contain this.
+    #[arg(long, value_name = "TEXT")]
+    pub filter: Option<String>,
+    /// Print the names of the tests, and run none.
+    #[arg(long)]
+    pub list: bool,
+    /// Write the outcomes into this file, in the format of JUnit.
+    #[arg(long, value_name = "FILE")]
+    pub junit: Option<PathBuf>,
+    /// Stop a test that takes longer, which fails then.
+    #[arg(long, value_name = "TIME", value_parser = time::parse, default_value = "60 s")]
+    pub timeout: Duration,
+    /// Compile with optimizations.
+    #[arg(long)]
+    pub release: bool,
 }
 
 /// `lfz package`

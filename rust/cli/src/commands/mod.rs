@@ -15,6 +15,7 @@ mod plan;
 mod rti;
 mod run;
 mod supervise;
+mod test;
 mod trace;
 mod west;
 
@@ -63,6 +64,7 @@ fn execute_command(command: Command) -> Result<ExitCode, Failure> {
         Command::Home(arguments) => {
             Ok(terminal::print(home(&arguments.places)?.display()).map(|()| ExitCode::SUCCESS)?)
         }
+        Command::Test(arguments) => test::test(&arguments),
         Command::Doctor(arguments) => doctor::doctor(&arguments),
         Command::Clean(arguments) => clean::clean(&arguments),
         Command::Scope(arguments) => edges::execute(&arguments),

@@ -1,0 +1,145 @@
+// SPDX-License-Identifier: Apache-2.0
+//! `lfz test`
+
+mod case;
+mod junit;
+
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::{Command, ExitCode, Output, Stdio};
+use std::time::{Duration, Instant};
+
+use lf_compiler::syntax::ast::ReactorKind;
+use walkdir::WalkDir;
+
+use crate::args::TestArgs;
+use crate::compile::read_text;
+use crate::failure::Failure;
+use crate::terminal;
+
+/// The ending of files that describe tests of a reactor.
+const DESCRIBED: &str = ".test.yaml";
+
+/// One test: a program that ends with status 0 if it passes.
+struct Test {
+    name: String,
+    program: PathBuf,
+    /// The folder for generated files, if the program itself is one.
+    out: Option<PathBuf>,
+}
+
+/// The outcome of a test.
+struct Outcome {
+    name: String,
+    took: Duration,
+    /// The output, if it has failed.
+    failure: Option<String>,
+}
+
+/// Runs the tests of a project, one after the other, and tells the outcome of each.
+pub(super) fn test(arguments: &TestArgs) -> Result<ExitCode, Failure> {
+    let mut tests = Vec::new();
+    for path in &arguments.paths {
+        find(path, &mut tests)?;
+    }
+    let all = tests.len();
+    tests.retain(|test| arguments.filter.as_ref().is_none_or(|filter| test.name.contains(filter)));
+    if arguments.list {
+        for test in &tests {
+            terminal::print(&test.name)?;
+        }
+        return Ok(ExitCode::SUCCESS);
+    }
+    if tests.is_empty() {
+        let places: Vec<_> = arguments.paths.iter().map(|path| path.display().to_string()).collect();
+        let left_out = if all > 0 { format!("; --filter leaves out all {all}") } else { String::new() };
+        let what = "a test is a program with a main reactor, or a file whose name ends in .test.yaml";
+        return Err(Failure::message(format!("there are no tests in {}: {what}{left_out}", places.join(", "))));
+    }
+    let mut outcomes = Vec::new();
+    for test in &tests {
+        let outcome = run(test, arguments)?;
+        let word = if outcome.failure.is_none() { "ok" } else { "FAILED" };
+        terminal::print(format_args!("{} ... {word} ({:.1} s)", outcome.name, outcome.took.as_secs_f64()))?;
+        if let Some(output) = &outcome.failure {
+            terminal::remark(output);
+        }
+        outcomes.push(outcome);
+    }
+    if let Some(file) = &arguments.junit {
+        let named = |error| Failure::message(format!("{} cannot be written: {error}", file.display()));
+        fs::write(file, junit::report(&outcomes)).map_err(named)?;
+    }
+    let failed = outcomes.iter().filter(|outcome| outcome.failure.is_some()).count();
+    terminal::print(format_args!("{} passed, {failed} failed", outcomes.len() - failed))?;
+    Ok(if failed == 0 { ExitCode::SUCCESS } else { ExitCode::FAILURE })
+}
+
+/// Adds the tests in a folder or a file.
+fn find(path: &Path, tests: &mut Vec<Test>) -> Result<(), Failure> {
+    if !path.exists() {
+        let hint = "name the folder of the tests, or a single one";
+        return Err(Failure::message(format!("{} does not exist: {hint}", path.display())));
+    }
+    let is_own = |name: &str| !name.starts_with('.') && !["build", "target"].contains(&name);
+    let walk = WalkDir::new(path).sort_by_file_name().into_iter();
+    for entry in walk.filter_entry(|entry| entry.depth() == 0 || is_own(&entry.file_name().to_string_lossy())) {
+        let entry = entry.map_err(|error| Failure::message(error.to_string()))?;
+        let (file, name) = (entry.path(), entry.path().display().to_string());
+        if let Some(stem) = name.strip_suffix(DESCRIBED) {
+            tests.extend(described(file, stem)?);
+        } else if [".lf", ".ulf"].iter().any(|ending| name.ends_with(ending)) && has_main(file)? {
+            let name = name.trim_end_matches(".lf").trim_end_matches(".ulf").to_owned();
+            tests.push(Test { name, program: file.to_owned(), out: None });
+        }
+    }
+    Ok(())
+}
+
+fn has_main(file: &Path) -> Result<bool, Failure> {
+    let name = file.display().to_string();
+    let text = read_text(file).map_err(|error| Failure::message(format!("{name} cannot be read: {error}")))?;
+    let unit = lf_compiler::parse(&name, &text).unit;
+    Ok(unit.reactors.iter().any(|reactor| reactor.kind != ReactorKind::Plain))
+}
+
+/// Returns the tests that a file describes, and writes their programs.
+fn described(file: &Path, stem: &str) -> Result<Vec<Test>, Failure> {
+    let name = file.display().to_string();
+    let text = read_text(file).map_err(|error| Failure::message(format!("{name} cannot be read: {error}")))?;
+    let folder = file.parent().unwrap_or(Path::new("."));
+    let programs = case::programs(&name, &text, folder)?;
+    let out = folder.join("build/lfz/tests").join(Path::new(stem).file_name().unwrap_or_default());
+    let mut tests = Vec::new();
+    for (number, (case, program)) in programs.into_iter().enumerate() {
+        let folder = out.join(number.to_string());
+        fs::create_dir_all(&folder)?;
+        let path = folder.join("Test.lf");
+        fs::write(&path, program)?;
+        tests.push(Test { name: format!("{stem}: {case}"), program: path, out: Some(folder.join("out")) });
+    }
+    Ok(tests)
+}
+
+/// Builds and runs the program of a test.
+fn run(test: &Test, arguments: &TestArgs) -> Result<Outcome, Failure> {
+    let mut command = Command::new(std::env::current_exe()?);
+    command.arg("run").arg(&test.program).arg("--timeout").arg(format!("{} s", arguments.timeout.as_secs_f64()));
+    command.args(arguments.release.then_some("--release"));
+    if let Some(out) = &test.out {
+        command.arg("--out").arg(out);
+    }
+    // The reason says which value is wrong; where it was compared is no news.
+    command.env("RUST_BACKTRACE", "0");
+    let begin = Instant::now();
+    let output = command.stdin(Stdio::null()).output()?;
+    let failure = (!output.status.success()).then(|| said(&output));
+    Ok(Outcome { name: test.name.clone(), took: begin.elapsed(), failure })
+}
+
+/// Returns the output of a test that has failed.
+fn said(output: &Output) -> String {
+    let text = [&output.stderr[..], &output.stdout].map(|bytes| String::from_utf8_lossy(bytes).into_owned()).concat();
+    let lines = text.lines().filter(|line| !line.starts_with("Compil"));
+    lines.map(|line| format!("    {line}\n")).collect()
+}

@@ -1,0 +1,143 @@
+// SPDX-License-Identifier: Apache-2.0
+//! `lfz test`: programs that check themselves, and tests of a reactor that a file describes.
+
+use std::fs;
+use std::path::Path;
+use std::process::{Command, Output};
+
+use crate::support::{folder, said, text};
+
+const FAN: &str = "target Rust
+reactor Fan(limit: i32 = 20) {
+  input celsius: i32
+  output power: bool
+  output note: String
+  logical action later: i32
+  reaction(celsius) -> power, later {=
+    let celsius = ctx.get(celsius).unwrap();
+    ctx.set(power, celsius > self.limit);
+    if celsius == 30 { ctx.schedule_with_v(later, Some(celsius), Asap); }
+  =}
+  reaction(later) -> note {= ctx.set(note, format!(\"hot: {}\", ctx.get(later).unwrap())); =}
+}
+";
+
+const DESCRIBED: &str = r#"
+reactor: Fan
+file: ../src/Fan.lf
+cases:
+  - name: it switches at the limit
+    parameters: { limit: 21 }
+    inputs:
+      - { at: 0 ms, celsius: 21 }
+      - { at: 10 ms, celsius: 22 }
+    outputs:
+      - { at: 0 ms, power: false }
+      - { at: 10 ms, power: true }
+  - name: a note follows a microstep later
+    inputs: [{ at: 5 ms, celsius: 30 }]
+    outputs: [{ at: [5 ms, 1], note: "\"hot: 30\".to_owned()" }]
+  - name: a wrong value
+    inputs: [{ at: 10 ms, celsius: 22 }]
+    outputs: [{ at: 10 ms, power: false }]
+  - name: a value that does not come
+    outputs: [{ at: 10 ms, power: false }]
+    until: 20 ms
+  - name: a value too many
+    inputs: [{ at: 0 ms, celsius: 1 }, { at: 10 ms, celsius: 22 }]
+    outputs: [{ at: 0 ms, power: false }]
+"#;
+
+fn run(folder: &Path, arguments: &[&str]) -> Output {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_lfz"));
+    command.current_dir(folder).arg("test").args(arguments).env("CARGO_NET_OFFLINE", "true");
+    said(command.env("CARGO_PROFILE_DEV_DEBUG", "0").env("CARGO_INCREMENTAL", "0"))
+}
+
+/// Returns the lines of an output without the times that tests took.
+fn lines(output: &Output) -> Vec<String> {
+    text(&output.stdout).lines().map(|line| line.split(" (").next().unwrap_or_default().to_owned()).collect()
+}
+
+#[test]
+fn values_are_set_and_compared_at_their_tags() {
+    let folder = folder(&[("src/Fan.lf", FAN), ("test/fan.test.yaml", DESCRIBED)]);
+    let output = run(folder.path(), &["--junit", "report.xml"]);
+    let expected = [
+        "test/fan: it switches at the limit ... ok",
+        "test/fan: a note follows a microstep later ... ok",
+        "test/fan: a wrong value ... FAILED",
+        "test/fan: a value that does not come ... FAILED",
+        "test/fan: a value too many ... FAILED",
+        "2 passed, 3 failed",
+    ];
+    let said = text(&output.stderr);
+    assert_eq!((lines(&output), output.status.code()), (expected.map(str::to_owned).to_vec(), Some(1)), "{said}");
+    for reason in [
+        "power is true at (10000000, 0), instead of false at (10000000, 0)",
+        "the number of values of power",
+        "power is true at (10000000, 0), where it should be absent",
+    ] {
+        assert!(said.contains(reason), "{reason}: {said}");
+    }
+    let report = fs::read_to_string(folder.path().join("report.xml")).expect("it is written");
+    assert!(report.contains("tests=\"5\" failures=\"3\""), "{report}");
+    assert!(report.contains("<testcase name=\"test/fan: a wrong value\""), "{report}");
+}
+
+#[test]
+fn programs_that_check_themselves_are_tests_in_every_language() {
+    let folder = folder(&[
+        (
+            "test/Good.lf",
+            "target Rust { timeout: 1 ms }\nmain reactor { reaction(startup) {= assert!(1 + 1 == 2); =} }\n",
+        ),
+        ("test/deep/Bad.ulf", "main reactor { reaction(startup) {= validate(1 + 1 == 3); =} }\n"),
+        (
+            "test/deep/Part.lf",
+            "target C\nreactor Gain { input x: int output y: int reaction(x) -> y {= lf_set(y, 2 * x->value); =} }\n",
+        ),
+        (
+            "test/gain.test.yaml",
+            "reactor: Gain\nfile: deep/Part.lf\ncases:\n  - name: it doubles\n    inputs: [{ at: 1 s, x: 4 }]\n    \
+             outputs: [{ at: 1 s, y: 8 }]\n  - name: it does not triple\n    inputs: [{ at: 1 s, x: 4 }]\n    \
+             outputs: [{ at: 1 s, y: 12 }]\n",
+        ),
+        ("other/Endless.lf", "target Rust\nmain reactor { timer t(0, 1 s) reaction(t) {= =} }\n"),
+    ]);
+    let listed = run(folder.path(), &["--list"]);
+    let names = ["test/Good", "test/deep/Bad", "test/gain: it doubles", "test/gain: it does not triple"];
+    assert_eq!(lines(&listed), names);
+    let output = run(folder.path(), &[]);
+    let expected = [
+        "test/Good ... ok",
+        "test/deep/Bad ... FAILED",
+        "test/gain: it doubles ... ok",
+        "test/gain: it does not triple ... FAILED",
+        "2 passed, 2 failed",
+    ];
+    assert_eq!(lines(&output), expected, "{}", text(&output.stderr));
+    assert!(text(&output.stderr).contains("y at (1000000000, 0) should be 12 at (1000000000, 0)"));
+    assert_eq!(
+        lines(&run(folder.path(), &["--filter", "doubles"])),
+        ["test/gain: it doubles ... ok", "1 passed, 0 failed"]
+    );
+    assert_eq!(lines(&run(folder.path(), &["other", "--timeout", "100ms"]))[1], "0 passed, 1 failed");
+}
+
+#[test]
+fn what_is_no_test_is_told() {
+    let folder = folder(&[("src/Fan.lf", FAN), ("empty/README.md", ""), ("bad/a.test.yaml", "reactor: Fan\nfil: x\n")]);
+    for (path, expected) in [
+        ("nowhere", "error: nowhere does not exist: name the folder of the tests, or a single one"),
+        ("empty", "error: there are no tests in empty: a test is a program with a main reactor"),
+        ("bad", "error: bad/a.test.yaml:2:1: unknown field `fil`"),
+    ] {
+        let said = text(&run(folder.path(), &[path]).stderr);
+        assert!(said.starts_with(expected), "{said}");
+    }
+    let case = "reactor: Fan\nfile: ../src/Fan.lf\ncases:\n  - { name: a, inputs: [{ celsius: 1 }] }\n";
+    fs::write(folder.path().join("bad/a.test.yaml"), case).expect("it can be written");
+    let said = text(&run(folder.path(), &["bad"]).stderr);
+    assert!(said.starts_with("error: bad/a.test.yaml: a: each entry has an `at`"), "{said}");
+}
