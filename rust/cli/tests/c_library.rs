@@ -91,7 +91,8 @@ main reactor {
 fn programs_find_lfs_library_for_c() {
     let folder =
         folder(&[("P.lf", PROGRAM), ("data/rows.csv", "x,y\n1.5, -2e3\r\n7,-8\n \"one, \"\"two\"\"\" , three \n")]);
-    let tone = b"RIFF\x28\0\0\0WAVEfmt \x10\0\0\0\x01\0\x01\0\x44\xac\0\0\x88\x58\x01\0\x02\0\x10\0data\x04\0\0\0\x05\0\xfe\xff";
+    let format = b"fmt \x10\0\0\0\x01\0\x01\0\x44\xac\0\0\x88\x58\x01\0\x02\0\x10\0";
+    let tone = [&b"RIFF\x28\0\0\0WAVE"[..], format, b"data\x04\0\0\0\x05\0\xfe\xff"].concat();
     std::fs::write(folder.path().join("data/tone.wav"), tone).expect("it can be written");
     let output = said(&mut lfz(folder.path(), &["run"]));
     let all = text(&output.stdout);

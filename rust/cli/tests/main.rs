@@ -17,6 +17,7 @@ mod doctor;
 mod fmt;
 mod lsp;
 mod micro;
+mod new;
 mod package;
 mod paths;
 mod side_by_side;

@@ -115,6 +115,8 @@ errors of syntax is left alone.
 
 Exit status: 0 when all files are formatted; 1 when a file cannot be, or with --check is not.")]
     Fmt(FmtArgs),
+    /// Make the folder of a new program, which runs and has a test.
+    New(NewArgs),
     /// Run the tests of a project: programs that check themselves, and described tests of reactors.
     #[command(long_about = "\
 Run the tests of a project: programs that check themselves, and described tests of reactors.
@@ -442,6 +444,32 @@ pub struct FmtArgs {
     pub check: bool,
 }
 
+/// `lfz new`
+#[derive(Debug, Args)]
+pub struct NewArgs {
+    /// The folder, after which the program is named.
+    #[arg(value_name = "NAME")]
+    pub folder: PathBuf,
+    /// The language of the bodies.
+    #[arg(long, value_enum, default_value_t = NewLanguage::Rust)]
+    pub target: NewLanguage,
+    /// Make each reactor a federate, a program of its own.
+    #[arg(long)]
+    pub federated: bool,
+    /// Say how an image for this board is built; of a federation, the sensor is on it.
+    #[arg(long)]
+    pub board: Option<String>,
+}
+
+/// The languages of new programs.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum NewLanguage {
+    /// Bodies in Rust.
+    Rust,
+    /// Bodies in C.
+    C,
+}
+
 /// `lfz test`
 #[derive(Debug, Args)]
 pub struct TestArgs {
@@ -454,7 +482,7 @@ pub struct TestArgs {
     /// Print the names of the tests, and run none.
     #[arg(long)]
     pub list: bool,
-    /// Write the outcomes into this file, in the format of JUnit.
+    /// Write the outcomes into this file, in the format of `JUnit`.
     #[arg(long, value_name = "FILE")]
     pub junit: Option<PathBuf>,
     /// Stop a test that takes longer, which fails then.

@@ -10,6 +10,7 @@ mod doctor;
 mod explain;
 mod fmt;
 mod manual;
+mod new;
 mod package;
 mod plan;
 mod rti;
@@ -64,6 +65,7 @@ fn execute_command(command: Command) -> Result<ExitCode, Failure> {
         Command::Home(arguments) => {
             Ok(terminal::print(home(&arguments.places)?.display()).map(|()| ExitCode::SUCCESS)?)
         }
+        Command::New(arguments) => new::new(&arguments),
         Command::Test(arguments) => test::test(&arguments),
         Command::Doctor(arguments) => doctor::doctor(&arguments),
         Command::Clean(arguments) => clean::clean(&arguments),

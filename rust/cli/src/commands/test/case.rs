@@ -87,8 +87,11 @@ pub(super) fn programs(name: &str, text: &str, folder: &Path) -> Result<Vec<(Str
     let target =
         parse(&description.file, &code).unit.target.map_or_else(|| "Rust".to_owned(), |target| target.name.text);
     let import = std::path::absolute(&file)?;
-    let head =
-        format!("target {target} {{ fast: true, timeout: UNTIL }}\nimport {} from {:?}\n", description.reactor, import);
+    let head = format!(
+        "target {target} {{ fast: true, timeout: UNTIL }}\nimport {} from \"{}\"\n",
+        description.reactor,
+        import.display()
+    );
     let is_rust = target.eq_ignore_ascii_case("Rust");
     let program = |case: &Case| {
         let events = |list| events(list).map_err(|error| Failure::message(format!("{name}: {}: {error}", case.name)));
@@ -96,7 +99,12 @@ pub(super) fn programs(name: &str, text: &str, folder: &Path) -> Result<Vec<(Str
         let last = inputs.values().chain(outputs.values()).flatten().map(|((time, _), _)| *time).max().unwrap_or(0);
         let until = case.until.as_ref().map_or(Ok(last), |until| time_of(until));
         let until = until.map_err(|error| Failure::message(format!("{name}: {}: until: {error}", case.name)))?;
-        let body = if is_rust { Program::Rust } else { Program::C }.body(&description.reactor, case, &inputs, &outputs);
+        let body = if is_rust { BodyLanguage::Rust } else { BodyLanguage::C }.body(
+            &description.reactor,
+            case,
+            &inputs,
+            &outputs,
+        );
         // The last time counts with all its microsteps.
         Ok((case.name.clone(), head.replace("UNTIL", &format!("{} ns", until.saturating_add(1))) + &body))
     };
@@ -131,12 +139,12 @@ fn time_of(text: &str) -> Result<u64, String> {
 
 /// The language of the program.
 #[derive(Clone, Copy)]
-enum Program {
+enum BodyLanguage {
     Rust,
     C,
 }
 
-impl Program {
+impl BodyLanguage {
     /// Returns the main reactor.
     fn body(self, reactor: &str, case: &Case, inputs: &Events, outputs: &Events) -> String {
         let given: Vec<_> =
@@ -197,19 +205,22 @@ fn c_output(text: &mut String, port: &str, values: &[(At, String)]) -> std::fmt:
         let expected = number + 1;
         writeln!(
             text,
-            "    case {expected}:\n      LF_TEST(time == {time} && microstep == {microstep} && tested.{port}->value == ({value}), \
+            "    case {expected}:\n      LF_TEST(time == {time} && microstep == {microstep} && \
+             tested.{port}->value == ({value}), \
              \"{port} at (%lld, %u) should be %s at ({time}, {microstep})\", time, microstep, {value:?});\n      break;"
         )?;
     }
     writeln!(text, "    default:")?;
     writeln!(
         text,
-        "      lf_print_error_and_exit(\"{port} is present at (%lld, %u), where it should be absent\", time, microstep);"
+        "      lf_print_error_and_exit(\"{port} is present at (%lld, %u), where it should be absent\", time, \
+         microstep);"
     )?;
     writeln!(text, "    }}\n  =}}\n  reaction(shutdown) {{=")?;
     let count = values.len();
     writeln!(
         text,
-        "    LF_TEST(self->{port}_seen == {count}, \"{port} had %d values instead of {count}\", self->{port}_seen);\n  =}}"
+        "    LF_TEST(self->{port}_seen == {count}, \"{port} had %d values instead of {count}\",\n            \
+         self->{port}_seen);\n  =}}"
     )
 }

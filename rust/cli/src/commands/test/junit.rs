@@ -1,9 +1,16 @@
 // SPDX-License-Identifier: Apache-2.0
-//! The outcomes of tests in the format of JUnit, which services for continuous integration read.
+//! The outcomes of tests in the format of `JUnit`, which services for continuous integration read.
 
 use std::fmt::Write as _;
+use std::time::Duration;
 
-use super::Outcome;
+/// The outcome of a test.
+pub(super) struct Outcome {
+    pub(super) name: String,
+    pub(super) took: Duration,
+    /// The output, if it has failed.
+    pub(super) failure: Option<String>,
+}
 
 /// Returns the report.
 pub(super) fn report(outcomes: &[Outcome]) -> String {

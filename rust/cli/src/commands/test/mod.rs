@@ -7,11 +7,12 @@ mod junit;
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::{Command, ExitCode, Output, Stdio};
-use std::time::{Duration, Instant};
+use std::time::Instant;
 
 use lf_compiler::syntax::ast::ReactorKind;
 use walkdir::WalkDir;
 
+use self::junit::Outcome;
 use crate::args::TestArgs;
 use crate::compile::read_text;
 use crate::failure::Failure;
@@ -26,14 +27,6 @@ struct Test {
     program: PathBuf,
     /// The folder for generated files, if the program itself is one.
     out: Option<PathBuf>,
-}
-
-/// The outcome of a test.
-struct Outcome {
-    name: String,
-    took: Duration,
-    /// The output, if it has failed.
-    failure: Option<String>,
 }
 
 /// Runs the tests of a project, one after the other, and tells the outcome of each.
@@ -141,5 +134,5 @@ fn run(test: &Test, arguments: &TestArgs) -> Result<Outcome, Failure> {
 fn said(output: &Output) -> String {
     let text = [&output.stderr[..], &output.stdout].map(|bytes| String::from_utf8_lossy(bytes).into_owned()).concat();
     let lines = text.lines().filter(|line| !line.starts_with("Compil"));
-    lines.map(|line| format!("    {line}\n")).collect()
+    lines.map(|line| format!("    {line}\n")).collect::<Vec<_>>().concat()
 }
