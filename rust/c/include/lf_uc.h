@@ -68,7 +68,8 @@ typedef enum {
 	} while (0)
 
 /* Schedules an action, with a value if its type has one. */
-#define lf_schedule(...)                    LF_UC_FOURTH_(__VA_ARGS__, lf_uc_schedule_value, lf_uc_schedule_only, )(__VA_ARGS__)
+#define lf_schedule(...) LF_UC_FOURTH_(__VA_ARGS__, lf_uc_schedule_value, lf_uc_schedule_only, )(__VA_ARGS__)
+
 #define lf_uc_schedule_only(action, offset) lf_uc_returned((lf_schedule)((action), (offset)))
 #define lf_uc_schedule_value(action, offset, what)                                                                     \
 	({                                                                                                             \

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //! The command line.
 
+mod project;
 mod rti;
 mod scope;
 
@@ -17,6 +18,7 @@ use lf_compiler::maxwait::parse_time;
 use lf_linux::devices::moves::Reader;
 use lf_linux::rti::TRACE_MIB;
 
+pub use project::{DoctorArgs, HomeArgs, NewArgs, NewLanguage, PackageCommand, TestArgs};
 pub use rti::{PORT_DEFAULT, RtiArgs};
 pub use scope::{EdgeKind, ScopeArgs};
 
@@ -121,9 +123,9 @@ Exit status: 0 when all files are formatted; 1 when a file cannot be, or with --
     #[command(long_about = "\
 Run the tests of a project: programs that check themselves, and described tests of reactors.
 
-A test is a file of LF with a main or federated reactor, which passes if it ends with status 0, or a case in a file whose
-name ends in .test.yaml: values of a reactor's inputs at their times, and those that its outputs have then, in virtual
-time. The guide has a chapter about both.
+A test is a file of LF with a main or federated reactor, which passes if it ends with status 0, or a case in a file
+whose name ends in .test.yaml: values of a reactor's inputs at their times, and those that its outputs have then, in
+virtual time. The guide has a chapter about both.
 
 Exit status: 0 when all tests pass; 1 when one fails, or there is none.")]
     Test(TestArgs),
@@ -442,91 +444,6 @@ pub struct FmtArgs {
     /// Print the differences, and change nothing.
     #[arg(long)]
     pub check: bool,
-}
-
-/// `lfz new`
-#[derive(Debug, Args)]
-pub struct NewArgs {
-    /// The folder, after which the program is named.
-    #[arg(value_name = "NAME")]
-    pub folder: PathBuf,
-    /// The language of the bodies.
-    #[arg(long, value_enum, default_value_t = NewLanguage::Rust)]
-    pub target: NewLanguage,
-    /// Make each reactor a federate, a program of its own.
-    #[arg(long)]
-    pub federated: bool,
-    /// Say how an image for this board is built; of a federation, the sensor is on it.
-    #[arg(long)]
-    pub board: Option<String>,
-}
-
-/// The languages of new programs.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-pub enum NewLanguage {
-    /// Bodies in Rust.
-    Rust,
-    /// Bodies in C.
-    C,
-}
-
-/// `lfz test`
-#[derive(Debug, Args)]
-pub struct TestArgs {
-    /// The folders with tests, or single files.
-    #[arg(value_name = "PATH", default_value = "test")]
-    pub paths: Vec<PathBuf>,
-    /// Run tests only whose names contain this.
-    #[arg(long, value_name = "TEXT")]
-    pub filter: Option<String>,
-    /// Print the names of the tests, and run none.
-    #[arg(long)]
-    pub list: bool,
-    /// Write the outcomes into this file, in the format of `JUnit`.
-    #[arg(long, value_name = "FILE")]
-    pub junit: Option<PathBuf>,
-    /// Stop a test that takes longer, which fails then.
-    #[arg(long, value_name = "TIME", value_parser = time::parse, default_value = "60 s")]
-    pub timeout: Duration,
-    /// Compile with optimizations.
-    #[arg(long)]
-    pub release: bool,
-}
-
-/// `lfz package`
-#[derive(Debug, Subcommand)]
-pub enum PackageCommand {
-    /// Add a package.
-    Add {
-        /// The address of its repository, or the path.
-        git: String,
-        /// A branch, a tag or a commit, instead of the newest commit.
-        #[arg(long, value_name = "REVISION")]
-        revision: Option<String>,
-        /// Its name in imports, instead of the repository's.
-        #[arg(long)]
-        name: Option<String>,
-    },
-    /// Fetch the packages that lf-packages.json names, at their commits.
-    Fetch,
-    /// List them.
-    List,
-}
-
-/// `lfz home`
-#[derive(Debug, Args)]
-pub struct HomeArgs {
-    /// The folders for generated and compiled files.
-    #[command(flatten)]
-    pub places: Places,
-}
-
-/// `lfz doctor`
-#[derive(Debug, Args)]
-pub struct DoctorArgs {
-    /// The folders, or single files.
-    #[arg(value_name = "FOLDER", default_value = ".")]
-    pub folders: Vec<PathBuf>,
 }
 
 /// `lfz debug`
