@@ -10,8 +10,8 @@ use lf_embedded::{Text, in_words, status};
 use lf_runtime::{ImageError, LogEvent};
 use log::LevelFilter;
 
-use crate::kconfig::LF_LINE_SIZE;
 use crate::ZephyrPlatform;
+use crate::kconfig::LF_LINE_SIZE;
 use crate::recording::RecordedParticipant;
 
 /// Called with a zero-terminated sentence when the federate or the RTI ends early, before the program stops.

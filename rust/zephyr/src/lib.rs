@@ -17,9 +17,9 @@ pub mod clock;
 pub mod console;
 mod critical;
 pub mod devices;
-mod logger;
 #[cfg(not(CONFIG_LF_NETWORK))]
 mod local;
+mod logger;
 mod mutex;
 #[cfg(CONFIG_LF_NETWORK)]
 mod net;
@@ -47,9 +47,9 @@ pub use lf_embedded::run;
 pub mod c;
 pub use lf_model as model;
 pub use lf_runtime as runtime;
-pub use log;
 #[cfg(not(CONFIG_LF_NETWORK))]
 pub use local::LocalPlatform as ZephyrPlatform;
+pub use log;
 #[cfg(CONFIG_LF_NETWORK)]
 pub use platform::ZephyrPlatform;
 pub use thread::SpawnPhysicalThread;

@@ -6,9 +6,9 @@
 use crate::raw;
 
 #[cfg(CONFIG_LF_NETWORK)]
-pub(crate) use descriptor::{clear, descriptor};
-#[cfg(CONFIG_LF_NETWORK)]
 pub use descriptor::wake;
+#[cfg(CONFIG_LF_NETWORK)]
+pub(crate) use descriptor::{clear, descriptor};
 
 /// Ends the event loop's wait, now or at its next start. May be called from any thread and from interrupts.
 #[cfg(not(CONFIG_LF_NETWORK))]
