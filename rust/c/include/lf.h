@@ -303,6 +303,13 @@ void lf_set_fed_maxwait(interval_t max_wait);
 #define lf_get_sta()              lf_get_fed_maxwait()
 #define lf_set_sta(offset)        lf_set_fed_maxwait(offset)
 
+/* The number of the federate; 65535 in a program that is not federated. */
+#ifdef LF_FEDERATE_ID_
+#define lf_fed_id() ((uint16_t)LF_FEDERATE_ID_)
+#else
+#define lf_fed_id() UINT16_MAX
+#endif
+
 /* Asks the program to stop: at the next microstep, or later where other federates have to agree. */
 void lf_request_stop(void);
 /* The same, this much later in logical time. */

@@ -45,6 +45,9 @@ impl<'p> CompilerArguments<'p> {
         let first = own.next().map(|file| job.settings.absolute(file.path.trim_end_matches('/')));
         let around = first.as_ref().and_then(|first| first.rsplit_once('/')).map_or(&*source, |(folder, _)| folder);
         all.flags.push(format!("-DLF_TARGET_FILES_DIRECTORY={around:?}"));
+        all.flags.push(format!("-DPLATFORM_{}", if job.is_image { "ZEPHYR" } else { "Linux" }));
+        let federate = job.federate.filter(|_| plan.is_federated());
+        all.flags.extend(federate.map(|federate| format!("-DLF_FEDERATE_ID_={}", federate.id)));
         // The number of workers is the same as in images.
         all.flags.push("-DNUMBER_OF_WORKERS=1".to_owned());
         all.flags.extend(logging(job));
