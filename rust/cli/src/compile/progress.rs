@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-//! The progress of cargo for the user: a moving line on a terminal, a line at the start and at the end otherwise.
+//! The progress of cargo for the user: a moving line on a terminal, otherwise a line at the start, at the end, and now
+//! and then.
 
 use std::io::{self, IsTerminal};
+use std::sync::{Mutex, PoisonError};
 use std::time::{Duration, Instant};
 
 use indicatif::{ProgressBar, ProgressStyle};
@@ -14,7 +16,19 @@ pub(crate) struct Progress {
     /// The text at the end.
     done: String,
     started: Instant,
+    told: Mutex<Told>,
 }
+
+/// The state of the progress, as far as it was told.
+struct Told {
+    /// The number of crates that cargo has begun to compile.
+    crates: usize,
+    /// The time of the last line without a terminal.
+    at: Instant,
+}
+
+/// The interval of lines without a terminal.
+const INTERVAL: Duration = Duration::from_secs(10);
 
 impl Progress {
     /// Begins the progress; `what` completes the two verbs to sentences.
@@ -30,13 +44,21 @@ impl Progress {
         if bar.is_none() {
             terminal::remark(format_args!("{doing} {what}"));
         }
-        Self { bar, done: format!("{done} {what}"), started: Instant::now() }
+        let now = Instant::now();
+        Self { bar, done: format!("{done} {what}"), started: now, told: Mutex::new(Told { crates: 0, at: now }) }
     }
 
     /// Shows cargo's current step.
     pub(crate) fn step(&self, text: &str) {
+        let text = text.trim();
+        let mut told = self.told.lock().unwrap_or_else(PoisonError::into_inner);
+        told.crates += usize::from(text.starts_with("Compiling"));
         if let Some(bar) = &self.bar {
-            bar.set_message(text.trim().to_owned());
+            bar.set_message(format!("{text} ({})", told.crates));
+        } else if told.at.elapsed() >= INTERVAL {
+            told.at = Instant::now();
+            let seconds = self.started.elapsed().as_secs();
+            terminal::remark(format_args!("{text} (crate {}, after {seconds} s)", told.crates));
         }
     }
 
