@@ -13,6 +13,7 @@ use tar::{Builder, Header};
 
 use crate::process;
 use crate::report::Report;
+use crate::tidy::tree::Tree;
 
 /// The files and folders that programs and images are compiled with.
 const RUNTIME: &[&str] = &[
@@ -79,22 +80,20 @@ pub(crate) fn make(repository: &Path, profile: Profile) -> Result<String, String
     Ok(format!("{}\n{}", dist.join("target/package").display(), wheel.display()))
 }
 
-/// Copies the tracked files, and adds to lfz what it has in itself.
+/// Copies the files of the repository, and adds to lfz what it has in itself.
 fn stage_sources(repository: &Path, stage: &Path) -> io::Result<()> {
-    let mut git = Command::new("git");
-    let listed = git.arg("-C").arg(repository).args(["ls-files", "-z"]).output()?;
-    let listed = String::from_utf8_lossy(&listed.stdout).into_owned();
-    // A file that is removed may still be listed.
-    let files: Vec<&str> =
-        listed.split('\0').filter(|path| !path.is_empty() && repository.join(path).is_file()).collect();
+    let tree = Tree::read(repository)?;
+    let files: Vec<&str> = tree.files.iter().map(|file| file.path.as_str()).collect();
     for path in &files {
         write_if_changed(&stage.join(path), &fs::read(repository.join(path))?)?;
         let mode = fs::metadata(repository.join(path))?.permissions();
         fs::set_permissions(stage.join(path), mode)?;
     }
     write_if_changed(&stage.join("rust/cli/runtime.tar.gz"), &runtime(repository, &files)?)?;
-    let commit = Command::new("git").arg("-C").arg(repository).args(["rev-parse", "--short=12", "HEAD"]).output()?;
-    write_if_changed(&stage.join("rust/cli/commit"), &commit.stdout)
+    // Sources that come without git have no commit.
+    let mut git = Command::new("git");
+    let commit = process::captured(git.arg("-C").arg(repository).args(["rev-parse", "--short=12", "HEAD"]));
+    write_if_changed(&stage.join("rust/cli/commit"), commit.unwrap_or_default().as_bytes())
 }
 
 /// Returns the archive of the runtime's sources, which is the same whenever they are.
