@@ -20,6 +20,7 @@ mod compiler;
 mod floats;
 #[cfg(feature = "headers")]
 mod headers;
+mod protobuf;
 mod sizes;
 
 use std::path::{Path, PathBuf};
@@ -42,6 +43,7 @@ pub struct Program {
     link_arguments: Vec<String>,
     first_libraries: Vec<String>,
     libraries: Vec<String>,
+    protobufs: Vec<PathBuf>,
     cmake_files: Vec<PathBuf>,
     cmake_places: Vec<PathBuf>,
 }
@@ -92,6 +94,12 @@ impl Program {
     /// Adds a C or C++ file to the program.
     pub fn source(mut self, file: impl Into<PathBuf>) -> Self {
         self.sources.push(file.into());
+        self
+    }
+
+    /// Adds a file with messages of Protocol Buffers, whose types bodies find in `NAME.pb-c.h`.
+    pub fn protobuf(mut self, file: impl Into<PathBuf>) -> Self {
+        self.protobufs.push(file.into());
         self
     }
 
@@ -171,13 +179,20 @@ impl Program {
         None
     }
 
-    fn build_bodies(self, out: &Path) {
+    fn build_bodies(mut self, out: &Path) {
         let code = &self.folder;
         if is_image() {
             let object = env::var_os("LF_C_SIZES").unwrap_or_default();
             println!("cargo::rerun-if-changed={}", Path::new(&object).display());
             write_sizes(out, (!object.is_empty()).then_some(Path::new(&object)));
             return;
+        }
+        let messages = out.join("protobuf");
+        let generated = protobuf::generate(&self.protobufs, &messages);
+        if !generated.is_empty() {
+            self.includes.push(messages);
+            self.sources.extend(generated);
+            self.libraries.push(protobuf::LIBRARY.to_owned());
         }
         // The crate lf-c lies beside this one.
         let runtime = Path::new(env!("CARGO_MANIFEST_DIR")).join("../c");

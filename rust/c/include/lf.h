@@ -116,6 +116,44 @@ void *lf_c_realloc(void *memory, size_t size);
 
 /* ---- Ports, actions, timers, watchdogs and reactors ---- */
 
+#ifndef __ZEPHYR__
+/* How messages of Protocol Buffers go to other federates, by what protobuf-c generates. */
+typedef struct {
+	size_t (*size)(const void *message);
+	size_t (*pack)(const void *message, unsigned char *bytes);
+	void *(*unpack)(const unsigned char *bytes, size_t size); /* NULL if they are no such message */
+} lf_serializer_t;
+
+/* Defines `name`, the serializer of a type whose functions begin with `function`, and how its messages are copied and
+ * freed. */
+#define LF_SERIALIZER_(name, type, function)                                                                           \
+	static size_t name##_size(const void *message)                                                                 \
+	{                                                                                                              \
+		return function##__get_packed_size((const type *)message);                                             \
+	}                                                                                                              \
+	static size_t name##_pack(const void *message, unsigned char *bytes)                                           \
+	{                                                                                                              \
+		return function##__pack((const type *)message, bytes);                                                 \
+	}                                                                                                              \
+	static void *name##_unpack(const unsigned char *bytes, size_t size)                                            \
+	{                                                                                                              \
+		return function##__unpack(NULL, size, bytes);                                                          \
+	}                                                                                                              \
+	static inline void name##_free(void *message)                                                                  \
+	{                                                                                                              \
+		function##__free_unpacked((type *)message, NULL);                                                      \
+	}                                                                                                              \
+	static inline void *name##_copy(void *message)                                                                 \
+	{                                                                                                              \
+		size_t size = name##_size(message);                                                                    \
+		unsigned char *bytes = (unsigned char *)malloc(size + 1);                                              \
+		void *copy = bytes != NULL ? name##_unpack(bytes, name##_pack(message, bytes)) : NULL;                 \
+		free(bytes);                                                                                           \
+		return copy;                                                                                           \
+	}                                                                                                              \
+	static const lf_serializer_t name = { name##_size, name##_pack, name##_unpack }
+#endif
+
 /* The values of a port or an action from generated code; all others are 0. */
 typedef struct {
 	uint16_t id;      /* of a port among lf_ports, else among lf_triggers */
@@ -125,6 +163,9 @@ typedef struct {
 	size_t value_offset;
 	size_t value_size;
 	lf_pool_t *pool; /* for values that are set or scheduled; NULL: the general store */
+#ifndef __ZEPHYR__
+	const lf_serializer_t *serializer; /* NULL: values are sent as they lie in memory */
+#endif
 } lf_cell_info_t;
 
 #define LF_PORT_FIELDS_                                                                                                \

@@ -34,6 +34,21 @@ static void own(lf_port_base_t *port, lf_token_t *token)
 	}
 }
 
+#ifndef __ZEPHYR__
+static const lf_serializer_t *serializer_of(const lf_port_base_t *port)
+{
+	return port->info->serializer;
+}
+
+/* Puts a message into a token; NULL if the bytes are none. */
+static lf_token_t *unpack(lf_port_base_t *port, lf_pool_t *pool, const unsigned char *bytes, size_t size)
+{
+	void *message = serializer_of(port)->unpack(bytes, size);
+
+	return message != NULL ? lf_c_token_for(&port->type, pool, message, 1, LF_VALUE_GIVEN_) : NULL;
+}
+#endif
+
 static size_t length_of(const lf_port_base_t *port)
 {
 	return port->token != NULL ? port->token->length : 1;
@@ -196,6 +211,12 @@ size_t lf_c_port_encode(uint16_t id, unsigned char *bytes, size_t room)
 		if (value == NULL) {
 			return 0;
 		}
+#ifndef __ZEPHYR__
+		if (serializer_of(port) != NULL) {
+			size = serializer_of(port)->size(value);
+			return size <= room ? serializer_of(port)->pack(value, bytes) : size;
+		}
+#endif
 		size = port->info->is_string ? strlen((const char *)value) + 1
 					     : port->type.element_size * length_of(port);
 	}
@@ -209,6 +230,12 @@ int lf_c_port_check(uint16_t id, const unsigned char *bytes, size_t size, size_t
 {
 	const lf_port_base_t *port = lf_ports[id];
 
+#ifndef __ZEPHYR__
+	if (serializer_of(port) != NULL) {
+		/* Only unpacking tells. */
+		return LF_BYTES_GOOD;
+	}
+#endif
 	if (port->info->is_string) {
 		bool ends = size > 0 && memchr(bytes, 0, size) == &bytes[size - 1];
 		return ends ? LF_BYTES_GOOD : LF_BYTES_NUL;
@@ -227,6 +254,15 @@ lf_token_t *lf_c_port_decode(uint16_t id, uint16_t trigger, const unsigned char 
 	lf_pool_t *pool = lf_queue_pools[trigger];
 	lf_token_t *token;
 
+#ifndef __ZEPHYR__
+	if (serializer_of(port) != NULL) {
+		token = unpack(port, pool, bytes, size);
+		if (token != NULL) {
+			token->arrival = arrival;
+		}
+		return token;
+	}
+#endif
 	if (port->info->is_token) {
 		token = lf_c_token_copy(&port->type, pool, bytes, size / port->type.element_size);
 	} else {

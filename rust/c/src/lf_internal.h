@@ -45,7 +45,8 @@ enum {
 	LF_BYTES_NUL,       /* a text does not end with its only NUL */
 };
 int lf_c_port_check(uint16_t port, const unsigned char *bytes, size_t size, size_t *expected);
-/* The value that is in good bytes, which have come from another federate at `arrival`. */
+/* The value that is in good bytes, which have come from another federate at `arrival`; NULL if a serializer finds none
+ * in them. */
 lf_token_t *lf_c_port_decode(uint16_t port, uint16_t trigger, const unsigned char *bytes, size_t size,
 			     instant_t arrival);
 

@@ -79,7 +79,7 @@ impl Port {
         // SAFETY: the same; the bytes are good, and C passes on the only share of the value.
         let token =
             unsafe { Token::from_raw(ffi::lf_c_port_decode(self.id.0, trigger.0, bytes.as_ptr(), found, arrival)) };
-        token.ok_or(PayloadError::Absent)
+        token.ok_or(PayloadError::NotDeserialized)
     }
 }
 

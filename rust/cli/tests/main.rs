@@ -20,6 +20,7 @@ mod micro;
 mod new;
 mod package;
 mod paths;
+mod protobufs;
 mod side_by_side;
 mod streams;
 mod supervise;

@@ -27,6 +27,9 @@ pub struct NativeCode {
     pub folders: Vec<IncludedFile>,
     /// `cmake-include`, in order.
     pub cmake: Vec<IncludedFile>,
+    /// `protobufs`, in order.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub protobufs: Vec<IncludedFile>,
     /// `compile-definitions`.
     pub definitions: Vec<Definition>,
     /// `compiler`, if given.
@@ -47,7 +50,8 @@ impl NativeCode {
 
     /// Returns the settings at these places, and those that apply to all code.
     pub(crate) fn of(mut self, is_kept: impl Fn(Location) -> bool) -> Self {
-        for files in [&mut self.files, &mut self.sources, &mut self.headers, &mut self.folders, &mut self.cmake] {
+        let Self { files, sources, headers, folders, cmake, protobufs, .. } = &mut self;
+        for files in [files, sources, headers, folders, cmake, protobufs] {
             files.retain(|file| is_kept(file.at));
         }
         self.definitions.retain(|definition| is_kept(definition.at));

@@ -28,6 +28,12 @@ impl TargetReader<'_> {
         self.target.c.headers.extend(files);
     }
 
+    pub(super) fn protobufs(&mut self, key: &Name, value: &PropertyValue) {
+        let wrong = "files with messages of Protocol Buffers end with `.proto`";
+        let files = self.existing(key, value, Some(("proto", wrong)));
+        self.target.c.protobufs.extend(files);
+    }
+
     pub(super) fn c_folders(&mut self, key: &Name, value: &PropertyValue) {
         let folders = self.existing(key, value, None);
         self.target.c.folders.extend(folders);

@@ -362,6 +362,14 @@ pub(super) const PROPERTIES: &[TargetProperty] = &[
     .imported(Imported::Always),
     property(
         PropertyScope::Bodies(Language::C),
+        "protobufs",
+        &["\"Person.proto\"", "[\"a.proto\", \"b.proto\"]"],
+        "files with messages of Protocol Buffers, whose types bodies and ports have by protobuf-c",
+        |reader, key, value| reader.protobufs(key, value),
+    )
+    .imported(Imported::Always),
+    property(
+        PropertyScope::Bodies(Language::C),
         "compile-definitions",
         &["{ LIMIT: 3 }"],
         "macros that all files of C have",
@@ -433,7 +441,6 @@ pub(super) const RENAMED: [(&str, &str); 3] =
 pub(super) const REFUSED: &[(&str, &str)] = &[
     ("advance-message-interval", "write it as `coordination-options: { advance-message-interval: … }`"),
     ("cmake-init-include", "write what it says into a `cmake-include`"),
-    ("protobufs", "remove it"),
     ("sst", "remove it; `auth: true` has federates prove that they know the federation id"),
     ("ros2", "remove it; messages of ROS 2 can be sent as structs or arrays of bytes"),
     ("ros2-dependencies", "remove it; a `cmake-include` can find packages of ROS 2"),

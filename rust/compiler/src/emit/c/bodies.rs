@@ -48,6 +48,11 @@ impl Bodies for CBodies<'_> {
         let (mut all, folder) = (CompilerArguments::of_bodies(job), job.folder);
         let headers = if header::are_needed(job.view) { &header::FOLDERS[..] } else { &[] };
         if job.is_image {
+            if let Some(file) = job.view.native.protobufs.first() {
+                let hint = "have a `cmake-include` compile the messages with nanopb, which Zephyr brings";
+                let message = format!("`protobufs` is for programs of a computer, as images lack protobuf-c: {hint}");
+                return Err(EmitError::new(job.plan(), file.at, message));
+            }
             if let Some(word) = all.needs_library() {
                 let flag = job.view.native.flags.iter().find(|flag| flag.text == word);
                 let at = flag.map_or(Location { file: FileIndex(0), line: 1, column: 1 }, |flag| flag.at);
@@ -100,6 +105,10 @@ impl Bodies for CBodies<'_> {
 
     fn payload_lengths(&self) -> Result<Vec<String>, EmitError> {
         Ok(self.sizes.all())
+    }
+
+    fn serializer(&self, _: &Serializer, _: &str) -> Option<String> {
+        None
     }
 
     fn max_len(&self, port: &Port, _: &str, serializer: Option<&Serializer>) -> String {

@@ -324,8 +324,16 @@ pub(super) fn preamble_header(view: &View<'_>, file: FileIndex, header: &str, fo
     let about = format!("What {} declares.", name_of(&view.plan.files[file.0].path));
     let mut text = Text::new(view, format!("{folder}/c/{header}.h"), &about);
     text.line("#pragma once\n#include <lf.h>");
+    for header in view.native.protobufs.iter().filter_map(|file| generated_header(&file.path)) {
+        text.line(format_args!("#include {header:?}"));
+    }
     for preamble in view.preambles(file) {
         text.code(preamble);
     }
     text.file()
+}
+
+/// Returns the name of the header that protobuf-c generates from a file.
+fn generated_header(path: &str) -> Option<String> {
+    Some(format!("{}.pb-c.h", name_of(path).strip_suffix(".proto")?))
 }

@@ -5,6 +5,8 @@ use super::class_file::ClassFile;
 use super::cpp::as_bytes;
 use super::symbols::Symbols;
 use super::types::CType;
+use crate::emit::host::sent_ports;
+use crate::languages::c::PROTO;
 use crate::plan::TriggerKind;
 
 impl ClassFile<'_, '_> {
@@ -38,7 +40,9 @@ impl ClassFile<'_, '_> {
             if symbols.is_copied(index) {
                 self.as_bytes(&ty, &variable, &port.path);
             }
-            let cell = ValueCell { ty: &ty, name: &name, id: index, readers: symbols.readers(index), pool: None };
+            let message = self.serializer(index, &ty, &variable);
+            let readers = symbols.readers(index);
+            let cell = ValueCell { ty: &ty, name: &name, id: index, readers, pool: None, message };
             self.text.line(cell.declare(&variable));
         }
         for (index, trigger) in federate.triggers.iter().enumerate() {
@@ -51,7 +55,7 @@ impl ClassFile<'_, '_> {
                     let (name, variable) = (format!("{types}_{declared}_t"), format!("lf_trigger_{index}"));
                     self.text.line(format_args!("/* {} */", trigger.path));
                     let pool = self.pool(index, &ty, trigger.capacity, &trigger.path);
-                    let cell = ValueCell { ty: &ty, name: &name, id: index, readers: 1, pool };
+                    let cell = ValueCell { ty: &ty, name: &name, id: index, readers: 1, pool, message: None };
                     self.text.line(cell.declare(&variable));
                 }
                 TriggerKind::Timer { .. } | TriggerKind::Watchdog { .. } => {
@@ -69,6 +73,21 @@ impl ClassFile<'_, '_> {
                 TriggerKind::Startup | TriggerKind::Shutdown | TriggerKind::Reset => {}
             }
         }
+    }
+
+    /// Emits the serializer of a port whose values are messages of Protocol Buffers.
+    fn serializer(&mut self, port: usize, ty: &CType, variable: &str) -> Option<Message> {
+        let mut sent = sent_ports(self.symbols.federate).filter(|(sent, _)| sent.0 == port);
+        let is_proto = sent.any(|(_, sent)| sent.serializer.and_then(|by| by.name.as_deref()) == Some(PROTO));
+        if !is_proto {
+            return None;
+        }
+        let (name, ty) = (format!("{variable}_serializer"), ty.element());
+        self.text.line(format_args!("LF_SERIALIZER_({name}, {ty}, {});", functions_of(ty)));
+        let federate = self.symbols.federate;
+        let is_filled =
+            federate.inputs.iter().any(|input| federate.filled(input).is_some_and(|filled| filled.0 == port));
+        Some(Message { name, is_filled })
     }
 
     /// Emits the store of queued values that are not pointers; the compiler knows their size.
@@ -118,13 +137,38 @@ struct ValueCell<'a> {
     id: usize,
     readers: usize,
     pool: Option<usize>,
+    message: Option<Message>,
+}
+
+/// The serializer of a port.
+struct Message {
+    /// Its variable.
+    name: String,
+    /// Whether the values come from another federate, by the serializer, which alone can free them.
+    is_filled: bool,
+}
+
+/// Returns the beginning of the names of the functions that protobuf-c generates for a message: `Motor__LeftWheel` has
+/// `motor__left_wheel__pack`.
+fn functions_of(message: &str) -> String {
+    let mut name = String::new();
+    // There is no separator at the beginning.
+    let mut was_upper = true;
+    for one in message.chars() {
+        if one.is_ascii_uppercase() && !was_upper && !name.ends_with("__") {
+            name.push('_');
+        }
+        was_upper = one.is_ascii_uppercase();
+        name.push(one.to_ascii_lowercase());
+    }
+    name
 }
 
 impl ValueCell<'_> {
     /// Returns its variable, whose first members are the kind and the addresses of its values. C++ demands members in
     /// the order of their declarations.
     fn declare(&self, variable: &str) -> String {
-        let Self { ty, name, id, readers, pool } = self;
+        let Self { ty, name, id, readers, pool, message } = self;
         let (mut of_cell, mut of_type) = (format!(".id = {id}"), String::new());
         of_cell += if ty.is_token() { ", .is_token = true" } else { "" };
         of_cell += if ty.is_text() { ", .is_string = true" } else { "" };
@@ -133,12 +177,36 @@ impl ValueCell<'_> {
             let value = format!("((({name} *)0)->value)");
             of_cell = format!("{of_cell}, .value_offset = offsetof({name}, value), .value_size = sizeof{value}");
             let element = if ty.is_token() { format!("({})", ty.element()) } else { value };
-            of_type = format!(".type = {{ .element_size = sizeof{element} }}, ");
+            let mut of_elements = format!(".element_size = sizeof{element}");
+            if let Some(Message { name, is_filled: true }) = message {
+                of_elements += &format!(", .destructor = {name}_free, .copy_constructor = {name}_copy");
+            }
+            of_type = format!(".type = {{ {of_elements} }}, ");
         }
         let pool = pool.map(|trigger| format!(", .pool = &{}", pool_name(trigger))).unwrap_or_default();
+        let message = message.iter().map(|Message { name, .. }| format!(", .serializer = &{name}")).collect::<String>();
         format!(
-            "static const lf_cell_info_t {variable}_info = {{ {of_cell}{pool} }};\n\
+            "static const lf_cell_info_t {variable}_info = {{ {of_cell}{pool}{message} }};\n\
              {name} {variable} = {{ {of_type}.info = &{variable}_info }};"
         )
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::functions_of;
+
+    #[test]
+    fn functions_of_messages_have_the_names_that_protobuf_c_gives_them() {
+        let names = [
+            ("Person", "person"),
+            ("ProtoHelloWorld", "proto_hello_world"),
+            ("Motor__LeftWheel", "motor__left_wheel"),
+            ("GPSFix", "gpsfix"),
+            ("My_Type", "my__type"),
+        ];
+        for (message, functions) in names {
+            assert_eq!(functions_of(message), functions);
+        }
     }
 }

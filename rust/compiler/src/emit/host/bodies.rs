@@ -57,6 +57,9 @@ pub(in crate::emit) trait Bodies {
     /// Returns whether each cell has to know its trigger.
     fn cells_know_triggers(&self) -> bool;
 
+    /// Returns the type of a serializer for values of a type; nothing where cells know it by themselves.
+    fn serializer(&self, serializer: &Serializer, ty: &str) -> Option<String>;
+
     /// Returns the type of the values of a port or an action, as it can be named in the federate's module. It is empty
     /// where cells hold values of any type.
     ///

@@ -23,6 +23,8 @@ pub(in crate::emit) struct CompilerArguments<'p> {
     pub(in crate::emit) first_libraries: Vec<String>,
     /// Libraries to link: names, paths, or arguments of the linker.
     pub(in crate::emit) libraries: Vec<String>,
+    /// Files with messages of Protocol Buffers.
+    pub(in crate::emit) protobufs: Vec<String>,
     /// The program's own files for CMake.
     pub(in crate::emit) cmake: Vec<&'p IncludedFile>,
 }
@@ -57,6 +59,7 @@ impl<'p> CompilerArguments<'p> {
             all.add_words(job, [flag.text.as_str()], job.plan().path(flag.at));
         }
         all.cmake.extend(native.cmake.iter().filter(|cmake| concerns(job, cmake.at)));
+        all.protobufs.extend(native.protobufs.iter().map(|file| job.settings.absolute(&file.path)));
         all
     }
 
@@ -103,6 +106,7 @@ impl<'p> CompilerArguments<'p> {
             ("include", self.folders),
             ("flag", self.flags),
             ("source", self.sources),
+            ("protobuf", self.protobufs),
             ("header", self.headers),
             ("named_at", Vec::from_iter(self.place)),
             ("link_argument", self.linked),

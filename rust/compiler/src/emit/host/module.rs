@@ -2,7 +2,6 @@
 //! The common data of all parts of a federate's module.
 
 use super::bodies::Bodies;
-use super::sending::serializer_type;
 use super::symbols::Owner;
 use crate::emit::EmitError;
 use crate::plan::{Rti, Serializer};
@@ -42,6 +41,7 @@ impl FederateModule<'_> {
     pub(super) fn by(&self, serializer: Option<&Serializer>, port: lf_model::PortId) -> String {
         // The tables have refused a type that cannot be named.
         let ty = self.port_type(port).unwrap_or_default();
-        serializer.map(|serializer| format!("_by::<{}>", serializer_type(serializer, &ty))).unwrap_or_default()
+        let by = serializer.and_then(|serializer| self.bodies.serializer(serializer, &ty));
+        by.map(|by| format!("_by::<{by}>")).unwrap_or_default()
     }
 }

@@ -78,9 +78,11 @@ pub(in crate::emit) fn copied_ports(federate: &Federate) -> impl Iterator<Item =
 /// Returns whether some values are serialized by postcard. All crates of a program share the preambles, so all of them
 /// then need its crates.
 fn uses_postcard(view: &View<'_>) -> bool {
-    let is_named = |input: &NetworkInput| input.serializer.as_ref().is_some_and(|serializer| serializer.name.is_some());
+    let is_postcard = |input: &NetworkInput| {
+        input.serializer.as_ref().and_then(|serializer| serializer.name.as_deref()) == Some("postcard")
+    };
     let mut own = view.plan.federates.iter().filter(|federate| view.is_own(federate.instances[0].class));
-    own.any(|federate| federate.inputs.iter().any(is_named))
+    own.any(|federate| federate.inputs.iter().any(is_postcard))
 }
 
 /// Returns the features of the crate `lf` that sending needs.

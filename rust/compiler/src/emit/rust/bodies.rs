@@ -11,7 +11,7 @@ use super::layout::Layout;
 use super::payloads::Payloads;
 use super::reactor::{parsed_type, type_alias};
 use super::{calls, file_module, reactor, sending};
-use crate::emit::host::{Beside, Bodies, Members, NativeParts, Output, Owner, ReactionPart, Splices};
+use crate::emit::host::{Beside, Bodies, Members, NativeParts, Output, Owner, ReactionPart, Splices, serializer_type};
 use crate::emit::{EmitError, File, Job};
 use crate::languages::rust::is_copy;
 use crate::plan::{ClassIndex, Port, Serializer, SourceCode, Type};
@@ -102,6 +102,10 @@ impl Bodies for RustBodies<'_> {
 
     fn payload_lengths(&self) -> Result<Vec<String>, EmitError> {
         self.payloads.lengths(self.job.plan(), &self.layout)
+    }
+
+    fn serializer(&self, serializer: &Serializer, ty: &str) -> Option<String> {
+        Some(serializer_type(serializer, ty))
     }
 
     fn max_len(&self, _: &Port, ty: &str, serializer: Option<&Serializer>) -> String {

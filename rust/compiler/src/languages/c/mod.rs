@@ -8,6 +8,9 @@ mod values;
 
 pub(crate) use types::{INTERVAL, TYPE_OF, literals};
 
+/// The serializer of messages of Protocol Buffers, which are pointers to what protobuf-c generates.
+pub(crate) const PROTO: &str = "proto";
+
 use super::facts::Facts;
 use crate::diagnostics::Code;
 
@@ -18,7 +21,7 @@ pub(super) const FACTS: Facts = Facts {
     before_member: "self->",
     time_type: INTERVAL,
     empty_type: types::VOID,
-    serializers: &["native"],
+    serializers: &["native", PROTO],
     replaces_events: false,
     deadlines_come_first: true,
     negative_times: true,
@@ -35,7 +38,7 @@ pub(super) const FACTS: Facts = Facts {
     is_same_type: |one, other| types::representation(one) == types::representation(other),
     value_text: values::text,
     integer: integer::value,
-    unsendable: |ty, _, _| types::unsendable(ty).into_iter().collect(),
+    unsendable: |ty, serializer, _| types::unsendable(ty, serializer).into_iter().collect(),
     shape: |ty, _| shape::shape(ty).map_err(|why| vec![why]),
     // Values are copied as bytes, and values behind pointers are counted.
     uncopyable: |_, _| None,

@@ -3,6 +3,7 @@
 
 use crate::diagnostics::{Code, Diagnostic};
 use crate::languages::facts::{LiteralKind, Unsendable};
+use crate::plan::Serializer;
 use crate::syntax::ast::{Literal, TypeKind, TypeSyntax};
 
 /// C's type for LF's `time`.
@@ -117,9 +118,18 @@ pub(super) fn representation(ty: &str) -> String {
 /// The operator by which a pointer is a type without an asterisk at its end, and so a value that no token has.
 pub(crate) const TYPE_OF: &str = "__typeof__";
 
-/// Returns the reason why a pointer cannot be sent: it refers to the sender's memory.
-pub(super) fn unsendable(ty: &str) -> Option<Unsendable> {
+/// Returns the reason why values cannot be sent: a pointer refers to the sender's memory, or the serializer is one of
+/// other types.
+pub(super) fn unsendable(ty: &str, serializer: Option<&Serializer>) -> Option<Unsendable> {
     let ty = spelled(ty);
+    if serializer.is_some_and(|by| by.name.as_deref() == Some(super::PROTO)) {
+        let is_word = |ty: &str| ty.chars().all(|one| one.is_ascii_alphanumeric() || one == '_');
+        let message =
+            format!("`{ty}` is no pointer to a message, so the serializer \"{}\" cannot send it", super::PROTO);
+        let hint = "give the port the type `Message*`, with the name that the file of `protobufs` gives the message";
+        let is_message = ty.strip_suffix('*').is_some_and(is_word);
+        return (!is_message).then(|| Unsendable { message, hint: hint.into(), place: None });
+    }
     if ty.starts_with(TYPE_OF) {
         let message = "a pointer means nothing to another federate".to_owned();
         return Some(Unsendable { message, hint: "send the value that it points to".into(), place: None });
@@ -161,7 +171,7 @@ mod tests {
 
     #[test]
     fn pointers_to_pointers_stay_where_they_are() {
-        let is_sent = |ty| unsendable(ty).is_none();
+        let is_sent = |ty| unsendable(ty, None).is_none();
         assert!(["int", "int*", "char *", "int[]", "int[3]", "struct s*", "string"].into_iter().all(is_sent));
         assert!(!["int**", "char *[]", "void*", "void []", "int*[3]"].into_iter().any(is_sent));
     }
