@@ -2,7 +2,8 @@
 #include "../include/FunctionsInC/Changer.h"
 #include "include/FunctionsInC/Inside.h"
 #include "FunctionsInC/Keeper_pair.h"
-#include "FunctionsInC/Numbers.h"
+#include "../../include/FunctionsInC/Numbers.h"
+#include "../../../include/FunctionsInC/Numbers.h"
 
 void number(numbers_self_t *self, numbers_one_t *one, numbers_several_t **several)
 {

@@ -21,12 +21,20 @@ pub(super) fn are_needed(view: &View<'_>) -> bool {
 pub(super) fn emit(view: &View<'_>, folder: &str) -> Vec<File> {
     let count = if are_needed(view) { view.plan.classes.len() } else { 0 };
     let own = (0..count).map(ClassIndex).filter(|class| view.is_own(*class));
-    own.map(|class| header(view, class, folder)).collect()
+    let headers = own.map(|class| header(view, class, folder));
+    // Compilers look for a folder before they go up from it.
+    let place =
+        File { path: format!("{folder}/{PLACE}/README.md"), text: "`../../../include` begins here.\n".to_owned() };
+    headers.chain((count > 0).then_some(place)).collect()
 }
 
-/// The include folders of a crate: code includes headers by `"../include/…"`, as from the folder of generated files, by
-/// `"include/…"`, and without a folder.
-pub(super) const FOLDERS: [&str; 2] = ["include", "."];
+/// The include folders of a crate: code includes headers without a folder, by `"include/…"`, by `"../include/…"`, and by
+/// longer forms of that. LF's compiler has generated files in `src-gen/PROGRAM`, deeper for programs in folders, and
+/// `include` beside `src-gen`.
+pub(super) const FOLDERS: [&str; 5] = ["include", ".", "src-gen", "src-gen/program", PLACE];
+
+/// The deepest of these folders.
+const PLACE: &str = "src-gen/program/nested";
 
 /// Returns the path of a class's header in a crate.
 pub(super) fn path(view: &View<'_>, class: &ReactorClass) -> String {
