@@ -51,6 +51,10 @@ impl Progress {
     /// Shows cargo's current step.
     pub(crate) fn step(&self, text: &str) {
         let text = text.trim();
+        // The line at the end says that, and how long all of it took.
+        if text.starts_with("Finished") {
+            return;
+        }
         let mut told = self.told.lock().unwrap_or_else(PoisonError::into_inner);
         told.crates += usize::from(text.starts_with("Compiling"));
         if let Some(bar) = &self.bar {
