@@ -132,8 +132,22 @@ impl TargetReader<'_> {
         }
         match PROPERTIES.iter().find(|known| known.name == name).map(|known| known.scope) {
             Some(PropertyScope::Bodies(other)) => self.of_other_language(name, key, other),
-            _ => self.unknown(key, honoured(language).map(|known| known.name), REFUSED),
+            _ => self.unknown_to_all(key, language),
         }
+    }
+
+    /// Reports a property that nobody knows: an error if it may be a misspelled one, or else a warning, because other
+    /// compilers may know it.
+    fn unknown_to_all(&mut self, key: &Name, language: Language) {
+        let known = honoured(language).map(|known| known.name);
+        let listed = REFUSED.iter().chain(IDLE).map(|(name, _)| *name);
+        if did_you_mean(&key.text, known.clone().chain(listed)).is_some() {
+            return self.unknown(key, known, REFUSED);
+        }
+        let message = format!("there is no property `{}` here, so it has no effect", key.text);
+        let names: Vec<_> = known.map(|name| format!("`{name}`")).collect();
+        let hint = format!("properties are {}", names.join(", "));
+        self.found.push(Diagnostic::new(Code::IdleProperty, key.span, message).hint(hint));
     }
 
     /// Reports a property of programs in another language.

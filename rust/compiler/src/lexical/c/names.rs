@@ -3,6 +3,28 @@
 
 /// C's keywords, including those of C23 that older compilers know as macros.
 const KEYWORDS: &[&str] = &[
+    "_Accum",
+    "_Alignas",
+    "_Alignof",
+    "_Atomic",
+    "_BitInt",
+    "_Bool",
+    "_Complex",
+    "_Decimal128",
+    "_Decimal32",
+    "_Decimal64",
+    "_Float128",
+    "_Float16",
+    "_Float32",
+    "_Float64",
+    "_Fract",
+    "_Generic",
+    "_Imaginary",
+    "_Noreturn",
+    "_Pragma",
+    "_Sat",
+    "_Static_assert",
+    "_Thread_local",
     "alignas",
     "alignof",
     "asm",
@@ -115,8 +137,9 @@ pub(in crate::lexical) fn problem(name: &str, in_bodies: bool, is_cpp: bool) -> 
     if !in_bodies && name == "base" {
         return Some("`self->base` is what the runtime knows of a reactor");
     }
-    if name.starts_with("__") || name.strip_prefix('_').is_some_and(|rest| rest.starts_with(|c: char| c.is_uppercase()))
-    {
+    // Macros are in capitals; other names with one underscore are seldom C's.
+    let is_macro = |rest: &str| rest.starts_with(|c: char| c.is_uppercase()) && !rest.contains(|c: char| c.is_lowercase());
+    if name.starts_with("__") || name.strip_prefix('_').is_some_and(is_macro) {
         return Some("names that begin so are C's own");
     }
     if is_cpp && WORDS_OF_CPP.contains(&name) {
