@@ -91,6 +91,9 @@ pub(crate) struct Process {
     /// The folder of the generated crate in an image.
     #[serde(rename = "crate")]
     pub(crate) crate_folder: Option<PathBuf>,
+    /// Whether it may come and go while the others run.
+    #[serde(default)]
+    pub(crate) transient: bool,
     /// Whether it is the only one, so that it gets the input of this program.
     #[serde(skip)]
     pub(crate) is_alone: bool,
@@ -164,7 +167,9 @@ impl FederationId {
             Self::BeginsWith(name) => {
                 // With the addition it has to fit into 255 bytes.
                 let name: String = name.chars().take(40).collect();
-                format!("{name} {}", name_of_run())
+                // Programs in C pass it to a shell.
+                let name = name.replace(|char: char| char.is_whitespace() || char.is_control(), "-");
+                format!("{name}-{}", name_of_run())
             }
         }
     }
@@ -243,7 +248,8 @@ impl Federation {
             supervisor.note(&format!("{} takes part when you start it: {command}", federate.name));
         }
         for federate in &self.federates {
-            federate.start(&mut supervisor, &descendants, Role::Federate, &id, port)?;
+            let role = if federate.transient { Role::Transient } else { Role::Federate };
+            federate.start(&mut supervisor, &descendants, role, &id, port)?;
         }
         Ok(supervisor.finish()?)
     }
@@ -281,6 +287,10 @@ impl Process {
         let mut words = self.words.iter().map(|word| word.text(id, port));
         let mut command: Command = guard::command(words.next().unwrap_or_default());
         command.args(words).envs(&self.environment);
+        // What a federate starts finds the RTI, too.
+        if let Some(port) = port {
+            command.env(lf_linux::RTI_VARIABLE, format!("127.0.0.1:{port}"));
+        }
         descendants.mark(&mut command);
         if let Some(folder) = &self.folder {
             command.current_dir(folder);
@@ -313,7 +323,7 @@ mod tests {
         let name = "é".repeat(300);
         assert_ne!(id_of(&name), id_of(&name));
         assert!(id_of(&name).len() <= 255);
-        assert!(id_of("Grid").starts_with("Grid "));
+        assert!(id_of("Grid").starts_with("Grid-"));
     }
 
     /// Reads a description with these participants, the second of its three lines.

@@ -226,6 +226,10 @@ impl<'a> Request<'a> {
             debug_info::name_lf_lines(executable, &generated)?;
             programs.insert(participant.name.clone(), executable.clone());
         }
+        if program.plan.transients() > 0 {
+            let links = programs.iter().map(|(name, executable)| (format!("federate__{name}"), executable.as_path()));
+            files::link_all(&folders.out.join("bin"), links).map_err(|error| named_by("--out", &error))?;
+        }
         Ok(programs)
     }
 }

@@ -19,6 +19,8 @@ const LINE_LENGTH_MAX: usize = 64 * 1024;
 pub(crate) enum Role {
     /// A part of the program.
     Federate,
+    /// A part of the program that may come and go: its end does not end the run.
+    Transient,
     /// An RTI serves the federates, and is expected to end soon after the last one has.
     Rti,
 }

@@ -136,7 +136,15 @@ impl Supervisor {
             let action = self.plan.output_lost(&error, Instant::now());
             self.act(action);
         }
+        let is_transient = |child: &&Child| child.role == Role::Transient;
         let running = self.children.iter().filter(|child| child.is_running());
+        // The RTI serves transient federates as long as they stay.
+        if running.clone().any(|child| is_transient(&child)) && self.plan.dismisses(Instant::now()) {
+            for child in running.clone().filter(is_transient) {
+                self.output.note(&format!("{} is still there after the others; stopping it", child.name));
+                child.signal(Signal::TERM);
+            }
+        }
         let names = || running.clone().map(|child| child.name.as_str()).collect::<Vec<_>>().join(", ");
         if running.clone().next().is_some()
             && let Some((action, why)) = self.plan.due(Instant::now(), names)
@@ -222,16 +230,20 @@ impl Supervisor {
         let ended = &self.children[index];
         let mut others = self.children.iter().filter(|child| child.is_running()).peekable();
         let is_last = others.peek().is_none();
-        if !end.success {
+        if ended.role == Role::Transient {
+            if !end.success && !self.plan.is_ending() {
+                self.output.note(&format!("{} {}; the others continue without it", ended.name, end.how));
+            }
+        } else if !end.success {
             // A process that was told to stop may end with any status; the status of one that ends by itself counts.
             if !self.plan.is_stopping() {
                 let rest = if is_last { "" } else { "; waiting for the others to end" };
                 self.output.note(&format!("{} {}{rest}", ended.name, end.how));
             }
             self.plan.failed(end.exit_code, Instant::now());
-        } else if !is_last && (ended.role == Role::Rti || others.all(|child| child.role == Role::Rti)) {
+        } else if !is_last && (ended.role == Role::Rti || others.all(|child| child.role != Role::Federate)) {
             // The RTI and the last federates end at the same time, in any order; a process that stays much longer
-            // hangs.
+            // hangs. A federation ends with its persistent federates.
             self.plan.federation_over(Instant::now());
         }
     }
