@@ -84,6 +84,10 @@ fn network_of_federate(fragment: &mut Fragment, plan: &Plan, federate: &Federate
         fragment.comment("Federates come and go while the federation runs.");
         fragment.set("LF_TRANSIENTS", "y");
     }
+    if place.restarts {
+        fragment.comment("It starts again when it has failed, and joins the running federation.");
+        fragment.set("LF_FATAL_REBOOT", "y");
+    }
     sockets(fragment, own, if is_joint { rti_sockets(plan) } else { 0 }, place);
     buffers(fragment, connections(plan, federate, is_joint), place);
     let peers: BTreeSet<u16> = federate.peers_in().into_iter().chain(federate.peers_out()).collect();

@@ -237,7 +237,7 @@ impl<'a, 's, P: Platform, N: Needs> FederateLoop<'a, 's, P, N> {
     #[outlined]
     fn take_part(&mut self) -> Result<Option<Advance>, Failed> {
         self.clock_sync.synchronize(self.platform, &mut self.recording, &mut self.execution.machine);
-        if self.platform.interrupted() {
+        if self.platform.interrupted() && !self.leaves_when_interrupted() {
             return Err(self.execution.fail(RunError::Interrupted));
         }
         let made = self.session.establish(self.platform);
@@ -428,6 +428,21 @@ impl<'a, 's, P: Platform, N: Needs> FederateLoop<'a, 's, P, N> {
         }
     }
 
+    /// Lets a transient federate that takes part leave in order. Returns whether this federate is such a one.
+    #[cfg(feature = "transients")]
+    fn leaves_when_interrupted(&mut self) -> bool {
+        let leaves = self.is_transient() && self.execution.phase() >= Phase::Running;
+        if leaves {
+            self.execution.stop_alone();
+        }
+        leaves
+    }
+
+    #[cfg(not(feature = "transients"))]
+    fn leaves_when_interrupted(&mut self) -> bool {
+        false
+    }
+
     /// Returns whether this federate comes and goes while the federation runs.
     fn is_transient(&self) -> bool {
         N::TRANSIENTS && self.federation.is_transient(self.federation.id)
@@ -537,7 +552,7 @@ impl<'a, 's, P: Platform, N: Needs> FederateLoop<'a, 's, P, N> {
     /// or when the time is over.
     #[outlined]
     fn leave(&mut self, since: Instant, is_ok: bool) -> Option<Deadline> {
-        let resigned = is_ok && !self.platform.interrupted();
+        let resigned = is_ok && (self.is_transient() || !self.platform.interrupted());
         let until = since + if resigned { RESIGN_TIME_OUT } else { FINAL_SEND_TIME_OUT };
         // Messages to a transient federate that leaves are dropped.
         let hears = resigned && self.execution.is_decentralized() && !self.is_transient();

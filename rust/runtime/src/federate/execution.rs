@@ -182,10 +182,9 @@ impl<'a, 's, N: Needs> Execution<'a, 's, N> {
         }
     }
 
-    /// Stops this federate alone, as soon as it can: another instance takes its place.
+    /// Stops this federate alone, as soon as it can: at the next microstep.
     #[cfg(feature = "transients")]
     pub(super) fn stop_alone(&mut self) {
-        log::info!("another instance takes the place of this federate, which stops");
         if self.phase() == Phase::Running {
             self.engine.set_stop_tag(Tag::NEVER);
         } else {

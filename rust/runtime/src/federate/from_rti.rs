@@ -172,7 +172,10 @@ impl<P: Platform, N: Needs> FromRti<'_, '_, '_, P, N> {
             #[cfg(feature = "transients")]
             Event::UpstreamCame(federate) => self.execution.upstream_comes(federate.0),
             #[cfg(feature = "transients")]
-            Event::Replaced => self.execution.stop_alone(),
+            Event::Replaced => {
+                log::info!("another instance takes the place of this federate, which stops");
+                self.execution.stop_alone();
+            }
             #[cfg(feature = "transients")]
             Event::PeerCame(federate) => *self.peer = Some((federate, true)),
             #[cfg(feature = "transients")]
