@@ -72,5 +72,5 @@ int main(void)
 #else
 	status = run();
 #endif
-	lf_stop(status);
+	lf_exit(status);
 }

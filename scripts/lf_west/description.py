@@ -62,6 +62,9 @@ class Participant:
     # How the board is flashed, as far as the deployment says.
     runner: str | None = None
     probe: str | None = None
+    # Whether it may come and go while the federation runs, and whether it is started again when it has failed.
+    transient: bool = False
+    restarts: bool = False
 
     @property
     def has_rti(self) -> bool:
@@ -206,8 +209,10 @@ def _participant(item: Any) -> Participant:
     joint_rti = not is_rti and _truth(item["joint_rti"])
     if not is_rti:
         _number(item["id"])
+    transient = not is_rti and _truth(item["transient"])
     if platform == "host":
-        return Participant(name, crate, program=Path(_text(item["program"])))
+        program, restarts = Path(_text(item["program"])), _truth(item["restarts"])
+        return Participant(name, crate, program=program, transient=transient, restarts=restarts)
     return Participant(
         name,
         crate,
@@ -219,6 +224,7 @@ def _participant(item: Any) -> Participant:
         network=None if item["network"] is None else _network(item["network"]),
         runner=_optional_text(item["runner"]),
         probe=_optional_text(item["probe"]),
+        transient=transient,
     )
 
 

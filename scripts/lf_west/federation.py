@@ -169,6 +169,8 @@ class Federation:
             # Programs of this computer say themselves where in the LF program they are.
             "crate": None if participant.program is not None else str(participant.crate),
             "status_line": status_line,
+            "transient": participant.transient,
+            "restarts": participant.restarts,
         }
 
     def _id(self, before: str = "") -> Word:

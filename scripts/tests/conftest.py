@@ -198,7 +198,7 @@ class World:
     def participant(self, index: int, name: str, platform: str) -> dict[str, Any]:
         crate = self.top / "crates" / name
         item: dict[str, Any] = {"id": index, "name": name, "package": f"grid-{name}", "crate": str(crate)}
-        item |= {"role": "federate", "joint_rti": False}
+        item |= {"role": "federate", "joint_rti": False, "transient": False, "restarts": False}
         if platform == "host":
             return {**item, "platform": "host", "program": str(self.bin / f"grid-{name}")}
         files = {"kconfig": str(crate / f"{name}.conf"), "overlay": str(crate / f"{name}.overlay")}

@@ -273,7 +273,7 @@ macro(_lf_write_settings file)
   if(CONFIG_NET_IPV6)
     string(APPEND features ,lf/ipv6)
   endif()
-  if(CONFIG_LF_RTI AND CONFIG_LF_RTI_TRANSIENTS GREATER 0)
+  if(CONFIG_LF_TRANSIENTS)
     string(APPEND features ,lf/transients)
   endif()
   # Names of the features of lf-zephyr; Zephyr has no level for traces, they go with its debug messages.

@@ -50,7 +50,7 @@ static void end(int status)
 #endif
 }
 
-FUNC_NORETURN void lf_stop(int status)
+FUNC_NORETURN void lf_exit(int status)
 {
 	lf_watchdog_stop();
 	end(status);

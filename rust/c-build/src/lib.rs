@@ -198,7 +198,12 @@ impl Program {
         let runtime = Path::new(env!("CARGO_MANIFEST_DIR")).join("../c");
         let includes: Vec<_> =
             [runtime.join("include"), runtime.clone(), code.clone()].iter().chain(&self.includes).cloned().collect();
-        let mut compiler = Compiler::new(includes.clone(), self.flags.clone(), out);
+        let mut flags = self.flags.clone();
+        // `lfz` puts the programs of all federates into the folder `bin` there.
+        if let Some(around) = env::current_dir().ok().as_deref().and_then(Path::parent) {
+            flags.push(format!("-DLF_FED_PACKAGE_DIRECTORY={:?}", around.display().to_string()));
+        }
+        let mut compiler = Compiler::new(includes.clone(), flags, out);
         let added = self.build_cmake(&mut compiler, &includes, out);
 
         let (types, own): (Vec<_>, Vec<_>) =

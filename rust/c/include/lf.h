@@ -351,6 +351,11 @@ void lf_set_fed_maxwait(interval_t max_wait);
 #define lf_fed_id() UINT16_MAX
 #endif
 
+/* The id of the federation; empty in a program that is not federated. */
+const char *lf_get_federation_id(void);
+
+/* Stops this program alone, at the next microstep; the other federates go on without it. */
+void lf_stop(void);
 /* Asks the program to stop: at the next microstep, or later where other federates have to agree. */
 void lf_request_stop(void);
 /* The same, this much later in logical time. */

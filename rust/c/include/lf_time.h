@@ -76,8 +76,10 @@ typedef struct {
 #define lf_time_logical_elapsed(...) (lf_c_tag().time - lf_time_start())
 tag_t lf_c_tag(void);
 
-/* The time at which the program started, on both clocks. */
+/* The time at which the program started, on both clocks, or its federation if it has joined that later. */
 instant_t lf_time_start(void);
+/* The first tag of this program: that of a transient federate may be later. */
+tag_t lf_tag_start_effective(void);
 instant_t lf_time_physical(void);
 instant_t lf_time_physical_elapsed(void);
 

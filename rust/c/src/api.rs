@@ -10,7 +10,8 @@ use crate::ffi::{
     lf_print_warning,
 };
 use crate::running::{
-    Program, change_deadline, deadline_of, is_late, last_tag, mark_present, physical_time, program, with_running,
+    Program, change_deadline, deadline_of, federation_id, first_tag, is_late, last_tag, mark_present, physical_time,
+    program, with_running,
 };
 use crate::token::Token;
 
@@ -29,6 +30,16 @@ extern "C" fn lf_time_start() -> i64 {
 #[unsafe(no_mangle)]
 extern "C" fn lf_time_physical() -> i64 {
     physical_time().as_nanos()
+}
+
+#[unsafe(no_mangle)]
+extern "C" fn lf_tag_start_effective() -> RawTag {
+    first_tag().into()
+}
+
+#[unsafe(no_mangle)]
+extern "C" fn lf_get_federation_id() -> *const c_char {
+    federation_id().as_ptr()
 }
 
 // --- Ports, modes, deadlines, the end ---
@@ -106,6 +117,13 @@ extern "C" fn lf_c_request_stop_after(offset: i64) {
         Ok(ns) if ns > 0 => Offset::After(Duration::from_nanos(ns)),
         _ => Offset::Asap,
     });
+}
+
+#[unsafe(no_mangle)]
+extern "C" fn lf_stop() {
+    if with_running(|running| running.ctx.stop()).is_none() {
+        error(c"lf_stop: a program can be stopped alone in reactions only, and not in other threads");
+    }
 }
 
 fn request_stop(offset: Offset) {

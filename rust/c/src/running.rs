@@ -129,6 +129,8 @@ pub(crate) struct Program {
     pub(crate) tables: &'static Tables,
     pub(crate) inbox: fn(TriggerId) -> Option<&'static dyn Inbox<Token>>,
     pub(crate) start: Instant,
+    #[cfg(feature = "transients")]
+    pub(crate) first: Tag,
 }
 
 /// The number of reactions whose deadline a body can change.
@@ -161,6 +163,24 @@ pub(crate) fn program() -> Option<Program> {
     critical_section::with(|cs| KNOWN.borrow_ref(cs).program)
 }
 
+/// Returns the first tag of the program; NEVER before the first reaction.
+pub(crate) fn first_tag() -> Tag {
+    #[cfg(feature = "transients")]
+    let first = |program: Program| program.first;
+    #[cfg(not(feature = "transients"))]
+    let first = |program: Program| Tag::at(program.start);
+    program().map_or(Tag::NEVER, first)
+}
+
+/// Returns the id of the federation; empty where the program is not federated, and before the first reaction.
+pub(crate) fn federation_id() -> &'static CStr {
+    #[cfg(feature = "transients")]
+    let id = program().map_or(c"", |program| program.outside.federation_id());
+    #[cfg(not(feature = "transients"))]
+    let id = c"";
+    id
+}
+
 /// Returns physical time; before the first reaction that of the system.
 pub(crate) fn physical_time() -> Instant {
     program().map_or_else(|| Instant::from_nanos(ffi::lf_c_clock()), |program| program.outside.physical_time())
@@ -171,7 +191,14 @@ pub(crate) fn physical_time() -> Instant {
 fn begin<B: Bodies>(reaction: ReactionId, ctx: &ReactionContext<'_>) -> Option<bool> {
     if LAST_TAG.replace(ctx.current_tag()) == Some(Tag::NEVER) {
         let (outside, tables, start) = (ctx.outside(), ctx.tables(), ctx.get_start_time());
-        let program = Program { outside, tables, inbox: B::inbox, start };
+        let program = Program {
+            outside,
+            tables,
+            inbox: B::inbox,
+            start,
+            #[cfg(feature = "transients")]
+            first: ctx.first_tag(),
+        };
         critical_section::with(|cs| KNOWN.borrow_ref_mut(cs).program = Some(program));
     }
     Some(is_late(ctx, changed_deadline(reaction)?))

@@ -131,7 +131,7 @@ void lf_c_print_line(const char *prefix, const char *format, va_list arguments)
 
 void lf_c_exit(void)
 {
-	lf_stop(EXIT_FAILURE);
+	lf_exit(EXIT_FAILURE);
 }
 
 /* ---- Threads ---- */

@@ -38,9 +38,9 @@ impl Descendants {
         Ok(Self { mark, watcher })
     }
 
-    /// Marks a process that is about to be started, and with it all that it will start.
-    pub(crate) fn mark(&self, command: &mut Command) {
-        command.env(MARK, &self.mark);
+    /// Returns the variable that marks a process, and with it all that it will start.
+    pub(crate) fn mark(&self) -> (&'static str, &str) {
+        (MARK, &self.mark)
     }
 }
 

@@ -9,18 +9,18 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::ffi::OsString;
 use std::os::unix::ffi::OsStrExt;
 use std::path::PathBuf;
-use std::process::Command;
 use std::time::{Duration, SystemTime, UNIX_EPOCH};
 
+use lf_linux::RTI_VARIABLE;
 use serde::{Deserialize, Deserializer};
 
 use crate::commands::listening_port;
 use crate::compile::Console;
+use crate::control::Control;
 use crate::descendants::Descendants;
 use crate::failure::Failure;
-use crate::guard;
 use crate::pins::PinRecording;
-use crate::supervisor::{Ending, Interrupts, Limits, Output, Role, Streams, Supervisor};
+use crate::supervisor::{Ending, Interrupts, Launch, Limits, Output, Role, Streams, Supervisor};
 
 /// The processes of one run. The RTI is the first, and the others start when it listens.
 #[derive(Debug, Deserialize)]
@@ -91,6 +91,12 @@ pub(crate) struct Process {
     /// The folder of the generated crate in an image.
     #[serde(rename = "crate")]
     pub(crate) crate_folder: Option<PathBuf>,
+    /// Whether it may come and go while the others run.
+    #[serde(default)]
+    pub(crate) transient: bool,
+    /// Whether it is started again when it has failed; only for one that may come and go.
+    #[serde(default)]
+    pub(crate) restarts: bool,
     /// Whether it is the only one, so that it gets the input of this program.
     #[serde(skip)]
     pub(crate) is_alone: bool,
@@ -164,7 +170,9 @@ impl FederationId {
             Self::BeginsWith(name) => {
                 // With the addition it has to fit into 255 bytes.
                 let name: String = name.chars().take(40).collect();
-                format!("{name} {}", name_of_run())
+                // Programs in C pass it to a shell.
+                let name = name.replace(|char: char| char.is_whitespace() || char.is_control(), "-");
+                format!("{name}-{}", name_of_run())
             }
         }
     }
@@ -230,7 +238,7 @@ impl Federation {
         let id = self.id.of_this_run();
         let mut port = self.rti_port;
         if let Some(rti) = &self.rti {
-            rti.start(&mut supervisor, &descendants, Role::Rti, &id, port)?;
+            rti.start(&mut supervisor, rti.launch(&descendants, Role::Rti, &id, port))?;
             if port.is_none() {
                 port = supervisor.wait_for_line(listening_port)?;
             }
@@ -241,9 +249,16 @@ impl Federation {
         for federate in &self.left_out {
             let command = shown_command(federate.words.iter().map(|word| word.text(&id, port)));
             supervisor.note(&format!("{} takes part when you start it: {command}", federate.name));
+            supervisor.leave_out(federate.launch(&descendants, federate.role(), &id, port));
         }
         for federate in &self.federates {
-            federate.start(&mut supervisor, &descendants, Role::Federate, &id, port)?;
+            federate.start(&mut supervisor, federate.launch(&descendants, federate.role(), &id, port))?;
+        }
+        if self.federates.iter().chain(&self.left_out).any(|federate| federate.transient) {
+            match Control::open() {
+                Ok(control) => supervisor.obey(control),
+                Err(error) => supervisor.note(&format!("`lfz ctl` cannot control this run: {error}")),
+            }
         }
         Ok(supervisor.finish()?)
     }
@@ -270,23 +285,30 @@ impl Federation {
 }
 
 impl Process {
-    fn start(
-        &self,
-        supervisor: &mut Supervisor,
-        descendants: &Descendants,
-        role: Role,
-        id: &str,
-        port: Option<u16>,
-    ) -> Result<(), Failure> {
-        let mut words = self.words.iter().map(|word| word.text(id, port));
-        let mut command: Command = guard::command(words.next().unwrap_or_default());
-        command.args(words).envs(&self.environment);
-        descendants.mark(&mut command);
-        if let Some(folder) = &self.folder {
-            command.current_dir(folder);
+    fn role(&self) -> Role {
+        if self.transient { Role::Transient } else { Role::Federate }
+    }
+
+    /// Returns how to start it in this run.
+    fn launch(&self, descendants: &Descendants, role: Role, id: &str, port: Option<u16>) -> Launch {
+        let own = self.environment.iter().map(|(name, value)| (OsString::from(name), OsString::from(value)));
+        let (name, mark) = descendants.mark();
+        // What a federate starts finds the RTI, too.
+        let rti = port.map(|port| (RTI_VARIABLE.into(), format!("127.0.0.1:{port}").into()));
+        Launch {
+            name: self.name.clone(),
+            role,
+            restarts: self.transient && self.restarts,
+            status_line: self.status_line.clone(),
+            streams: if self.is_alone { Streams::Own } else { Streams::Lines },
+            words: self.words.iter().map(|word| word.text(id, port)).collect(),
+            environment: own.chain([(name.into(), mark.into())]).chain(rti).collect(),
+            folder: self.folder.clone(),
         }
-        let streams = if self.is_alone { Streams::Own } else { Streams::Lines };
-        let started = supervisor.start(&self.name, role, self.status_line.as_deref(), streams, &mut command);
+    }
+
+    fn start(&self, supervisor: &mut Supervisor, launch: Launch) -> Result<(), Failure> {
+        let started = supervisor.launch(launch);
         started.map_err(|error| Failure::message(format!("{} cannot be started: {error}", self.name)))
     }
 }
@@ -313,7 +335,7 @@ mod tests {
         let name = "é".repeat(300);
         assert_ne!(id_of(&name), id_of(&name));
         assert!(id_of(&name).len() <= 255);
-        assert!(id_of("Grid").starts_with("Grid "));
+        assert!(id_of("Grid").starts_with("Grid-"));
     }
 
     /// Reads a description with these participants, the second of its three lines.

@@ -3,13 +3,14 @@
 //!
 //! `args` is the command line, `commands` implements each command, `compile` makes executables from an LF file,
 //! `debug_info` leads debuggers from them to it, `federation` describes a run of them, and `supervisor` runs and ends
-//! its processes together; `trace` converts recordings of runs, and `lsp` serves editors.
+//! its processes together, as `control` asks; `trace` converts recordings of runs, and `lsp` serves editors.
 #![forbid(unsafe_code)]
 
 pub mod args;
 mod codes;
 mod commands;
 mod compile;
+mod control;
 mod debug_info;
 mod descendants;
 mod edges;

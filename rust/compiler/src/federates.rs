@@ -16,6 +16,8 @@ pub(crate) struct Part {
     /// Its top-level instance.
     pub(crate) top: InstanceId,
     pub(crate) host: Option<String>,
+    /// Whether it comes and goes while the federation runs.
+    pub(crate) is_transient: bool,
 }
 
 /// The participants of a program, and the participant of each instance.
@@ -32,7 +34,7 @@ pub(crate) fn cut(tree: &mut Tree, classes: &[Class<'_>], diagnostics: &mut Diag
     let root = tree.instances[InstanceId::MAIN].clone();
     let class = &classes[root.class.0];
     if class.ast.kind != ReactorKind::Federated {
-        let part = Part { name: root.path.clone(), top: InstanceId::MAIN, host: None };
+        let part = Part { name: root.path.clone(), top: InstanceId::MAIN, host: None, is_transient: false };
         return Participants { federated: false, list: vec![part], of: Arena::of(&tree.instances, Some(0)) };
     }
     check_federated(class, diagnostics);
@@ -49,7 +51,7 @@ pub(crate) fn cut(tree: &mut Tree, classes: &[Class<'_>], diagnostics: &mut Diag
                 Some(index) => format!("{}__{index}", child.ast.name.text),
                 None => child.ast.name.text.clone(),
             };
-            parts.push(Part { name, top: *top, host: host.clone() });
+            parts.push(Part { name, top: *top, host: host.clone(), is_transient: child.transient.is_some() });
         }
     }
     let mut of: Arena<InstanceId, Option<usize>> = Arena::default();
@@ -111,6 +113,13 @@ fn check_federated(class: &Class<'_>, diagnostics: &mut Diagnostics) {
             _ => "put it into a contained reactor",
         };
         diagnostics.push(Diagnostic::new(Code::NoEffect, span, message).hint(hint));
+    }
+    if let Some(first) = class.children.first().and_then(|child| child.transient)
+        && class.children.iter().all(|child| child.transient.is_some())
+    {
+        let message = "all federates are transient, so nobody is there at the start";
+        let hint = "a federation lasts as long as its other federates: remove `@transient` from at least one";
+        diagnostics.push(Diagnostic::new(Code::BadAttribute, first, message).hint(hint));
     }
     let mut names: BTreeMap<String, Span> = BTreeMap::new();
     for child in &class.children {

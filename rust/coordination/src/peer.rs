@@ -18,8 +18,7 @@ pub enum IntroductionVerdict {
     Introduced(FederateId),
     /// REJECT with this code; the connection is then closed.
     Refuse(RejectCode),
-    /// It introduces itself as this federate, and as transient: REJECT, because no federate here expects a transient
-    /// one.
+    /// It introduces itself as this federate, and as transient: ACK if a transient one is expected.
     Transient(FederateId),
 }
 

@@ -13,6 +13,7 @@ mod federate_golden;
 mod federate_properties;
 mod federate_support;
 mod federation;
+mod federation_lives;
 mod federation_support;
 mod rti_barrier;
 mod rti_dialogue;

@@ -6,7 +6,8 @@ use lf_model::{Engine, EngineStorage, Program};
 use lf_runtime::platform::Platform;
 use lf_runtime::trace::Recording;
 use lf_runtime::{
-    Coordination, Description, FederateLoop, ImageError, Inbound, Join, Outbound, PEERS, SettingsError, UnfederatedLoop,
+    Coordination, Description, FederateLoop, ImageError, Inbound, Join, Outbound, PEERS, SettingsError, TRANSIENTS,
+    UnfederatedLoop,
 };
 
 pub use lf_runtime::{Federation, Needs};
@@ -36,6 +37,7 @@ macro_rules! run {
             const PEERS_IN: bool = !PART.peers_in.is_empty();
             const PEERS_OUT: bool = !PART.peers_out.is_empty();
             const UNTAGGED: bool = PART.untagged;
+            const TRANSIENTS: bool = !PART.transients.is_empty();
             const PHYSICAL: bool = PART.is_centralized() && PART.physical_delay.is_some();
             const CLOCK_SYNC: bool = PART.clock_sync.trials() > 0;
             const BUFFER_CHECK: bool = false;
@@ -215,8 +217,8 @@ impl Sizes {
     /// Returns the sizes that a program needs, and at least those that its system asks for.
     ///
     /// # Panics
-    /// When the program has direct connections, and this crate lacks the feature `peers`. In a constant, this is an
-    /// error of the compiler.
+    /// When the program has direct connections, and this crate lacks the feature `peers`, or transient federates without
+    /// the feature `transients`. In a constant, this is an error of the compiler.
     pub const fn of(description: &Description, minimum: MinBuffers) -> Self {
         let Some(federation) = &description.federation else {
             return Self {
@@ -232,6 +234,8 @@ impl Sizes {
         let is_centralized = matches!(federation.coordination, Coordination::Centralized);
         let needs_peers = !is_centralized || !federation.peers_in.is_empty() || !federation.peers_out.is_empty();
         assert!(PEERS || !needs_peers, "the program needs the feature `peers` of its system's crate");
+        let has_transients = !federation.transients.is_empty();
+        assert!(TRANSIENTS || !has_transients, "the program needs the feature `transients` of its system's crate");
         Self {
             input_bytes: larger(federation.input_bytes, minimum.input_bytes),
             output_bytes: larger(federation.output_bytes, minimum.output_bytes),

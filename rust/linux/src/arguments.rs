@@ -117,6 +117,14 @@ impl Arguments {
         }
     }
 
+    /// Takes the address of the RTI from the environment, unless the command line has one.
+    ///
+    /// # Errors
+    /// When it is none.
+    pub(crate) fn inherit_rti(&mut self, text: &str) -> Result<(), UsageError> {
+        if self.rti_host.is_some() || self.rti_port.is_some() { Ok(()) } else { self.set_rti(text) }
+    }
+
     /// Parses `HOST`, `HOST:PORT` or `USER@HOST:PORT`; the user is for remote starts and has no effect here. An IPv6
     /// address is between brackets if a port follows.
     fn set_rti(&mut self, text: &str) -> Result<(), UsageError> {

@@ -31,7 +31,7 @@ pub use lf_model as model;
 pub use lf_runtime as runtime;
 pub use log;
 pub use logger::install as install_logger;
-pub use main_program::main;
+pub use main_program::{RTI_VARIABLE, main};
 pub use max_length::MaxLength;
 pub use panics::{Lines, name_lf_lines};
 pub use parameters::{Parameter, ParameterKind, Parameters};

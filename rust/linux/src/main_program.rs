@@ -17,9 +17,14 @@ use lf_runtime::{
 
 use crate::arguments::{Arguments, Invocation, usage};
 use crate::devices::Simulation;
+use crate::outside::HostOutside;
 use crate::parameters::Parameters;
 use crate::platform::Linux;
 use crate::trace_file::{TRACE_MIB, TraceFile};
+
+/// The environment variable with the RTI's address, for programs whose command line does not name one: those that a
+/// federate starts.
+pub const RTI_VARIABLE: &str = "LF_RTI";
 
 /// The exit status for a wrong command line.
 const USAGE: u8 = 2;
@@ -68,7 +73,13 @@ fn start<P: Program, S: EngineStorage>(
     program: fn() -> P,
 ) -> ExitCode {
     let arguments = match Arguments::parse(std::env::args_os(), description.federation.is_some(), parameters) {
-        Ok(Invocation::Run(arguments)) => arguments,
+        Ok(Invocation::Run(mut arguments)) => {
+            if let Some(Err(error)) = std::env::var(RTI_VARIABLE).ok().map(|rti| arguments.inherit_rti(&rti)) {
+                eprintln!("error: {RTI_VARIABLE}: {error}");
+                return ExitCode::from(USAGE);
+            }
+            arguments
+        }
         Ok(Invocation::Help) => {
             println!("{}{}", usage(description), parameters.usage());
             return ExitCode::SUCCESS;
@@ -127,6 +138,7 @@ fn run(
     let mut trace = arguments.create_trace()?;
     let federation_id = arguments.federation_id.as_deref().unwrap_or(federation.federation_id);
     description.check_key(federation_id.as_bytes());
+    HostOutside::of_program().set_federation_id(federation_id);
     let (mut input, mut output) = (vec![0; federation.input_bytes.max(INPUT_BYTES)], vec![0; federation.output_bytes]);
     let mut peer_inputs = vec![vec![0; federation.peer_input_bytes.max(PEER_BYTES)]; federation.peers_in.len()];
     let mut peer_outputs = vec![vec![0; federation.peer_output_bytes.max(PEER_BYTES)]; federation.peers_out.len()];

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //! The state that the threads of a program share with its event loop.
 
+use std::ffi::{CStr, CString};
 use std::sync::atomic::{AtomicI64, Ordering};
 use std::sync::{Mutex, OnceLock, PoisonError};
 
@@ -22,6 +23,8 @@ pub(crate) struct HostOutside {
     read: AtomicI64,
     physical: Mutex<Physical>,
     mailbox: Mailbox,
+    /// The federation that this process has joined.
+    federation_id: OnceLock<CString>,
 }
 
 /// Physical time, as the program's threads see it.
@@ -45,6 +48,14 @@ impl HostOutside {
             read: AtomicI64::new(i64::MIN),
             physical: Mutex::new(Physical { correction: ClockCorrection::NONE, latest: Instant::NEVER }),
             mailbox: Mailbox::new(),
+            federation_id: OnceLock::new(),
+        }
+    }
+
+    /// Sets the id of the federation that this process joins. An id with a byte 0 cannot come from a command line.
+    pub(crate) fn set_federation_id(&self, id: &str) {
+        if let Ok(id) = CString::new(id) {
+            self.federation_id.get_or_init(|| id);
         }
     }
 
@@ -108,6 +119,10 @@ impl Outside for HostOutside {
 
     fn mailbox(&self) -> &Mailbox {
         &self.mailbox
+    }
+
+    fn federation_id(&self) -> &'static CStr {
+        Self::of_program().federation_id.get().map_or(c"", CString::as_c_str)
     }
 
     fn starts(&self, start: Instant) {

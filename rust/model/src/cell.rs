@@ -159,7 +159,7 @@ pub(crate) use mode_by_view;
 /// The tags between which an event can be scheduled.
 #[derive(Clone, Copy, Debug)]
 pub struct Bounds {
-    /// The start of the program.
+    /// The time of the program's first tag.
     pub start: Instant,
     /// The tag that is running, or was the last to run; events come after it.
     pub current: Tag,

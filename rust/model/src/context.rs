@@ -187,6 +187,12 @@ impl ReactionContext<'_> {
         self.state.request_stop(tag, self.settings.federated);
     }
 
+    /// Stops this program alone, at the next microstep: its shutdown reactions run there. The other federates of a
+    /// federation go on without it, and it can come again if it is transient.
+    pub fn stop(&mut self) {
+        self.state.stop_alone();
+    }
+
     /// Returns the longest time that tags wait for messages: the largest [`NetworkInput::max_wait`], or the last value
     /// of [`set_max_wait`](Self::set_max_wait).
     ///
@@ -259,9 +265,26 @@ impl ReactionContext<'_> {
         EventTag::relative(intended.unwrap_or(self.state.current), self.state.start)
     }
 
-    /// Returns the time at which the program started.
+    /// Returns the time at which the program started, or its federation if it has joined that later.
     pub fn get_start_time(&self) -> Instant {
         self.state.start
+    }
+
+    /// Returns the first tag of this program, relative to the start: that of a transient federate may be later.
+    pub fn get_effective_start(&self) -> EventTag {
+        EventTag::relative(self.state.first(), self.state.start)
+    }
+
+    /// Returns the first tag of this program, for other languages' bodies.
+    #[doc(hidden)]
+    pub fn first_tag(&self) -> Tag {
+        self.state.first()
+    }
+
+    /// Returns the id of the federation; empty where the program is not federated.
+    #[cfg(feature = "transients")]
+    pub fn get_federation_id(&self) -> &'static str {
+        self.env.outside().federation_id().to_str().unwrap_or_default()
     }
 
     /// Returns the current logical time.

@@ -11,7 +11,7 @@ use core::fmt;
 use crate::bits::Bits;
 use crate::events::Events;
 use crate::ids::{ModeId, ReactionId, TriggerId};
-use crate::time::{Instant, Interval, Tag};
+use crate::time::{Interval, Tag};
 
 /// The modes of a program, and their parts.
 #[derive(Clone, Copy)]
@@ -214,7 +214,7 @@ pub(crate) struct Hooks {
 /// An event of the modes.
 pub(crate) enum ModeEvent<'a> {
     /// The start: the initial modes are active, and the timers of all others wait.
-    Start(Instant),
+    Start(Tag),
     /// A tag is complete: the requests of its reactions take effect.
     Complete(&'a mut dyn ModeCells),
     /// The next microstep: startup and reset reactions of entered modes are triggered.
@@ -266,20 +266,20 @@ impl Change<'_> {
 
     fn at(&mut self, event: ModeEvent<'_>) {
         match event {
-            ModeEvent::Start(start) => self.start(start),
+            ModeEvent::Start(first) => self.start(first),
             ModeEvent::Complete(cells) => self.change(cells),
             ModeEvent::Entry => self.enter(),
         }
     }
 
-    fn start(&mut self, start: Instant) {
+    fn start(&mut self, first: Tag) {
         for (id, mode) in ids().zip(self.modes.modes) {
             let flags = match (mode.initial, self.is_within(mode.parent)) {
                 (false, _) => 0,
                 (true, false) => ModeState::CURRENT,
                 (true, true) => ModeState::CURRENT | ModeState::ACTIVE | ModeState::STARTED,
             };
-            self.states[usize::from(id.0)] = ModeState { flags, left: Tag::at(start) };
+            self.states[usize::from(id.0)] = ModeState { flags, left: first };
             if flags & ModeState::ACTIVE == 0 {
                 self.leave(id);
             }

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 //! The parts of a participant that other threads may use.
 use core::cell::Cell;
+#[cfg(feature = "transients")]
+use core::ffi::CStr;
 use core::sync::atomic::{AtomicBool, AtomicUsize, Ordering, fence};
 
 use critical_section::Mutex;
@@ -18,6 +20,12 @@ pub trait Outside: Sync {
 
     /// Returns the mailbox for requests about the whole program.
     fn mailbox(&self) -> &Mailbox;
+
+    /// Returns the id of the federation; empty where the program is not federated.
+    #[cfg(feature = "transients")]
+    fn federation_id(&self) -> &'static CStr {
+        c""
+    }
 
     /// Is told at which physical time the program starts, before its first tag begins: what runs beside the program,
     /// such as a script for its devices, counts from there.

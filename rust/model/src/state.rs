@@ -43,6 +43,9 @@ pub(crate) enum Phase {
 pub(crate) struct State {
     pub(crate) phase: Phase,
     pub(crate) start: Instant,
+    /// The first tag of the program.
+    #[cfg(feature = "transients")]
+    pub(crate) first: Tag,
     /// The tag that is open, or the last one that was; before the first, the one before the start.
     pub(crate) current: Tag,
     pub(crate) stop: Tag,
@@ -59,8 +62,22 @@ pub(crate) struct State {
 }
 
 impl State {
+    /// Returns the first tag of the program.
+    pub(crate) fn first(&self) -> Tag {
+        #[cfg(feature = "transients")]
+        let first = self.first;
+        #[cfg(not(feature = "transients"))]
+        let first = Tag::at(self.start);
+        first
+    }
+
+    /// Makes the next microstep the last tag of this program, whatever other federates do.
+    pub(crate) fn stop_alone(&mut self) {
+        self.stop = self.stop.min(self.current.next_microstep());
+    }
+
     pub(crate) fn bounds(&self) -> Bounds {
-        Bounds { start: self.start, current: self.current, stop: self.stop }
+        Bounds { start: self.first().time, current: self.current, stop: self.stop }
     }
 
     /// Returns whether the open tag is the last one.

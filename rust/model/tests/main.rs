@@ -6,6 +6,7 @@
 mod bench;
 mod bodies;
 mod derive;
+mod joining;
 mod modes;
 mod network;
 mod open_tag;

@@ -14,6 +14,10 @@ use log::{Level, LevelFilter};
 /// `peers`. Without it no code for such connections is linked.
 pub const PEERS: bool = cfg!(feature = "peers");
 
+/// Whether federates can come and go while the federation runs: the feature `transients`. Without it no code for that
+/// is linked.
+pub const TRANSIENTS: bool = cfg!(feature = "transients");
+
 /// One participant's program: a federate, or an unfederated main reactor.
 #[derive(Clone, Copy, Debug)]
 pub struct Description {
@@ -107,6 +111,8 @@ pub struct Federation {
     pub peers_in: &'static [u16],
     /// The federates to which this one has such connections.
     pub peers_out: &'static [u16],
+    /// The transient federates among this one and its neighbors: they come and go while the federation runs.
+    pub transients: &'static [u16],
     /// Whether any of these connections is physical, so that its messages have no tags. [`Federation::with_buffers`]
     /// sets it.
     pub untagged: bool,
@@ -149,6 +155,7 @@ impl Federation {
         cycles: false,
         peers_in: &[],
         peers_out: &[],
+        transients: &[],
         untagged: false,
         clock_sync: ClockSync::Off,
         local_clock_sync: false,
@@ -161,6 +168,11 @@ impl Federation {
         peer_input_bytes: 0,
         peer_output_bytes: 0,
     };
+
+    /// Returns whether a federate, this one or a neighbor, comes and goes while the federation runs.
+    pub fn is_transient(&self, federate: u16) -> bool {
+        self.transients.contains(&federate)
+    }
 
     /// Returns whether the RTI grants its tags.
     pub const fn is_centralized(&self) -> bool {

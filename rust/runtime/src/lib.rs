@@ -28,7 +28,8 @@ mod turn;
 mod unfederated;
 
 pub use description::{
-    CONTROL_BYTES, Description, Federation, PEERS, TAGGED_MESSAGE_HEADER_BYTES, buffer_bytes, peer_buffer_bytes,
+    CONTROL_BYTES, Description, Federation, PEERS, TAGGED_MESSAGE_HEADER_BYTES, TRANSIENTS, buffer_bytes,
+    peer_buffer_bytes,
 };
 pub use error::{PeerFault, RunError};
 pub use federate::{Buffers, FederateLoop, Inbound, Join, Outbound, Reason};

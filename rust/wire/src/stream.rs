@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Messages in and out of the stream buffers.
 
+#[cfg(feature = "transients")]
+use crate::dialect::decode_to_transient;
 use crate::dialect::{PayloadHeader, decode_expected};
 use crate::{DecodeError, Decoded, EncodeError, InBuffer, Limits, Message, MessageType, OutBuffer, PushError, Tag};
 
@@ -31,6 +33,24 @@ impl<B: AsRef<[u8]> + AsMut<[u8]>> InBuffer<B> {
             Decoded::Incomplete { need, message_type } if held == 0 && need > self.capacity() => {
                 Err(DecodeError::LargerThanBuffer { message: message_type, needed: need, capacity: self.capacity() })
             }
+            Decoded::Incomplete { .. } => Ok(None),
+        }
+    }
+}
+
+#[cfg(feature = "transients")]
+impl<B: AsRef<[u8]> + AsMut<[u8]>> InBuffer<B> {
+    /// Returns the message at the front, which the RTI has sent to a transient federate, like [`next`](Self::next).
+    ///
+    /// # Errors
+    /// Those of [`next_expected`](Self::next_expected).
+    pub fn next_to_transient(
+        &self,
+        limits: &Limits,
+        expects: impl Fn(MessageType) -> bool,
+    ) -> Result<Option<(Message<'_>, usize)>, DecodeError> {
+        match decode_to_transient(self.bytes(), limits, expects)? {
+            Decoded::Complete { message, len } => Ok(Some((message, len))),
             Decoded::Incomplete { .. } => Ok(None),
         }
     }

@@ -71,6 +71,11 @@ impl Outside for ZephyrOutside {
         &self.mailbox
     }
 
+    #[cfg(feature = "transients")]
+    fn federation_id(&self) -> &'static core::ffi::CStr {
+        crate::settings::federation_id_text()
+    }
+
     #[cfg(CONFIG_LF_OSCILLOSCOPE)]
     fn starts(&self, start: Instant) {
         let left = start.since(self.physical_time());

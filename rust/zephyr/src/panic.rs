@@ -22,5 +22,5 @@ fn panic(info: &PanicInfo<'_>) -> ! {
 /// Ends the program: on `native_sim` with this exit status, elsewhere by stopping the calling thread.
 pub(crate) fn stop(status: core::ffi::c_int) -> ! {
     // SAFETY: it has no precondition.
-    unsafe { raw::lf_stop(status) }
+    unsafe { raw::lf_exit(status) }
 }

@@ -25,9 +25,14 @@ pub fn join() -> Result<Join<'static>, SettingsError> {
 
 /// Returns the federation id that the federate presents to the RTI; empty for that of its program.
 pub(crate) fn federation_id() -> &'static [u8] {
+    federation_id_text().to_bytes()
+}
+
+/// Returns the same as a text of C.
+pub(crate) fn federation_id_text() -> &'static CStr {
     // SAFETY: src/settings.c returns a text of Kconfig or of the command line; these are terminated, never change and
     // live forever.
-    unsafe { CStr::from_ptr(raw::lf_federation_id()) }.to_bytes()
+    unsafe { CStr::from_ptr(raw::lf_federation_id()) }
 }
 
 /// Returns the RTI's address.

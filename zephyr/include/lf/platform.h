@@ -196,7 +196,7 @@ void lf_sensor_unwatch(size_t place, const struct device *sensor);
  * Ends the program. With another status than 0 the system halts or starts again, as CONFIG_LF_FATAL_* says; with 0 it
  * stands still. native_sim exits with the status instead of halting.
  */
-FUNC_NORETURN void lf_stop(int status);
+FUNC_NORETURN void lf_exit(int status);
 
 /* Ends the program because of a fault: prints what it is and what to do. May be called from interrupts. */
 FUNC_NORETURN void lf_fault(const char *what, const char *advice);

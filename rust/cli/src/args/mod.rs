@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //! The command line.
 
+mod ctl;
 mod project;
 mod rti;
 mod scope;
@@ -18,6 +19,7 @@ use lf_compiler::maxwait::parse_time;
 use lf_linux::devices::moves::Reader;
 use lf_linux::rti::TRACE_MIB;
 
+pub use ctl::{CtlArgs, CtlVerb};
 pub use project::{DoctorArgs, HomeArgs, NewArgs, NewLanguage, PackageCommand, TestArgs};
 pub use rti::{PORT_DEFAULT, RtiArgs};
 pub use scope::{EdgeKind, ScopeArgs};
@@ -100,6 +102,11 @@ one that fails. A program without `federated` runs as a single process.
 Exit status: 0 when all participants ended well; 1 when the program does not compile or a participant failed (a program
 without `federated` passes its own status on); 124 when --timeout ended the run; 130 after ^C.")]
     Run(RunArgs),
+    /// Start, stop and swap transient federates of a federation that `lfz run` runs.
+    #[command(long_about = "\
+Start, stop and swap transient federates of a federation that `lfz run` runs in another terminal. Without a command, \
+show all such runs and their federates.")]
+    Ctl(CtlArgs),
     /// Build a program, or one federate, and start a debugger with it.
     #[command(long_about = "\
 Build a program, or one federate, and start a debugger with it: breakpoints are at lines of the LF file, as in
@@ -239,7 +246,7 @@ The description is JSON: { version: 1, speaker: NAME, id: { exactly: ID } or { b
 grace_ns, terminate_ns, rti: PROCESS, rti_port, federates: [PROCESS, ...], oscilloscope }. The oscilloscope is
 { file, parts: [{ name, file, is_trace }] }: what is to be one file, recordings of participants and traces of QEMU. A
 PROCESS is { name, words: [WORD, ...],
-environment: { NAME: TEXT }, folder, crate, status_line }, a WORD a text or { before: TEXT, known: rti_port or
+environment: { NAME: TEXT }, folder, crate, status_line, transient, restarts }, a WORD a text or { before: TEXT, known: rti_port or
 federation_id }.
 
 Exit status: that of the first participant that failed; 124 after the time limit; 130 after ^C."

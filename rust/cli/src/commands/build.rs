@@ -70,6 +70,9 @@ fn description(built: &Built) -> Value {
                     value["role"] = json!("federate");
                     value["id"] = json!(id);
                     value["joint_rti"] = json!(joint_rti);
+                    let planned = built.plan.federates.get(usize::from(id));
+                    value["transient"] = json!(planned.is_some_and(|federate| federate.transient));
+                    value["restarts"] = json!(built.restarting.contains(&participant.name));
                 }
             }
             match &participant.artifact {

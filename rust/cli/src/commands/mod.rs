@@ -5,6 +5,7 @@ mod build;
 mod check;
 mod clean;
 mod codes;
+mod ctl;
 mod debug;
 mod doctor;
 mod explain;
@@ -58,6 +59,7 @@ fn execute_command(command: Command) -> Result<ExitCode, Failure> {
         Command::Plan(arguments) => plan::plan(&arguments),
         Command::Build(arguments) => build::build(&arguments),
         Command::Run(arguments) => run::run(&arguments),
+        Command::Ctl(arguments) => ctl::ctl(&arguments),
         Command::Debug(arguments) => debug::debug(&arguments),
         Command::Fmt(arguments) => Ok(fmt::fmt(&arguments)),
         Command::Package(command) => package::package(&command),

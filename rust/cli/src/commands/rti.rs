@@ -69,6 +69,9 @@ pub(super) fn rti(arguments: &RtiArgs) -> Result<ExitCode, Failure> {
 pub(super) fn options_for(plan: &Plan, is_ours: bool) -> Vec<String> {
     let target = &plan.target;
     let mut options = vec!["--number_of_federates".to_owned(), plan.federates.len().to_string()];
+    if plan.transients() > 0 {
+        options.extend(["--number_of_transient_federates".to_owned(), plan.transients().to_string()]);
+    }
     if let Some(ns) = target.log_waits_ns.filter(|_| is_ours) {
         options.extend(["--log-waits".to_owned(), format!("{ns} ns")]);
     }

@@ -110,7 +110,8 @@ fn federation(built: &Built, arguments: &RunArgs, recording: Option<&Recording>)
             words.extend(["--vcd".into(), file.into()]);
         }
         let is_alone = planned.is_none();
-        let process = Process { name: name.clone(), words, is_alone, ..Process::default() };
+        let transient = federate.transient;
+        let process = Process { name: name.clone(), words, transient, is_alone, ..Process::default() };
         if arguments.without.contains(name) { left_out.push(process) } else { federates.push(process) }
     }
     let (rti, rti_port) = rti.unzip();

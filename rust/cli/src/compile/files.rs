@@ -5,6 +5,7 @@
 use std::collections::BTreeSet;
 use std::fs;
 use std::io::{self, ErrorKind};
+use std::os::unix::fs::symlink;
 use std::path::{Component, Path};
 
 /// The list of the generated files in a folder, one path per line; no other file is ever removed.
@@ -50,6 +51,25 @@ pub(crate) fn remove_empty(out: &Path, path: &str) {
             break;
         }
     }
+}
+
+/// Makes symbolic links in a folder to these files, by which programs of other compilers are found.
+///
+/// # Errors
+/// When one cannot be made; the message names it.
+pub(crate) fn link_all<'a>(folder: &Path, links: impl Iterator<Item = (String, &'a Path)>) -> io::Result<()> {
+    fs::create_dir_all(folder).map_err(|error| named(&error, folder))?;
+    for (name, target) in links {
+        let link = folder.join(name);
+        if fs::read_link(&link).is_ok_and(|present| present == target) {
+            continue;
+        }
+        match fs::remove_file(&link) {
+            Err(error) if error.kind() != ErrorKind::NotFound => return Err(named(&error, &link)),
+            _ => symlink(target, &link).map_err(|error| named(&error, &link))?,
+        }
+    }
+    Ok(())
 }
 
 /// Copies a file that is missing or older than its origin.

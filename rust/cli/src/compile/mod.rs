@@ -21,7 +21,7 @@ mod source;
 mod store;
 mod stored;
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 
 use lf_compiler::deployment::{Deployment, Place, Platform as PlacePlatform, RtiHome, RtiPlace};
@@ -80,6 +80,8 @@ pub(crate) struct Built {
     pub(crate) participants: Vec<Participant>,
     /// The executables of those for this computer, by federate.
     pub(crate) programs: BTreeMap<String, PathBuf>,
+    /// The programs for this computer that are started again when they have failed.
+    pub(crate) restarting: BTreeSet<String>,
     /// The number of errors and warnings that the compiler had for the program, rustc's not included.
     pub(crate) counts: (usize, usize),
 }
@@ -110,7 +112,10 @@ impl<'a> Request<'a> {
         let programs = self.compile(&program, &emitted, &participants, &folders)?;
         crate::trace::write_names(&program.plan, &folders.out)?;
         let counts = program.diagnostics.counts();
-        Ok(Built { counts, plan: program.plan, rti: deployment.rti, out: folders.out, participants, programs })
+        let restarts = |name: &&String| is_on_host(name, &program.plan, &deployment) && deployment.place(name).restarts;
+        let restarting = deployment.federates.keys().filter(restarts).cloned().collect();
+        let (rti, out) = (deployment.rti, folders.out);
+        Ok(Built { counts, plan: program.plan, rti, out, participants, programs, restarting })
     }
 
     /// Returns the places of the federates.
@@ -225,6 +230,10 @@ impl<'a> Request<'a> {
             let generated = Generated { folder: &folders.out, map: &emitted.source_map, current: &origin.current };
             debug_info::name_lf_lines(executable, &generated)?;
             programs.insert(participant.name.clone(), executable.clone());
+        }
+        if program.plan.transients() > 0 {
+            let links = programs.iter().map(|(name, executable)| (format!("federate__{name}"), executable.as_path()));
+            files::link_all(&folders.out.join("bin"), links).map_err(|error| named_by("--out", &error))?;
         }
         Ok(programs)
     }

@@ -19,6 +19,8 @@ const LINE_LENGTH_MAX: usize = 64 * 1024;
 pub(crate) enum Role {
     /// A part of the program.
     Federate,
+    /// A part of the program that may come and go: its end does not end the run.
+    Transient,
     /// An RTI serves the federates, and is expected to end soon after the last one has.
     Rti,
 }
@@ -46,6 +48,8 @@ pub(super) struct Child {
     /// Whether that line has arrived. The process counts as ended then, but runs until all others have ended too, as a
     /// board would: it may still have to tell its peers that it closes its connections.
     has_told: bool,
+    /// Whether the user has asked it to leave.
+    pub(super) was_asked: bool,
     streams: Streams,
 }
 
@@ -95,7 +99,7 @@ impl Child {
         let error = process.stderr.take().map(Lines::new).transpose()?;
         let running = Some(Running { pid, has_group, end });
         let (name, status_line) = (name.to_owned(), status_line.map(str::to_owned));
-        Ok(Self { name, role, process, running, standard, error, status_line, has_told: false, streams })
+        Ok(Self { name, role, process, running, standard, error, status_line, has_told: false, was_asked: false, streams })
     }
 
     /// Returns whether the run waits for it.

@@ -86,12 +86,14 @@ pub(super) struct Plan {
     deadline: Option<Instant>,
     stage: Stage,
     ending: Ending,
+    /// Whether the transient federates have been stopped, because the others have ended.
+    has_dismissed: bool,
 }
 
 impl Plan {
     pub(super) fn new(limits: Limits, now: Instant) -> Self {
         let deadline = limits.run.and_then(|run| now.checked_add(run));
-        Self { limits, deadline, stage: Stage::Running, ending: Ending::Success }
+        Self { limits, deadline, stage: Stage::Running, ending: Ending::Success, has_dismissed: false }
     }
 
     /// Returns whether there is a cause for the run to end early.
@@ -134,6 +136,18 @@ impl Plan {
         if self.stage == Stage::Running {
             self.stage = Stage::Waiting(now + self.limits.grace);
         }
+    }
+
+    /// Returns whether to stop the transient federates now that the others have ended. They are given the same time
+    /// again.
+    pub(super) fn dismisses(&mut self, now: Instant) -> bool {
+        let is_due = matches!(self.stage, Stage::Waiting(until) if until <= now);
+        if !is_due || self.ending != Ending::Success || self.has_dismissed {
+            return false;
+        }
+        self.has_dismissed = true;
+        self.stage = Stage::Waiting(now + self.limits.grace);
+        true
     }
 
     /// Handles a signal to stop; the second one ends the wait.

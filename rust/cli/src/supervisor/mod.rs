@@ -8,6 +8,7 @@
 mod child;
 mod ending;
 mod interrupts;
+mod launch;
 mod output;
 
 use std::io;
@@ -19,6 +20,7 @@ use rustix::process::Signal;
 
 pub(crate) use ending::{Ending, Limits};
 pub(crate) use interrupts::Interrupts;
+pub(crate) use launch::Launch;
 pub(crate) use output::Output;
 
 use child::{Child, End};
@@ -26,18 +28,39 @@ pub(crate) use child::{Role, Streams};
 use ending::{Action, Plan};
 use output::Stream;
 
+use crate::control::Control;
+
 /// The participants of one run.
 pub(crate) struct Supervisor {
     children: Vec<Child>,
+    /// The participants that can be started again.
+    launches: Vec<Launch>,
+    /// Those that are to be started again at these times.
+    restarts: Vec<(Instant, String)>,
+    /// The socket for those who control this run.
+    control: Option<Control>,
     plan: Plan,
     interrupts: Interrupts,
     output: Output,
+}
+
+/// The source of what a wait reports.
+#[derive(Clone, Copy)]
+enum Source {
+    Signal,
+    Control,
+    /// The end of a child.
+    End(usize),
+    /// Output of a child.
+    Output(usize, Stream),
 }
 
 /// The descriptors that are ready after a wait.
 #[derive(Default)]
 struct Ready {
     signals: bool,
+    /// Somebody wants to control this run.
+    control: bool,
     /// Children that have ended.
     ended: Vec<usize>,
     /// Output to read.
@@ -47,7 +70,7 @@ struct Ready {
 impl Supervisor {
     /// Returns a supervisor without processes; the time limit counts from now.
     pub(crate) fn new(limits: Limits, interrupts: Interrupts, output: Output) -> Self {
-        Self { children: Vec::new(), plan: Plan::new(limits, Instant::now()), interrupts, output }
+        Self { children: Vec::new(), launches: Vec::new(), restarts: Vec::new(), control: None, plan: Plan::new(limits, Instant::now()), interrupts, output }
     }
 
     /// Starts a participant in a process group of its own, unless it may read from a terminal. A simulator continues
@@ -66,6 +89,11 @@ impl Supervisor {
     ) -> io::Result<()> {
         self.children.push(Child::start(name, role, status_line, streams, command)?);
         Ok(())
+    }
+
+    /// Lets the user control this run.
+    pub(crate) fn obey(&mut self, control: Control) {
+        self.control = Some(control);
     }
 
     /// Prints a message in this program's own name.
@@ -114,6 +142,9 @@ impl Supervisor {
         for index in ready.ended {
             self.ended(index, swallow)?;
         }
+        if ready.control {
+            self.serve_control();
+        }
         if ready.signals {
             for signal in self.interrupts.take() {
                 if Interrupts::is_suspension(signal) {
@@ -136,7 +167,16 @@ impl Supervisor {
             let action = self.plan.output_lost(&error, Instant::now());
             self.act(action);
         }
+        self.restart(Instant::now())?;
+        let is_transient = |child: &&Child| child.role == Role::Transient;
         let running = self.children.iter().filter(|child| child.is_running());
+        // The RTI serves transient federates as long as they stay.
+        if running.clone().any(|child| is_transient(&child)) && self.plan.dismisses(Instant::now()) {
+            for child in running.clone().filter(is_transient) {
+                self.output.note(&format!("{} is still there after the others; stopping it", child.name));
+                child.signal(Signal::TERM);
+            }
+        }
         let names = || running.clone().map(|child| child.name.as_str()).collect::<Vec<_>>().join(", ");
         if running.clone().next().is_some()
             && let Some((action, why)) = self.plan.due(Instant::now(), names)
@@ -151,16 +191,21 @@ impl Supervisor {
         let mut sources = Vec::new();
         let mut descriptors = Vec::new();
         for descriptor in self.interrupts.descriptors() {
-            sources.push(None);
+            sources.push(Source::Signal);
             descriptors.push(PollFd::from_borrowed_fd(descriptor, PollFlags::IN));
+        }
+        if let Some(control) = &self.control {
+            sources.push(Source::Control);
+            descriptors.push(PollFd::from_borrowed_fd(control.descriptor(), PollFlags::IN));
         }
         for (index, child) in self.children.iter().enumerate() {
             for (stream, descriptor) in child.descriptors() {
-                sources.push(Some((index, stream)));
+                sources.push(stream.map_or(Source::End(index), |stream| Source::Output(index, stream)));
                 descriptors.push(PollFd::from_borrowed_fd(descriptor, PollFlags::IN));
             }
         }
-        let timeout = self.plan.next().map(|until| until.saturating_duration_since(Instant::now()));
+        let restart = self.restarts.iter().map(|(at, _)| *at).min();
+        let timeout = self.plan.next().into_iter().chain(restart).min().map(|until| until.saturating_duration_since(Instant::now()));
         let timeout = timeout.and_then(|duration| Timespec::try_from(duration).ok());
         match poll(&mut descriptors, timeout.as_ref()) {
             Ok(_) | Err(rustix::io::Errno::INTR) => {}
@@ -172,9 +217,10 @@ impl Supervisor {
                 continue;
             }
             match source {
-                None => ready.signals = true,
-                Some((index, None)) => ready.ended.push(index),
-                Some((index, Some(stream))) => ready.streams.push((index, stream)),
+                Source::Signal => ready.signals = true,
+                Source::Control => ready.control = true,
+                Source::End(index) => ready.ended.push(index),
+                Source::Output(index, stream) => ready.streams.push((index, stream)),
             }
         }
         Ok(ready)
@@ -222,16 +268,23 @@ impl Supervisor {
         let ended = &self.children[index];
         let mut others = self.children.iter().filter(|child| child.is_running()).peekable();
         let is_last = others.peek().is_none();
-        if !end.success {
+        if ended.role == Role::Transient {
+            if !end.success && !self.plan.is_ending() {
+                self.output.note(&format!("{} {}; the others continue without it", ended.name, end.how));
+                let name = ended.name.clone();
+                self.plan_restart(&name, Instant::now());
+                return;
+            }
+        } else if !end.success {
             // A process that was told to stop may end with any status; the status of one that ends by itself counts.
             if !self.plan.is_stopping() {
                 let rest = if is_last { "" } else { "; waiting for the others to end" };
                 self.output.note(&format!("{} {}{rest}", ended.name, end.how));
             }
             self.plan.failed(end.exit_code, Instant::now());
-        } else if !is_last && (ended.role == Role::Rti || others.all(|child| child.role == Role::Rti)) {
+        } else if !is_last && (ended.role == Role::Rti || others.all(|child| child.role != Role::Federate)) {
             // The RTI and the last federates end at the same time, in any order; a process that stays much longer
-            // hangs.
+            // hangs. A federation ends with its persistent federates.
             self.plan.federation_over(Instant::now());
         }
     }

@@ -233,6 +233,7 @@ impl FederateBuilder<'_> {
             name: part.name.clone(),
             at: places.at(tree.instances[part.top].span),
             host: part.host.clone(),
+            transient: part.is_transient,
             outputs: self.outputs(),
             inputs: self.inputs(),
             own_ports: self.context.network.own_ports[self.part].clone(),

@@ -74,7 +74,24 @@ impl DeploymentChecker<'_> {
             self.error(raw_mac.referenced, message, Some("add `ethernet: LABEL`, as in the board's devicetree"));
         }
         let text = |value: &Option<Spanned<String>>| value.as_ref().map(|text| text.value.clone());
-        Some(Place { platform, network, mac, ethernet, runner: text(&raw.runner), probe: text(&raw.probe) })
+        let (runner, probe) = (text(&raw.runner), text(&raw.probe));
+        Some(Place { platform, network, mac, ethernet, runner, probe, restarts: false })
+    }
+
+    /// Returns whether a federate starts again when it has failed.
+    pub(super) fn restarts(&mut self, name: &str, raw: &RawPlace, plan: &Plan) -> bool {
+        let Some(restart) = &raw.restart else { return false };
+        let restarts = restart.value == "on-failure";
+        if !restarts && restart.value != "never" {
+            let message = format!("`restart`: \"{}\" is not known", restart.value);
+            self.error(restart.referenced, message, Some("write `on-failure`, or `never`, which is the default"));
+        }
+        let is_transient = plan.federates.iter().any(|federate| federate.name == name && federate.transient);
+        if restarts && !is_transient {
+            let message = format!("`restart`: {name} is not transient, and a federation takes no such federate back");
+            self.error(restart.referenced, message, Some("write `@transient` before its instance"));
+        }
+        restarts
     }
 
     fn platform(&mut self, raw: &Spanned<String>) -> Option<Platform> {

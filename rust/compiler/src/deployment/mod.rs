@@ -16,6 +16,7 @@
 //!     ethernet: eth                 # optional; the devicetree label of the MAC, where it is not known
 //!     runner: pyocd                 # optional; as in `west flash --runner`
 //!     probe: "0240000034544e45"     # optional; which of several probes
+//!   filter: { platform: host, restart: on-failure }   # a transient federate that starts again when it has failed
 //! ```
 //!
 //! The RTI can be an image, too: alone on a board, for which it has the keys of a federate beside its port, or jointly
@@ -95,6 +96,8 @@ pub struct Place {
     pub runner: Option<String>,
     /// The probe to which the board is attached.
     pub probe: Option<String>,
+    /// Whether the federate, which is transient, starts again when it has failed.
+    pub restarts: bool,
 }
 
 impl Place {

@@ -38,7 +38,9 @@ fn check(path: &str, raw: &RawDeployment, plan: &Plan) -> Result<Deployment, Vec
             continue;
         };
         checker.known(name, spanned.referenced, plan);
+        let restarts = checker.restarts(name, &spanned.value, plan);
         if let Some(place) = checker.place(name, &spanned.value) {
+            let place = Place { restarts, ..place };
             deployment.federates.insert((*name).clone(), place);
         }
     }

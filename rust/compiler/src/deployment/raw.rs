@@ -57,12 +57,13 @@ participant!(RawRti { platform: Key, port: Key });
 participant!(RawPlace {
     platform: Spanned<String>,
     joint_rti: Option<Spanned<bool>>,
+    restart: Key,
 });
 
 impl RawRti {
     /// Returns the keys of its place, on a platform.
     pub(super) fn place(&self, platform: Spanned<String>) -> RawPlace {
         let [ip, netmask, prefix, gateway, mac, ethernet, runner, probe] = self.keys().map(|(_, value)| value.clone());
-        RawPlace { platform, joint_rti: None, ip, netmask, prefix, gateway, mac, ethernet, runner, probe }
+        RawPlace { platform, joint_rti: None, restart: None, ip, netmask, prefix, gateway, mac, ethernet, runner, probe }
     }
 }

@@ -25,6 +25,9 @@ pub struct Federate {
     pub at: Location,
     /// The host from `at`, if it is given.
     pub host: Option<String>,
+    /// Whether it comes and goes while the federation runs.
+    #[serde(default, skip_serializing_if = "core::ops::Not::not")]
+    pub transient: bool,
     /// The instance tree, parents before children, in order of declaration.
     pub instances: Vec<Instance>,
     /// The ports that store a value. An input that is connected without delay is the port that feeds it.

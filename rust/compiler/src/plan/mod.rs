@@ -12,6 +12,8 @@ mod serializer;
 mod shape;
 mod source;
 
+use std::collections::BTreeSet;
+
 use serde::{Deserialize, Serialize};
 
 pub use crate::lexical::Language;
@@ -213,6 +215,20 @@ pub struct Rti {
 }
 
 impl Plan {
+    /// Returns the number of federates that come and go while the federation runs.
+    pub fn transients(&self) -> usize {
+        self.federates.iter().filter(|federate| federate.transient).count()
+    }
+
+    /// Returns the federates that come and go among this one and its neighbors, in order of id.
+    pub fn transient_neighbors(&self, federate: &Federate) -> Vec<u16> {
+        let others = federate.upstream.iter().map(|upstream| upstream.federate).chain(federate.downstream.clone());
+        let direct = federate.peers_in().into_iter().chain(federate.peers_out());
+        let near: BTreeSet<u16> = others.chain(direct).chain([federate.id]).collect();
+        let transient = self.federates.iter().filter(|other| other.transient && near.contains(&other.id));
+        transient.map(|other| other.id).collect()
+    }
+
     /// Returns the class of an instance.
     ///
     /// # Panics

@@ -137,11 +137,14 @@ impl Plan {
     }
 
     fn render_head(&self, federate: &Federate, f: &mut Formatter<'_>) -> fmt::Result {
-        match (&self.rti, &federate.host) {
-            (None, _) => writeln!(f, "main reactor {}", federate.name),
-            (Some(_), None) => writeln!(f, "federate {} {}", federate.id, federate.name),
-            (Some(_), Some(host)) => writeln!(f, "federate {} {} at {host}", federate.id, federate.name),
+        if self.rti.is_none() {
+            return writeln!(f, "main reactor {}", federate.name);
         }
+        write!(f, "federate {} {}", federate.id, federate.name)?;
+        if let Some(host) = &federate.host {
+            write!(f, " at {host}")?;
+        }
+        writeln!(f, "{}", if federate.transient { ", transient" } else { "" })
     }
 
     fn render_federate(&self, federate: &Federate, f: &mut Formatter<'_>) -> fmt::Result {

@@ -5,7 +5,7 @@
 use super::checker::Checker;
 use super::model::{CheckedParameter, Sending, Wait};
 use super::of_main;
-use crate::diagnostics::{Code, Diagnostic, did_you_mean};
+use crate::diagnostics::{Code, Diagnostic, Span, did_you_mean};
 use crate::syntax::ast::{Attribute, Expression, ExpressionKind, Literal};
 
 /// The maximum capacity of a queue.
@@ -35,6 +35,8 @@ pub(super) enum AttributeTarget<'c, 'p> {
 pub(super) struct Container<'c, 'p> {
     /// Whether it is a main or federated reactor, whose instances can be federates.
     pub(super) is_main: bool,
+    /// Whether it is a federated reactor.
+    pub(super) is_federated: bool,
     pub(super) parameters: &'c [CheckedParameter<'p>],
 }
 
@@ -45,13 +47,15 @@ pub(super) struct Attributes<'p> {
     pub(super) max_wait: Option<Wait<'p>>,
     pub(super) absent_after: Option<Wait<'p>>,
     pub(super) sending: Sending<'p>,
+    /// The place of `@transient`.
+    pub(super) transient: Option<Span>,
 }
 
 /// Attributes that only diagrams use; each takes one string, except for `layout`, which takes an option and its value.
 const FOR_DIAGRAMS: &[&str] = &["label", "icon", "side", "layout"];
 
 /// Attributes with a meaning.
-const HONOURED: &[&str] = &["capacity", "maxwait", "absent_after", "serializer", "max_length"];
+const HONOURED: &[&str] = &["capacity", "maxwait", "absent_after", "serializer", "max_length", "transient"];
 
 /// Names of `@capacity` in micro LF.
 const CAPACITY: [&str; 3] = ["capacity", "max_pending_events", "buffer"];
@@ -71,12 +75,11 @@ const IDLE: &[(&str, &str)] = &[
     ("platform_zephyr", "the deployment file says where a federate runs"),
     ("platform_riot", "the deployment file says where a federate runs"),
     ("platform_freertos", "the deployment file says where a federate runs"),
-    ("joining_policy", "all federates are there from the start to the end"),
+    ("joining_policy", "a federate that may come later is `@transient`"),
 ];
 
 /// Attributes of LF that are not supported, each with the alternative.
 pub(super) const UNSUPPORTED: &[(&[&str], &str)] = &[
-    (&["transient"], "remove it: all federates are there from the start to the end"),
     (&["language"], "remove it: the target declaration chooses the language of all reactors of a program"),
 ];
 
@@ -105,6 +108,8 @@ impl<'p> Checker<'p> {
                 *place = wait.or(*place);
             } else if name == "serializer" || name == "max_length" {
                 self.check_sending(attribute, target, &mut found.sending);
+            } else if name == "transient" {
+                found.transient = self.transient(attribute, target).or(found.transient);
             } else if of_main::ATTRIBUTES.iter().any(|(known, _)| *known == name) {
                 self.check_of_main(attribute, target);
             } else if let Some((_, reason)) = IDLE.iter().find(|(idle, _)| *idle == name) {
@@ -174,6 +179,20 @@ impl<'p> Checker<'p> {
             let hint = format!("write `@{name}(\"…\")`");
             self.report(Diagnostic::new(Code::BadAttribute, attribute.span, message).hint(hint));
         }
+    }
+
+    /// Returns the place of `@transient`.
+    fn transient(&mut self, attribute: &Attribute, target: AttributeTarget<'_, '_>) -> Option<Span> {
+        let is_federate = matches!(target, AttributeTarget::Instance(container) if container.is_federated);
+        let (message, hint) = if !is_federate {
+            ("only a federate can be transient", "write `@transient` before an instance in the federated reactor")
+        } else if !attribute.parameters.is_empty() {
+            ("the attribute `@transient` takes no value", "write `@transient`")
+        } else {
+            return Some(attribute.span);
+        };
+        self.report(Diagnostic::new(Code::BadAttribute, attribute.span, message).hint(hint));
+        None
     }
 
     fn capacity(&mut self, attribute: &Attribute, target: AttributeTarget<'_, '_>) -> Option<usize> {

@@ -16,8 +16,8 @@ impl<'p> Checker<'p> {
         let mut connections = Vec::new();
         for declared in &class.ast.body.connections {
             let is_main = class.ast.kind != ast::ReactorKind::Plain;
-            let container = Container { is_main, parameters: &class.parameters };
-            let Attributes { capacity, max_wait, absent_after, sending } =
+            let container = Container { is_main, is_federated: false, parameters: &class.parameters };
+            let Attributes { capacity, max_wait, absent_after, sending, .. } =
                 self.check_attributes(&declared.attributes, AttributeTarget::Connection(container));
             let sending = self.connection_sending(declared, sending);
             if let Some(after) = &declared.after {

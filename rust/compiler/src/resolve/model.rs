@@ -152,6 +152,8 @@ pub(crate) struct CheckedChild<'p> {
     pub(crate) arguments: Vec<Option<&'p ast::Expression>>,
     /// `@maxwait`, in a main or federated reactor.
     pub(crate) max_wait: Option<Wait<'p>>,
+    /// The place of `@transient`, in a federated reactor.
+    pub(crate) transient: Option<Span>,
 }
 
 /// The time of `@maxwait` or `@absent_after`, in the scope of the containing reactor.

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //! The selection and the order of the reactors to check.
 
-use super::attributes::{AttributeTarget, Container};
+use super::attributes::{AttributeTarget, Attributes, Container};
 use super::checker::Checker;
 use super::expand::Expanded;
 use super::load::Program;
@@ -63,13 +63,15 @@ impl<'p> Checker<'p> {
                 self.check_width(width, &class.parameters);
             }
             let is_main = class.ast.kind != ast::ReactorKind::Plain;
-            let container = Container { is_main, parameters: &class.parameters };
-            let max_wait = self.check_attributes(&instance.attributes, AttributeTarget::Instance(container)).max_wait;
+            let is_federated = class.ast.kind == ast::ReactorKind::Federated;
+            let container = Container { is_main, is_federated, parameters: &class.parameters };
+            let Attributes { max_wait, transient, .. } =
+                self.check_attributes(&instance.attributes, AttributeTarget::Instance(container));
             if let Some(ClassId(contained)) = id {
                 self.check_language(instance, class, &classes[contained]);
             }
             let arguments = id.map_or_else(Vec::new, |id| self.arguments(instance, class, &classes[id.0]));
-            children.push(CheckedChild { ast: instance, class: id, arguments, max_wait });
+            children.push(CheckedChild { ast: instance, class: id, arguments, max_wait, transient });
         }
         classes[position].children = children;
     }

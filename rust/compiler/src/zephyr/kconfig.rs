@@ -80,6 +80,14 @@ fn network_of_federate(fragment: &mut Fragment, plan: &Plan, federate: &Federate
     let own = federate_sockets(plan, federate);
     fragment.comment("The sockets of the federate.");
     fragment.set("LF_SOCKETS", own);
+    if !plan.transient_neighbors(federate).is_empty() {
+        fragment.comment("Federates come and go while the federation runs.");
+        fragment.set("LF_TRANSIENTS", "y");
+    }
+    if place.restarts {
+        fragment.comment("It starts again when it has failed, and joins the running federation.");
+        fragment.set("LF_FATAL_REBOOT", "y");
+    }
     sockets(fragment, own, if is_joint { rti_sockets(plan) } else { 0 }, place);
     buffers(fragment, connections(plan, federate, is_joint), place);
     let peers: BTreeSet<u16> = federate.peers_in().into_iter().chain(federate.peers_out()).collect();
@@ -127,11 +135,15 @@ fn rti(fragment: &mut Fragment, plan: &Plan) {
     fragment.set("LF_RTI_FEDERATES", plan.federates.len());
     fragment.set("LF_RTI_UPSTREAM", upstream);
     fragment.set("LF_RTI_CONNECTIONS", rti_connections(plan));
+    if plan.transients() > 0 {
+        fragment.set("LF_RTI_TRANSIENTS", plan.transients());
+    }
 }
 
 /// Returns the number of connections: one for each federate, and one to reject a stranger.
 fn rti_connections(plan: &Plan) -> usize {
-    plan.federates.len() + 1
+    // A second instance of a transient federate connects while the first one is there.
+    plan.federates.len() + 1 + usize::from(plan.transients() > 0)
 }
 
 /// Returns the number of sockets: the connections, the listener, and a port for the datagrams of clock synchronization.

@@ -46,6 +46,14 @@ impl<'a> Awaited<'a> {
         }
     }
 
+    /// Records that a network input is known up to this tag only: its sender, which was absent, has come.
+    #[cfg(feature = "transients")]
+    pub fn forget(&mut self, port: u16, tag: Tag) {
+        for (_, known) in self.inputs.iter().zip(&mut *self.known).filter(|(input, _)| input.port == port) {
+            *known = tag;
+        }
+    }
+
     /// Returns whether an input is known up to this tag.
     pub fn is_known(&self, port: u16, tag: Tag) -> bool {
         self.known().filter(|(input, _)| input.port == port).all(|(_, known)| known >= tag)

@@ -82,6 +82,8 @@ pub struct Config<'a, N = All> {
     pub listening: Option<u16>,
     /// The federates to which this one sends directly, each once.
     pub peers: &'a [u16],
+    /// The transient federates among this one and its neighbors: they come and go while the federation runs.
+    pub transients: &'a [u16],
     /// The clock synchronization to take part in.
     pub clock_sync: ClockSync,
     /// The port on which this federate awaits the datagrams of clock synchronization. Without one, [`ClockSync::On`]
@@ -124,6 +126,7 @@ impl<'a, N: Needs> Config<'a, N> {
             downstream: &[],
             listening: None,
             peers: &[],
+            transients: &[],
             clock_sync: ClockSync::Init { trials: CLOCK_SYNC_TRIALS },
             udp_port: None,
             rti: None,
@@ -139,6 +142,16 @@ impl<'a, N: Needs> Config<'a, N> {
     /// Returns the federates to which this one sends directly.
     pub(super) fn peers(&self) -> &'a [u16] {
         if N::PEERS_OUT { self.peers } else { &[] }
+    }
+
+    /// Returns whether this federate comes and goes while the federation runs.
+    pub(super) fn is_transient(&self) -> bool {
+        self.may_be_absent(self.id)
+    }
+
+    /// Returns whether a federate, this one or a neighbor, comes and goes while the federation runs.
+    pub(super) fn may_be_absent(&self, federate: FederateId) -> bool {
+        N::TRANSIENTS && self.transients.contains(&federate.0)
     }
 
     /// Returns the way in which federates keep the order of tags.

@@ -17,6 +17,7 @@
 use lf_model::time::Instant;
 use lf_wire::{ADDRESS_PORT_UNKNOWN, Message};
 
+use super::outbox::query;
 use super::peers::ADDRESS_RETRY;
 use crate::{Deadline, FederateId};
 
@@ -59,13 +60,19 @@ impl Departure {
         false
     }
 
+    /// Returns whether the RTI owes an answer.
+    #[cfg(feature = "transients")]
+    pub(super) fn is_asked(&self) -> bool {
+        matches!(self.question, Inquiry::Asked(_))
+    }
+
     /// Returns the next advertisement or question for the RTI, from the federate with this id.
     pub(super) fn due(&self, own: FederateId) -> Option<Message<'static>> {
         let Inquiry::Due(federate) = self.question else { return None };
         Some(match self.reports {
             None if !self.advertised => Message::AddressAdvertisement { port: ADDRESS_PORT_UNKNOWN },
-            None => query(own),
-            Some(_) => query(federate),
+            None => query(own, false),
+            Some(_) => query(federate, false),
         })
     }
 
@@ -112,10 +119,6 @@ impl Departure {
     }
 }
 
-const fn query(federate: FederateId) -> Message<'static> {
-    Message::AddressQuery { federate: federate.0, is_transient: Some(false) }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -135,30 +138,30 @@ mod tests {
         let (mut departure, now) = (Departure::default(), Instant::from_nanos(5));
         assert_eq!(departure.due(OWN), None);
         assert!(!departure.has_left(OTHER));
-        assert_eq!([transmit(&mut departure), transmit(&mut departure)], [Some(ADVERTISEMENT), Some(query(OWN))]);
+        assert_eq!([transmit(&mut departure), transmit(&mut departure)], [Some(ADVERTISEMENT), Some(query(OWN, false))]);
         assert!(transmit(&mut departure).is_none());
         // Our RTI keeps the address of this federate.
         departure.answered(now, true, true);
-        assert_eq!(transmit(&mut departure), Some(query(OTHER)));
+        assert_eq!(transmit(&mut departure), Some(query(OTHER, false)));
         // It is there, and no federate connects to it.
         departure.answered(now, false, true);
         assert!(!departure.has_left(OTHER) && departure.due(OWN).is_none());
         let again = now + ADDRESS_RETRY;
         assert_eq!(departure.poll_timeout(), Deadline::At(again));
         departure.handle_timeout(again);
-        assert_eq!(transmit(&mut departure), Some(query(OTHER)));
+        assert_eq!(transmit(&mut departure), Some(query(OTHER, false)));
         departure.answered(again, false, false);
         assert!(departure.has_left(OTHER));
         // For the next one, this federate knows already what the RTI reports.
         assert!(!departure.has_left(FederateId(2)));
-        assert_eq!(transmit(&mut departure), Some(query(FederateId(2))));
+        assert_eq!(transmit(&mut departure), Some(query(FederateId(2), false)));
     }
 
     #[test]
     fn an_rti_that_forgets_addresses_is_asked_once_and_tells_of_no_departure() {
         let mut departure = Departure::default();
         assert!(!departure.has_left(OTHER));
-        assert_eq!([transmit(&mut departure), transmit(&mut departure)], [Some(ADVERTISEMENT), Some(query(OWN))]);
+        assert_eq!([transmit(&mut departure), transmit(&mut departure)], [Some(ADVERTISEMENT), Some(query(OWN, false))]);
         departure.answered(Instant::from_nanos(5), false, true);
         assert!(departure.has_left(OTHER) && departure.has_left(FederateId(2)));
         assert_eq!((departure.due(OWN), departure.poll_timeout()), (None, Deadline::Never));
@@ -170,10 +173,10 @@ mod tests {
         assert!(!departure.has_left(OTHER) && !departure.has_left(FederateId(2)));
         while transmit(&mut departure).is_some() {}
         departure.answered(now, true, true);
-        assert_eq!(transmit(&mut departure), Some(query(OTHER)));
+        assert_eq!(transmit(&mut departure), Some(query(OTHER, false)));
         departure.answered(now, false, false);
         assert!(!departure.has_left(FederateId(2)) && departure.has_left(OTHER));
         assert!(!departure.has_left(FederateId(2)));
-        assert_eq!(transmit(&mut departure), Some(query(FederateId(2))));
+        assert_eq!(transmit(&mut departure), Some(query(FederateId(2), false)));
     }
 }

@@ -29,10 +29,33 @@ pub enum Event<'m> {
         /// The address at which it listens.
         address: Endpoint,
     },
-    /// A federate directly upstream has left: nothing more comes from it.
+    /// A federate directly upstream has left: nothing more comes from it, until it comes again if it is transient.
     UpstreamLeft(FederateId),
+    /// A transient federate directly upstream has come: its first tag is later than all that have been granted.
+    #[cfg(feature = "transients")]
+    UpstreamCame(FederateId),
+    /// A transient federate has come to which this one sends directly: call [`Federate::find_peer`] while this one
+    /// runs.
+    ///
+    /// [`Federate::find_peer`]: super::Federate::find_peer
+    #[cfg(feature = "transients")]
+    PeerCame(FederateId),
+    /// Such a federate has left: close the connection to it.
+    #[cfg(feature = "transients")]
+    PeerLeft(FederateId),
+    /// Another instance takes the place of this federate, which stops alone, one microstep after its current tag.
+    #[cfg(feature = "transients")]
+    Replaced,
     /// All federates have joined: logical time begins at this physical time.
     Started(Instant),
+    /// This federate, which is transient, has joined the federation.
+    #[cfg(feature = "transients")]
+    Joined {
+        /// The physical time at which the logical time of the federation began.
+        start: Instant,
+        /// The first tag of this federate.
+        tag: Tag,
+    },
     /// More tags may be possible: all up to and including this one.
     Granted(Tag),
     /// A provisional grant, in a cycle without delay. The federate may begin this tag, and has to begin it even without

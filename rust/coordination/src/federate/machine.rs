@@ -20,6 +20,8 @@ use super::physical::PhysicalActions;
 use super::session::Session;
 use super::stop::Stop;
 use super::tags::{Arrival, Tags};
+#[cfg(feature = "transients")]
+use super::transients::Transients;
 use crate::auth::Nonce;
 use crate::tag::{from_wire, to_wire};
 use crate::{Deadline, Endpoint, FederateId, IpAddress};
@@ -34,6 +36,8 @@ pub struct Federate<'a, N: Needs = All> {
     physical: PhysicalActions,
     pace: Pace,
     pub(super) departure: Departure,
+    #[cfg(feature = "transients")]
+    pub(super) transients: Transients,
     pub(super) stop: Stop,
 }
 
@@ -56,6 +60,8 @@ impl<'a, N: Needs> Federate<'a, N> {
             physical: PhysicalActions::new(physical_delay, config.advance_interval),
             pace: Pace::default(),
             departure: Departure::default(),
+            #[cfg(feature = "transients")]
+            transients: Transients::new(),
             stop: Stop::new(),
             config,
         })
@@ -94,6 +100,10 @@ impl<'a, N: Needs> Federate<'a, N> {
     /// # Errors
     /// If this federate cannot go on. It has then failed: send FAILED if the connection still allows it.
     pub fn handle_message<'m>(&mut self, now: Instant, message: Message<'m>) -> Result<Event<'m>, FederateError> {
+        #[cfg(feature = "transients")]
+        if let Some(event) = self.handle_of_transients(&message) {
+            return Ok(event);
+        }
         let result = match self.phase() {
             Phase::Running => self.handle_running(now, message),
             // The RTI may not know yet that this federate has ended.
@@ -214,16 +224,21 @@ impl<'a, N: Needs> Federate<'a, N> {
 
     /// Records that the federate of the last [`Event::PeerFound`] accepts this one's messages.
     pub fn peer_connected(&mut self, now: Instant) {
+        #[cfg(feature = "transients")]
+        self.transients.end_search();
         self.session.peer_connected(&self.config, &self.clock, now);
     }
 
-    /// Handles that the connection of [`Event::PeerFound`] could not be made, or ended before it was accepted. The
-    /// federate asks for the address again after a while, because it may have changed.
+    /// Handles that the connection of [`Event::PeerFound`] could not be made, or ended before it was accepted. Before
+    /// the start the federate asks for the address again after a while, because it may have changed; but it goes on
+    /// without a transient federate.
     ///
     /// # Errors
     /// When the time for it is over.
     pub fn peer_lost(&mut self, now: Instant) -> Result<(), FederateError> {
-        let result = self.session.peer_lost(&self.config, now);
+        #[cfg(feature = "transients")]
+        self.transients.end_search();
+        let result = self.session.peer_lost(&self.config, &self.clock, now);
         self.fail_on_error(result)
     }
 
@@ -231,9 +246,11 @@ impl<'a, N: Needs> Federate<'a, N> {
     /// can tell. If the answer is not known, asks the RTI: call this function again whenever a message of the RTI has
     /// been handled.
     ///
-    /// After its own last tag a federate has nothing to lose, and does not ask.
+    /// After its own last tag a federate has nothing to lose, and does not ask. A transient federate may leave in any
+    /// way.
     pub fn has_left(&mut self, federate: FederateId) -> bool {
-        !N::PEERS_IN || self.phase() != Phase::Running || self.departure.has_left(federate)
+        let asks = N::PEERS_IN && self.phase() == Phase::Running && !self.config.may_be_absent(federate);
+        !asks || self.departure.has_left(federate)
     }
 
     /// Handles the end or the break of the connection to the RTI.
@@ -279,6 +296,8 @@ impl<'a, N: Needs> Federate<'a, N> {
             {
                 self.departure.transmitted(&message);
             }
+            #[cfg(feature = "transients")]
+            Message::AddressQuery { .. } if self.searches().is_some() => self.transients.transmitted(),
             Message::T3 { .. } if N::CLOCK_SYNC => {
                 self.clock.initial.t3_leaves();
                 self.session.transmitted(&message);
@@ -314,6 +333,8 @@ impl<'a, N: Needs> Federate<'a, N> {
         match phase {
             Phase::Resigning => Some(Message::Resign),
             Phase::Running if N::PEERS_IN && self.asks().is_some() => self.asks(),
+            #[cfg(feature = "transients")]
+            Phase::Running if self.searches().is_some() => self.searches(),
             // The question comes last, so that it follows everything that the federate has to send.
             Phase::Running if N::CENTRALIZED && self.pace.is_question_due() => Some(Pace::question(self.config.id)),
             _ => None,
@@ -324,7 +345,16 @@ impl<'a, N: Needs> Federate<'a, N> {
     /// only one question is open at a time.
     fn asks(&self) -> Option<Message<'static>> {
         let waits = self.phase() != Phase::Running || self.pace.is_asked();
+        #[cfg(feature = "transients")]
+        let waits = waits || self.transients.is_asked();
         self.departure.due(self.config.id).filter(|_| !waits)
+    }
+
+    /// Returns the question for the RTI about a transient federate that has come, unless another question is open.
+    #[cfg(feature = "transients")]
+    fn searches(&self) -> Option<Message<'static>> {
+        let waits = self.phase() != Phase::Running || N::PEERS_IN && self.departure.is_asked();
+        self.transients.due().filter(|_| N::PEERS_OUT && N::TRANSIENTS && !waits)
     }
 
     /// Records that everything from [`Federate::poll_transmit`] has been written to the socket; `now` is the time after
@@ -427,7 +457,7 @@ impl<'a, N: Needs> Federate<'a, N> {
     }
 
     /// Resigns after the last tag is complete. Before the start this is [`Federate::fail`], because the others wait for
-    /// this federate. Has no effect once it has ended.
+    /// this federate unless it is transient. Has no effect once it has ended.
     pub fn finish(&mut self) {
         match self.phase() {
             Phase::Running => {
@@ -437,6 +467,7 @@ impl<'a, N: Needs> Federate<'a, N> {
                 self.session.resign();
             }
             Phase::Resigning | Phase::Ended | Phase::Failed => {}
+            phase if phase >= Phase::Synchronizing && self.config.is_transient() => self.session.resign(),
             _ => self.fail(),
         }
     }

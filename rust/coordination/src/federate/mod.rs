@@ -44,7 +44,8 @@
 //! [`Federate`] consists of parts, each with a state of its own: the way to the start and the end (`session`, with its
 //! due messages in `outbox` and the connections to others in `peers`), the clock (`clock_sync`), the state of tags
 //! (`tags`, with the rules for NETs in `net_rules`), physical actions (`physical`), how far the federate may run ahead
-//! of the RTI (`pace`), whether others have left in order (`departure`) and stops (`stop`). No part knows the whole;
+//! of the RTI (`pace`), whether others have left in order (`departure`), federates that come and go (`transients`) and
+//! stops (`stop`). No part knows the whole;
 //! `machine` passes calls to them.
 
 mod awaited;
@@ -66,6 +67,8 @@ mod physical;
 mod session;
 mod stop;
 mod tags;
+#[cfg(feature = "transients")]
+mod transients;
 mod view;
 
 pub use awaited::{Awaited, AwaitedInput};

@@ -26,6 +26,8 @@ pub trait Needs: Copy + Debug + 'static {
     const PEERS_OUT: bool = true;
     /// A direct connection is physical, and carries messages without tags.
     const UNTAGGED: bool = true;
+    /// It comes and goes while the federation runs, or a neighbor does.
+    const TRANSIENTS: bool = cfg!(feature = "transients");
     /// Physical actions can cause outputs to other federates, through the RTI.
     const PHYSICAL: bool = true;
     /// Its clock is synchronized before the start.

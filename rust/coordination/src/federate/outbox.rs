@@ -7,7 +7,7 @@
 
 use lf_model::time::Instant;
 use lf_wire::{
-    ADDRESS_PORT_UNKNOWN, Message, NeighborStructure, RejectCode, UDP_PORT_CLOCK_SYNC_INITIAL, UDP_PORT_CLOCK_SYNC_OFF,
+    ADDRESS_PORT_UNKNOWN, KIND_TRANSIENT, Message, NeighborStructure, RejectCode, UDP_PORT_CLOCK_SYNC_INITIAL, UDP_PORT_CLOCK_SYNC_OFF,
 };
 
 use super::config::{ClockSync, Config, Coordination};
@@ -48,7 +48,12 @@ impl Outbox {
             }
         }
         if self.fed_ids {
-            return Some(Message::FedIds { federate: config.id.0, federation_id: config.federation_id });
+            let (federate, federation_id) = (config.id.0, config.federation_id);
+            return Some(if config.is_transient() {
+                Message::TransientFedIds { federate, kind: KIND_TRANSIENT, federation_id }
+            } else {
+                Message::FedIds { federate, federation_id }
+            });
         }
         if self.neighbor_structure {
             let neighbors = match config.coordination() {
@@ -75,7 +80,7 @@ impl Outbox {
             return Some(Message::AddressAdvertisement { port: port.into() });
         }
         if let Some(federate) = self.address_query.filter(|_| N::PEERS_OUT) {
-            return Some(Message::AddressQuery { federate: federate.0, is_transient: Some(false) });
+            return Some(query(federate, config.may_be_absent(federate)));
         }
         if let Some(time) = self.timestamp {
             return Some(Message::Timestamp(time.as_nanos()));
@@ -91,7 +96,7 @@ impl Outbox {
         match message {
             Message::FedNonce { .. } => self.fed_nonce = None,
             Message::FedResponse { .. } => self.fed_response = None,
-            Message::FedIds { .. } => self.fed_ids = false,
+            Message::FedIds { .. } | Message::TransientFedIds { .. } => self.fed_ids = false,
             Message::NeighborStructure(_) => self.neighbor_structure = false,
             Message::UdpPort(_) => self.udp_port = false,
             Message::T3 { .. } => self.t3 = false,
@@ -110,4 +115,9 @@ impl Outbox {
     pub(super) fn clear(&mut self) {
         *self = Self::default();
     }
+}
+
+/// Returns the question for the address of a federate, which is transient or not.
+pub(super) const fn query(federate: FederateId, is_transient: bool) -> Message<'static> {
+    Message::AddressQuery { federate: federate.0, is_transient: Some(is_transient) }
 }

@@ -17,7 +17,7 @@ use super::peers::{Address, Meeting};
 use super::phase::Phase;
 use crate::auth::{Nonce, Proof};
 use crate::clock_sync::Estimate;
-use crate::{Deadline, IpAddress};
+use crate::{Deadline, FederateId, IpAddress};
 
 /// The state of the session.
 #[derive(Clone, Debug)]
@@ -54,6 +54,16 @@ impl Session {
     /// Returns the index of the federate to connect to next.
     pub(super) fn next_peer_index(&self, config: &Config<'_, impl Needs>) -> Option<usize> {
         self.meeting.next_index(config.peers())
+    }
+
+    /// Begins to run, unless that has to wait for something else. Returns whether it did.
+    #[cfg(feature = "transients")]
+    pub(super) fn start(&mut self) -> bool {
+        let starts = self.phase == Phase::Starting && self.outbox.timestamp.is_none();
+        if starts {
+            self.phase = Phase::Running;
+        }
+        starts
     }
 
     /// Returns the message that is due.
@@ -123,11 +133,12 @@ impl Session {
             (Phase::Disconnected, _) => Err(FederateError::unexpected(message, self.phase)),
             (_, Message::Failed) => Err(FederateError::RtiFailed),
             (Phase::Meeting, Message::AddressQueryReply { port, address }) if N::PEERS_OUT => {
-                Ok(self.handle_address(config, now, port, IpAddress::V4(address.into())))
+                Ok(self.handle_address(config, clock, now, port, IpAddress::V4(address.into())))
             }
             #[cfg(feature = "ipv6")]
             (Phase::Meeting, Message::AddressQueryReplyIpv6 { port, address, scope }) if N::PEERS_OUT => {
-                Ok(self.handle_address(config, now, port, config.as_seen_here(address.into(), scope)))
+                let address = config.as_seen_here(address.into(), scope);
+                Ok(self.handle_address(config, clock, now, port, address))
             }
             #[cfg(feature = "ipv6")]
             (_, Message::AddressQueryReplyIpv6 { .. }) => Ok(Event::None),
@@ -282,19 +293,27 @@ impl Session {
             self.outbox.address_query = next;
         } else {
             self.phase = Phase::Starting;
-            self.outbox.timestamp = Some(clock.correction().physical(now));
+            let time = clock.correction().physical(now);
+            #[cfg(feature = "transients")]
+            let time = time + config.join_delay();
+            self.outbox.timestamp = Some(time);
         }
     }
 
     fn handle_address(
         &mut self,
         config: &Config<'_, impl Needs>,
+        clock: &Clock,
         now: Instant,
         port: i32,
         ip: IpAddress,
     ) -> Event<'static> {
         match self.meeting.handle_address(config.peers(), now, port, ip) {
             Address::Unasked => Event::None,
+            Address::AskAgain(_) if self.meets_transient(config) => {
+                self.meet_next(config, clock, now);
+                Event::None
+            }
             Address::AskAgain(time) => {
                 self.deadline = Deadline::At(time);
                 Event::None
@@ -306,14 +325,32 @@ impl Session {
     /// Records that the federate of the last [`Event::PeerFound`] accepts this one's messages.
     pub(super) fn peer_connected(&mut self, config: &Config<'_, impl Needs>, clock: &Clock, now: Instant) {
         if self.phase == Phase::Meeting {
-            self.meeting.connected();
-            self.meet(config, clock, now);
+            self.meet_next(config, clock, now);
         }
     }
 
+    /// Goes on to the next federate to which this one sends.
+    fn meet_next(&mut self, config: &Config<'_, impl Needs>, clock: &Clock, now: Instant) {
+        self.meeting.connected();
+        self.meet(config, clock, now);
+    }
+
+    /// Returns whether the federate to connect to next may be absent.
+    fn meets_transient(&self, config: &Config<'_, impl Needs>) -> bool {
+        let next = self.meeting.next_index(config.peers()).and_then(|index| config.peers().get(index));
+        next.is_some_and(|federate| config.may_be_absent(FederateId(*federate)))
+    }
+
     /// Handles that the connection of [`Event::PeerFound`] could not be made, or ended before it was accepted.
-    pub(super) fn peer_lost(&mut self, config: &Config<'_, impl Needs>, now: Instant) -> Result<(), FederateError> {
-        if self.phase == Phase::Meeting {
+    pub(super) fn peer_lost(
+        &mut self,
+        config: &Config<'_, impl Needs>,
+        clock: &Clock,
+        now: Instant,
+    ) -> Result<(), FederateError> {
+        if self.phase == Phase::Meeting && self.meets_transient(config) {
+            self.meet_next(config, clock, now);
+        } else if self.phase == Phase::Meeting {
             let again = self.meeting.lost(config.peers(), now);
             self.deadline = Deadline::At(again.map_err(|federate| FederateError::PeerUnreachable { federate })?);
         }

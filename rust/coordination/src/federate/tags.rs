@@ -84,6 +84,13 @@ impl<N: Needs> Tags<N> {
         self.start = Some(start);
     }
 
+    /// Sets the start of logical time and the first tag of this federate, which joins later.
+    #[cfg(feature = "transients")]
+    pub(super) fn join(&mut self, start: Instant, first: Tag) {
+        self.start = Some(start);
+        self.current = first.before();
+    }
+
     /// Returns the start of logical time; `None` while it is not known.
     pub(super) fn start_time(&self) -> Option<Instant> {
         self.start

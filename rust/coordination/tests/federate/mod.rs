@@ -23,7 +23,7 @@ macro_rules! dialogues {
 
 #[path = "."]
 mod all {
-    dialogues!(lf_coordination::federate::All: cycles, decentralized, handshake, peers, running);
+    dialogues!(lf_coordination::federate::All: cycles, decentralized, handshake, peers, running, transients);
 }
 
 #[path = "."]

@@ -3,12 +3,14 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use lf_coordination::federate::{Awaited, AwaitedInput, ClockSync, Config, Event, Federate, TAGS_AHEAD_MAX};
+use lf_coordination::federate::{
+    Awaited, AwaitedInput, ClockSync, Config, Event, Federate, FederateError, Phase, TAGS_AHEAD_MAX,
+};
 use lf_coordination::rti::ConnectionId;
 use lf_coordination::{FederateId, to_wire};
 use lf_model::time::{Instant, Interval, Tag};
 use lf_testkit::messages::encoded;
-use lf_wire::{DELAY_NONE, Decoded, Limits, Message, decode};
+use lf_wire::{DELAY_NONE, Decoded, Limits, Message, decode, decode_to_transient};
 
 use super::graph::{END_NS, Edge, Graph, Inputs, Trace};
 use lf_testkit::rti::Rig;
@@ -25,7 +27,7 @@ struct Open {
 pub(crate) struct Participant {
     pub(crate) federate: Federate<'static>,
     pub(crate) connection: ConnectionId,
-    id: u16,
+    pub(crate) id: u16,
     graph: Graph,
     awaited: Awaited<'static>,
     /// The connections to others, with their ports.
@@ -34,6 +36,11 @@ pub(crate) struct Participant {
     messages: BTreeMap<Tag, Inputs>,
     open: Option<Open>,
     pub(crate) trace: Trace,
+    /// What it has sent: port, tag and value.
+    pub(crate) sent: Vec<(u16, Tag, u32)>,
+    /// Its first tag, and the last one if it stops alone.
+    first: Option<Tag>,
+    alone: Tag,
     incoming: Vec<u8>,
     pub(crate) outgoing: Vec<u8>,
     /// The number of bytes in `outgoing` beyond which there is no room for control messages.
@@ -58,6 +65,17 @@ fn leak<T>(items: impl IntoIterator<Item = T>) -> &'static mut [T] {
 
 impl Participant {
     pub(crate) fn new(id: u16, graph: &Graph, rig: &mut Rig, room: usize) -> Self {
+        Self::with_transients(id, graph, rig, room, &[])
+    }
+
+    /// Returns a federate of a federation in which these are transient, which may be one of them.
+    pub(crate) fn with_transients(
+        id: u16,
+        graph: &Graph,
+        rig: &mut Rig,
+        room: usize,
+        transients: &'static [u16],
+    ) -> Self {
         let mut upstream: BTreeMap<u16, i64> = BTreeMap::new();
         for edge in graph.edges.iter().filter(|edge| edge.to == id) {
             let delay = edge.delay.map_or(DELAY_NONE, Interval::as_nanos);
@@ -67,22 +85,32 @@ impl Participant {
         let mut config = Config::new(FederateId(id), b"random");
         config.upstream = leak(upstream);
         config.downstream = leak(downstream);
+        config.transients = transients;
         config.clock_sync = if id.is_multiple_of(2) { ClockSync::Init { trials: 3 } } else { ClockSync::Off };
         let awaited = graph.numbered().filter(|(_, edge)| edge.to == id && graph.is_awaited(*edge));
         let inputs: &[_] = leak(awaited.map(|(port, _)| AwaitedInput { port, level: input_level(port) }));
         let mut federate = Federate::new(config).unwrap();
         federate.handle_connected(rig.now, [0; 8]);
+        let mut awaited = Awaited::new(inputs, leak(inputs.iter().map(|_| Tag::NEVER))).unwrap();
+        for (port, edge) in graph.numbered().filter(|(_, edge)| transients.contains(&edge.from)) {
+            if edge.to == id {
+                awaited.learn(port, Tag::FOREVER);
+            }
+        }
         Self {
             federate,
             connection: rig.connect(),
             id,
             graph: graph.clone(),
-            awaited: Awaited::new(inputs, leak(inputs.iter().map(|_| Tag::NEVER))).unwrap(),
+            awaited,
             outputs: graph.numbered().filter(|(_, edge)| edge.from == id).collect(),
             timer: None,
             messages: BTreeMap::new(),
             open: None,
             trace: BTreeMap::new(),
+            sent: Vec::new(),
+            first: None,
+            alone: Tag::FOREVER,
             incoming: Vec::new(),
             outgoing: Vec::new(),
             room,
@@ -92,15 +120,29 @@ impl Participant {
 
     /// Receives bytes from the RTI, and handles every whole message.
     pub(crate) fn receive(&mut self, now: Instant, bytes: &[u8]) {
+        assert_eq!(self.try_receive(now, bytes), Ok(true));
+    }
+
+    /// Does the same, where it may be an error. Returns `false` if its id is in use.
+    pub(crate) fn try_receive(&mut self, now: Instant, bytes: &[u8]) -> Result<bool, FederateError> {
         self.incoming.extend(bytes);
         let incoming = std::mem::take(&mut self.incoming);
         let mut rest = &incoming[..];
-        while let Decoded::Complete { message, len } = decode(rest, &Limits::NONE).unwrap() {
-            match self.federate.handle_message(now, message).unwrap() {
-                Event::Started(start) => {
-                    self.federate.limit_stop(Tag::at(start + Interval::from_nanos(END_NS)));
-                    self.timer = Some(Tag::at(start));
+        while let Decoded::Complete { message, len } = self.decode(rest) {
+            match self.federate.handle_message(now, message)? {
+                Event::IdInUse => return Ok(false),
+                Event::Started(start) => self.begin(start, Tag::at(start)),
+                Event::Joined { start, tag } => self.begin(start, tag),
+                Event::UpstreamCame(federate) => {
+                    let provisional = self.federate.granted_provisionally().unwrap_or(Tag::NEVER);
+                    let known = self.federate.granted().max(provisional);
+                    self.of(federate).into_iter().for_each(|port| self.awaited.forget(port, known));
                 }
+                Event::UpstreamLeft(federate) => {
+                    self.of(federate).into_iter().for_each(|port| self.awaited.learn(port, Tag::FOREVER));
+                }
+                Event::Replaced if self.federate.phase() == Phase::Running => self.leave(),
+                Event::Replaced => self.federate.finish(),
                 Event::Message { port, tag, payload } => {
                     self.deliver(port, tag, u32::from_le_bytes(payload.try_into().unwrap()));
                     self.awaited.learn(port, tag);
@@ -112,6 +154,37 @@ impl Participant {
             self.tell(now);
         }
         self.incoming = rest.to_vec();
+        Ok(true)
+    }
+
+    fn decode<'b>(&self, bytes: &'b [u8]) -> Decoded<'b> {
+        let awaits_start = self.federate.is_transient() && self.federate.phase() < Phase::Running;
+        if awaits_start { decode_to_transient(bytes, &Limits::NONE, |_| true) } else { decode(bytes, &Limits::NONE) }
+            .unwrap()
+    }
+
+    fn begin(&mut self, start: Instant, first: Tag) {
+        self.federate.limit_stop(Tag::at(start + Interval::from_nanos(END_NS)).max(first));
+        (self.timer, self.first) = (Some(first), Some(first));
+    }
+
+    /// Returns the ports over which a federate sends to this one.
+    fn of(&self, federate: FederateId) -> Vec<u16> {
+        let edges = self.graph.numbered().filter(|(_, edge)| edge.from == federate.0 && edge.to == self.id);
+        edges.map(|(port, _)| port).collect()
+    }
+
+    /// Stops alone, one microstep after the current tag.
+    pub(crate) fn leave(&mut self) {
+        let current = self.open.as_ref().map_or(self.federate.current(), |open| open.tag);
+        let next = current.next_microstep().max(self.first.unwrap_or(Tag::NEVER));
+        self.alone = self.alone.min(next);
+    }
+
+    /// Returns the first tag and the last one of this instance, if it has completed a tag.
+    pub(crate) fn span(&self) -> Option<(Tag, Tag)> {
+        let last = self.federate.current();
+        self.first.filter(|first| *first <= last).map(|first| (first, last))
     }
 
     /// Asserts that each input holds at most the messages before the sender's tag, and those that the delay keeps in
@@ -149,7 +222,8 @@ impl Participant {
     fn last(&self) -> Tag {
         let end =
             self.federate.start_time().map_or(Tag::FOREVER, |start| Tag::at(start + Interval::from_nanos(END_NS)));
-        end.min(self.federate.stop_tag().unwrap_or(Tag::FOREVER))
+        let end = end.max(self.first.unwrap_or(Tag::NEVER)).min(self.federate.stop_tag().unwrap_or(Tag::FOREVER));
+        end.min(self.alone)
     }
 
     fn next(&self) -> Tag {
@@ -158,15 +232,15 @@ impl Participant {
     }
 
     /// Begins the next tag or continues the open one, as far as allowed; at `stop_at`, requests a stop of the
-    /// federation.
-    pub(crate) fn run(&mut self, now: Instant, stop_at: Option<i64>) {
+    /// federation. Returns whether a tag was open.
+    pub(crate) fn run(&mut self, now: Instant, stop_at: Option<i64>) -> bool {
         if self.open.is_none() {
             // Announcements about a tag go before the messages of the next one.
             self.tell(now);
             let next = self.next();
             let tag = self.federate.demanded_tag().map_or(next, |demanded| demanded.min(next));
             if self.federate.has_transmit() || !self.federate.may_advance(tag) {
-                return;
+                return false;
             }
             self.federate.begin(tag).unwrap();
             let fires = self.timer == Some(tag);
@@ -176,7 +250,8 @@ impl Participant {
             self.open = Some(Open { tag, fires, inputs: self.messages.remove(&tag).unwrap_or_default(), done: 0 });
         }
         let limit = self.awaited.max_level(&self.federate);
-        let Some(mut open) = self.open.take() else { return };
+        let Some(mut open) = self.open.take() else { return false };
+        let done_before = open.done;
         while let Some((port, edge)) = self.outputs.get(open.done).copied() {
             if limit.is_some_and(|limit| send_level(port) >= limit) {
                 break;
@@ -184,12 +259,14 @@ impl Participant {
             self.send(&open, port, edge);
             open.done += 1;
         }
+        let goes_on = limit.is_none() || open.done > done_before;
         if limit.is_some() {
             self.open = Some(open);
         } else {
             self.complete(open, stop_at);
         }
         self.tell(now);
+        goes_on
     }
 
     fn send(&mut self, open: &Open, port: u16, edge: Edge) {
@@ -203,6 +280,7 @@ impl Participant {
             let payload = value.to_le_bytes();
             self.outgoing.extend(encoded(&Message::TaggedMessage { port, federate, tag, payload: &payload }));
             self.federate.sent();
+            self.sent.push((port, at, value));
         } else if self.graph.tells_absence(edge) {
             self.outgoing.extend(encoded(&Message::PortAbsent { port, federate, tag }));
         }

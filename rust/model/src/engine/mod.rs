@@ -84,6 +84,8 @@ impl<'s> Engine<'s> {
             state: State {
                 phase: Phase::NotStarted,
                 start: Instant::NEVER,
+                #[cfg(feature = "transients")]
+                first: Tag::NEVER,
                 current: Tag::NEVER,
                 stop: Tag::FOREVER,
                 stop_request: None,
@@ -209,20 +211,37 @@ impl<'s> Engine<'s> {
 
     /// Sets the time of the first tag, and with it that of timers and timeout.
     pub fn start(&mut self, start: Instant) {
+        self.begin_at(start, Tag::at(start));
+    }
+
+    /// Starts a program that joins its federation later: at this tag. Elapsed times and the timeout count from the
+    /// start of the federation, timers from the first tag. The first tag is the last one where the timeout is over.
+    #[cfg(feature = "transients")]
+    pub fn join(&mut self, start: Instant, first: Tag) {
+        self.begin_at(start, first.max(Tag::at(start)));
+    }
+
+    fn begin_at(&mut self, start: Instant, first: Tag) {
         self.state.start = start;
-        self.state.current = Tag::at(start).before();
+        #[cfg(feature = "transients")]
+        {
+            self.state.first = first;
+        }
+        self.state.current = first.before();
         self.state.phase = Phase::BetweenTags;
         if let Some(timeout) = self.settings.timeout {
-            self.state.stop = self.state.stop.min(Tag::at(start + timeout));
+            self.state.stop = self.state.stop.min(Tag::at(start + timeout).max(first));
         }
         for (id, trigger) in (0..).map(TriggerId).zip(self.tables.triggers) {
             match trigger.kind {
-                TriggerKind::Startup => self.events.set(id, Some(Tag::at(start))),
-                TriggerKind::Timer { offset, .. } => self.events.set(id, Some(Tag::at(start + offset))),
+                TriggerKind::Startup => self.events.set(id, Some(first)),
+                TriggerKind::Timer { offset, .. } => {
+                    self.events.set(id, Some(Tag::at(first.time + offset).max(first)));
+                }
                 _ => {}
             }
         }
-        self.modes_at(ModeEvent::Start(start));
+        self.modes_at(ModeEvent::Start(first));
     }
 
     /// Makes `tag` the last one of the program, or the next microstep when that has passed. A stop is never postponed.

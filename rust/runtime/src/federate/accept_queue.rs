@@ -39,6 +39,8 @@ struct Unidentified {
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Introduced {
     pub(super) federate: FederateId,
+    /// Whether it declares to be transient.
+    pub(super) is_transient: bool,
     pub(super) socket: SocketId,
     pub(super) address: IpAddress,
 }
@@ -78,16 +80,8 @@ impl AcceptQueue {
                     refuse(platform, peer.socket, peer.address, code, self.refused.count());
                     *slot = None;
                 }
-                ReadOutcome::IsTransient(federate) => {
-                    let times = self.refused.count();
-                    if times.is_logged() {
-                        report(Level::Warn, &PeerEvent::Transient { federate: federate.0, times });
-                    }
-                    reject(platform, peer.socket, RejectCode::UnexpectedMessage);
-                    *slot = None;
-                }
-                ReadOutcome::Is(federate) => {
-                    let introduced = Introduced { federate, socket: peer.socket, address: peer.address };
+                ReadOutcome::Is(federate, is_transient) => {
+                    let introduced = Introduced { federate, is_transient, socket: peer.socket, address: peer.address };
                     *slot = None;
                     return Some(introduced);
                 }
@@ -162,8 +156,8 @@ enum ReadOutcome {
     Waits,
     /// The peer has left.
     Ended,
-    Is(FederateId),
-    IsTransient(FederateId),
+    /// It is this federate, and whether it declares to be transient.
+    Is(FederateId, bool),
     Refused(RejectCode),
 }
 
@@ -173,8 +167,8 @@ impl Unidentified {
         loop {
             let missing = match self.introduction.judge(federation_id) {
                 IntroductionVerdict::Incomplete(missing) => missing.min(PIECE_BYTES),
-                IntroductionVerdict::Introduced(federate) => return ReadOutcome::Is(federate),
-                IntroductionVerdict::Transient(federate) => return ReadOutcome::IsTransient(federate),
+                IntroductionVerdict::Introduced(federate) => return ReadOutcome::Is(federate, false),
+                IntroductionVerdict::Transient(federate) => return ReadOutcome::Is(federate, true),
                 IntroductionVerdict::Refuse(code) => return ReadOutcome::Refused(code),
             };
             if !self.readable {
@@ -188,6 +182,14 @@ impl Unidentified {
             }
         }
     }
+}
+
+/// Refuses a federate that declares to be transient, which this one does not expect of it.
+pub(super) fn refuse_transient<P: Platform>(platform: &mut P, peer: Introduced, times: Times) {
+    if times.is_logged() {
+        report(Level::Warn, &PeerEvent::Transient { federate: peer.federate.0, times });
+    }
+    reject(platform, peer.socket, RejectCode::UnexpectedMessage);
 }
 
 /// Sends a peer why it is refused, and closes the connection.

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Direct messages between federates: delivered in time, and logged when they are too late.
 
+#[cfg(feature = "transients")]
+use lf_coordination::federate::CONNECT_RETRY;
 use lf_coordination::federate::{Needs, Phase};
 use lf_model::InputId;
 use lf_model::time::Instant;
@@ -49,7 +51,10 @@ impl<'a, 's, N: Needs> Direct<'a, 's, N> {
         let machine = &mut execution.machine;
         self.peers.accept(platform, machine.phase() >= Phase::Running);
         self.peers.detect_ends(platform);
-        if machine.phase() != Phase::Meeting {
+        #[cfg(feature = "transients")]
+        self.meet_transients(platform, execution);
+        let machine = &mut execution.machine;
+        if machine.phase() != Phase::Meeting && !(N::TRANSIENTS && machine.phase() == Phase::Running) {
             return Ok(());
         }
         match self.peers.establish(platform) {
@@ -57,10 +62,35 @@ impl<'a, 's, N: Needs> Direct<'a, 's, N> {
             Some(Ok(())) => machine.peer_connected(platform.now()),
             Some(Err((federate, fault))) => {
                 log::debug!("federate {federate} {fault}");
+                #[cfg(feature = "transients")]
+                self.peers.look_again(federate, platform.now() + CONNECT_RETRY);
                 machine.peer_lost(platform.now()).map_err(|_| execution.fail(RunError::Peer { federate, fault }))?;
             }
         }
         Ok(())
+    }
+
+    /// Notes which transient federates have connected to this one, and looks for one that has come to which this one
+    /// sends.
+    #[cfg(feature = "transients")]
+    fn meet_transients<P: Platform>(&mut self, platform: &mut P, execution: &mut Execution<'_, '_, N>) {
+        if !N::TRANSIENTS {
+            return;
+        }
+        for inbound in self.peers.inbound().iter_mut().filter(|inbound| inbound.is_new) {
+            inbound.is_new = false;
+            if let Some(federate) = inbound.from.filter(|federate| execution.machine.may_be_absent(*federate)) {
+                log::debug!("federate {federate} has connected");
+                execution.upstream_comes(federate.0);
+            }
+        }
+        if execution.phase() == Phase::Running
+            && let Some(federate) = self.peers.wanted(platform.now())
+            && execution.machine.find_peer(federate)
+            && let Some(outbound) = self.peers.to(federate.0)
+        {
+            outbound.look_again(None);
+        }
     }
 
     /// Reads what other federates have sent, as far as a wait has reported it, and delivers what there is room for.
@@ -178,12 +208,12 @@ impl<'a, 's, N: Needs> Direct<'a, 's, N> {
         platform: &mut P,
         recording: &mut Recording<'_>,
         execution: &mut Execution<'_, '_, N>,
-        resigned: bool,
+        (resigned, may_hear): (bool, bool),
         until: Instant,
     ) -> bool {
         let in_time = platform.now() < until;
         let ends = resigned.then(|| outputs(execution));
-        let hears = resigned && execution.is_decentralized() && self.drain(platform, recording, execution, in_time);
+        let hears = may_hear && self.drain(platform, recording, execution, in_time);
         let sends = self.peers.leave(platform, recording, ends.as_ref(), hears) && in_time;
         if !hears && !sends {
             self.peers.close(platform);
@@ -209,7 +239,7 @@ impl<'a, 's, N: Needs> Direct<'a, 's, N> {
                 report(Level::Warn, &PeerEvent::DoesNotEnd(from.0));
             }
         }
-        in_time && self.peers.can_receive()
+        in_time && self.peers.senders().next().is_some()
     }
 
     /// Logs the number of messages that have come too late or were lost.
@@ -218,7 +248,7 @@ impl<'a, 's, N: Needs> Direct<'a, 's, N> {
             return;
         }
         self.late.sum_up();
-        for (to, outbound) in self.peers.receivers() {
+        for (to, outbound) in self.peers.receivers().filter(|(to, _)| !self.peers.may_be_absent(*to)) {
             if outbound.lost > 0 {
                 report(Level::Warn, &PeerEvent::Lost { messages: outbound.lost, to });
             } else if outbound.left_early {

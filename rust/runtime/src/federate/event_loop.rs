@@ -107,6 +107,7 @@ impl<'a, 's, P: Platform, N: Needs> FederateLoop<'a, 's, P, N> {
             physical_delay: federation.physical_delay,
             listening,
             peers: federation.peers_out,
+            transients: federation.transients,
             advance_interval: federation.advance_interval,
             ..Config::with_needs(federation.id.into(), join.federation_id)
         };
@@ -117,7 +118,7 @@ impl<'a, 's, P: Platform, N: Needs> FederateLoop<'a, 's, P, N> {
         let (needed, found) = (federation.awaited.len(), known.len());
         let awaited = Awaited::new(federation.awaited, known).ok_or(RunError::KnownTooShort { needed, found })?;
         Ok(Self {
-            execution: Execution::new(engine, program, machine, awaited, !federation.upstream.is_empty()),
+            execution: Execution::new(engine, program, machine, awaited, !federation.upstream.is_empty()).prepared(),
             session: Session::new(platform.now(), join, buffers.rti),
             platform,
             federation,
@@ -236,7 +237,7 @@ impl<'a, 's, P: Platform, N: Needs> FederateLoop<'a, 's, P, N> {
     #[outlined]
     fn take_part(&mut self) -> Result<Option<Advance>, Failed> {
         self.clock_sync.synchronize(self.platform, &mut self.recording, &mut self.execution.machine);
-        if self.platform.interrupted() {
+        if self.platform.interrupted() && !self.leaves_when_interrupted() {
             return Err(self.execution.fail(RunError::Interrupted));
         }
         let made = self.session.establish(self.platform);
@@ -271,12 +272,16 @@ impl<'a, 's, P: Platform, N: Needs> FederateLoop<'a, 's, P, N> {
         let has_ended = self.session.fill(self.platform);
         let now = self.platform.now();
         let (mut found, mut refused) = (None, false);
+        #[cfg(feature = "transients")]
+        let mut peer = None;
         while !refused {
             let mut policy = FromRti {
                 platform: &mut *self.platform,
                 recording: self.recording.lend(),
                 execution: &mut self.execution,
                 found: &mut found,
+                #[cfg(feature = "transients")]
+                peer: &mut peer,
                 refused: &mut refused,
                 now,
             };
@@ -285,6 +290,10 @@ impl<'a, 's, P: Platform, N: Needs> FederateLoop<'a, 's, P, N> {
                 Some(true) if self.execution.phase() < Phase::Running => self.transmit(),
                 Some(_) => {}
                 None => break,
+            }
+            #[cfg(feature = "transients")]
+            if let Some((federate, is_here)) = peer.take() {
+                self.direct.peers.expect(self.platform, federate, is_here);
             }
         }
         if let Some((federate, address)) = found {
@@ -419,6 +428,26 @@ impl<'a, 's, P: Platform, N: Needs> FederateLoop<'a, 's, P, N> {
         }
     }
 
+    /// Lets a transient federate that takes part leave in order. Returns whether this federate is such a one.
+    #[cfg(feature = "transients")]
+    fn leaves_when_interrupted(&mut self) -> bool {
+        let leaves = self.is_transient() && self.execution.phase() >= Phase::Running;
+        if leaves {
+            self.execution.stop_alone();
+        }
+        leaves
+    }
+
+    #[cfg(not(feature = "transients"))]
+    fn leaves_when_interrupted(&mut self) -> bool {
+        false
+    }
+
+    /// Returns whether this federate comes and goes while the federation runs.
+    fn is_transient(&self) -> bool {
+        N::TRANSIENTS && self.federation.is_transient(self.federation.id)
+    }
+
     fn transmit(&mut self) {
         self.session.transmit(self.platform, &mut self.recording, &mut self.execution.machine);
     }
@@ -523,11 +552,13 @@ impl<'a, 's, P: Platform, N: Needs> FederateLoop<'a, 's, P, N> {
     /// or when the time is over.
     #[outlined]
     fn leave(&mut self, since: Instant, is_ok: bool) -> Option<Deadline> {
-        let resigned = is_ok && !self.platform.interrupted();
+        let resigned = is_ok && (self.is_transient() || !self.platform.interrupted());
         let until = since + if resigned { RESIGN_TIME_OUT } else { FINAL_SEND_TIME_OUT };
-        let hears = resigned && self.execution.is_decentralized();
+        // Messages to a transient federate that leaves are dropped.
+        let hears = resigned && self.execution.is_decentralized() && !self.is_transient();
         let direct_until = since + if hears { DRAIN_TIME_OUT } else { FINAL_SEND_TIME_OUT };
-        let direct = self.direct.leave(self.platform, &mut self.recording, &mut self.execution, resigned, direct_until);
+        let direct =
+            self.direct.leave(self.platform, &mut self.recording, &mut self.execution, (resigned, hears), direct_until);
         let linked = self.platform.now() < until
             && self.session.leave(self.platform, &mut self.recording, &mut self.execution.machine);
         if !linked {

@@ -8,7 +8,7 @@
 use core::fmt;
 
 use lf_coordination::federate::{Awaited, Coordination, Federate, Needs, Phase};
-use lf_coordination::{Deadline, to_wire};
+use lf_coordination::{Deadline, FederateId, to_wire};
 #[cfg(feature = "traces")]
 use lf_model::ReactionStep;
 use lf_model::time::{Instant, Interval, Tag};
@@ -134,12 +134,68 @@ impl<'a, 's, N: Needs> Execution<'a, 's, N> {
     pub(super) fn start(&mut self, start: Instant) {
         log::debug!("the federation starts");
         self.engine.start(start);
-        if self.engine.stop_tag() < Tag::FOREVER {
-            self.machine.limit_stop(self.engine.stop_tag());
-        }
+        self.limit_stop();
         if N::AWAITED && self.is_decentralized() {
             let inputs = self.engine.tables().inputs;
             self.awaited.start(Tag::at(start), |port| inputs.get(usize::from(port)).and_then(|input| input.delay));
+        }
+    }
+
+    /// Joins the running federation, which has started at this physical time, with this tag.
+    #[cfg(feature = "transients")]
+    pub(super) fn join(&mut self, start: Instant, first: Tag) {
+        log::debug!("this federate joins at {first}");
+        self.engine.join(start, first);
+        self.limit_stop();
+        if N::AWAITED && self.is_decentralized() {
+            let inputs = self.engine.tables().inputs;
+            self.awaited.start(first, |port| inputs.get(usize::from(port)).and_then(|input| input.delay));
+        }
+    }
+
+    /// Returns the execution in which transient federates upstream are absent, until they come.
+    pub(super) fn prepared(mut self) -> Self {
+        if N::AWAITED && N::TRANSIENTS {
+            for (port, input) in (0..).zip(self.engine.tables().inputs) {
+                if self.machine.may_be_absent(FederateId(input.federate)) {
+                    self.awaited.learn(port, Tag::FOREVER);
+                }
+            }
+        }
+        self
+    }
+
+    /// Handles that a transient federate upstream has come: its first tag is later than all that have been granted.
+    /// With decentralized coordination, a message before the open tag or the last one would be late in any case.
+    #[cfg(feature = "transients")]
+    pub(super) fn upstream_comes(&mut self, federate: u16) {
+        let known = if self.is_decentralized() {
+            self.engine.current_tag()
+        } else {
+            let provisional = self.machine.granted_provisionally().unwrap_or(Tag::NEVER);
+            self.machine.granted().max(provisional)
+        };
+        for (port, input) in (0..).zip(self.engine.tables().inputs) {
+            if input.federate == federate {
+                self.awaited.forget(port, known);
+            }
+        }
+    }
+
+    /// Stops this federate alone, as soon as it can: at the next microstep.
+    #[cfg(feature = "transients")]
+    pub(super) fn stop_alone(&mut self) {
+        if self.phase() == Phase::Running {
+            self.engine.set_stop_tag(Tag::NEVER);
+        } else {
+            self.machine.finish();
+        }
+    }
+
+    /// Passes the program's own last tag to the machine.
+    fn limit_stop(&mut self) {
+        if self.engine.stop_tag() < Tag::FOREVER {
+            self.machine.limit_stop(self.engine.stop_tag());
         }
     }
 

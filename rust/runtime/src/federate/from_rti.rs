@@ -9,6 +9,8 @@
 //! When the buffer is full of held messages and none of them can move, no grant can ever be read: that is certain, and
 //! an error that names the input.
 
+#[cfg(feature = "transients")]
+use lf_coordination::federate::Phase;
 use lf_coordination::federate::{Event, FederateError, Needs};
 use lf_coordination::{Endpoint, FederateId, from_wire, to_wire};
 use lf_model::time::{EventTag, Instant, Tag};
@@ -30,6 +32,9 @@ pub(super) struct FromRti<'x, 'a, 's, P, N: Needs> {
     pub(super) execution: &'x mut Execution<'a, 's, N>,
     /// A federate to connect to, when the RTI has sent its address.
     pub(super) found: &'x mut Option<(FederateId, Endpoint)>,
+    /// A transient federate to which this one sends directly, and whether it has come or left.
+    #[cfg(feature = "transients")]
+    pub(super) peer: &'x mut Option<(FederateId, bool)>,
     /// Whether the RTI has refused this federate, because its id is in use.
     pub(super) refused: &'x mut bool,
     pub(super) now: Instant,
@@ -47,6 +52,11 @@ impl<P: Platform, N: Needs> Policy for FromRti<'_, '_, '_, P, N> {
             MessageType::T1 | MessageType::T4 => N::CLOCK_SYNC,
             #[cfg(feature = "ipv6")]
             MessageType::AddressQueryReplyIpv6 => true,
+            #[cfg(feature = "transients")]
+            MessageType::UpstreamConnected
+            | MessageType::Stop
+            | MessageType::OutboundConnected
+            | MessageType::OutboundDisconnected => N::TRANSIENTS,
             MessageType::Reject
             | MessageType::Ack
             | MessageType::Timestamp
@@ -60,6 +70,11 @@ impl<P: Platform, N: Needs> Policy for FromRti<'_, '_, '_, P, N> {
             | MessageType::Failed => true,
             _ => false,
         }
+    }
+
+    #[cfg(feature = "transients")]
+    fn awaits_effective_start(&self) -> bool {
+        self.execution.phase() < Phase::Running && self.execution.machine.is_transient()
     }
 
     fn take(&mut self, message: Message<'_>, held: &Held) -> Result<Disposition, Failed> {
@@ -92,6 +107,12 @@ impl<P: Platform, N: Needs> Policy for FromRti<'_, '_, '_, P, N> {
             // Some of the held messages may come from the federate that has left.
             Message::UpstreamDisconnected { federate } if N::CYCLES && !is_before(Tag::FOREVER) => {
                 self.learn_from(federate, earliest.before());
+                return Ok(Disposition::Held(Tag::FOREVER, None));
+            }
+            // It takes effect at once, and again behind the departure before it, which may be held.
+            #[cfg(feature = "transients")]
+            Message::UpstreamConnected { federate } if N::CYCLES && !is_before(Tag::FOREVER) => {
+                self.execution.upstream_comes(federate);
                 return Ok(Disposition::Held(Tag::FOREVER, None));
             }
             // One of the held messages may be for this very input.
@@ -142,6 +163,23 @@ impl<P: Platform, N: Needs> FromRti<'_, '_, '_, P, N> {
                 self.recording.note(self.platform, Traced::Starts(start, engine.settings().fast));
                 self.execution.start(start);
             }
+            #[cfg(feature = "transients")]
+            Event::Joined { start, tag } => {
+                self.platform.outside().starts(start);
+                self.recording.note(self.platform, Traced::Starts(start, engine.settings().fast));
+                self.execution.join(start, tag);
+            }
+            #[cfg(feature = "transients")]
+            Event::UpstreamCame(federate) => self.execution.upstream_comes(federate.0),
+            #[cfg(feature = "transients")]
+            Event::Replaced => {
+                log::info!("another instance takes the place of this federate, which stops");
+                self.execution.stop_alone();
+            }
+            #[cfg(feature = "transients")]
+            Event::PeerCame(federate) => *self.peer = Some((federate, true)),
+            #[cfg(feature = "transients")]
+            Event::PeerLeft(federate) => *self.peer = Some((federate, false)),
             Event::StopGranted(tag) => {
                 self.execution.stop(self.now, tag);
                 // Held messages may be for after the last tag now.

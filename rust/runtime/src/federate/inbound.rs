@@ -19,6 +19,9 @@ pub struct Inbound<'s> {
     pub(super) from: Option<FederateId>,
     /// Whether the sender has ended its physical connections.
     pub(super) physical_over: bool,
+    /// Whether the sender has connected and nobody has noted it.
+    #[cfg(feature = "transients")]
+    pub(super) is_new: bool,
 }
 
 impl<'s> Inbound<'s> {
@@ -26,7 +29,13 @@ impl<'s> Inbound<'s> {
     pub fn new(input: &'s mut [u8]) -> Self {
         let payload_bytes_max = input.len().saturating_sub(TAGGED_MESSAGE_HEADER_BYTES);
         let limits = Limits { payload_bytes_max, ..Limits::NONE };
-        Self { receiver: Receiver::new(Connection::new(input, &mut []), limits), from: None, physical_over: false }
+        Self {
+            receiver: Receiver::new(Connection::new(input, &mut []), limits),
+            from: None,
+            physical_over: false,
+            #[cfg(feature = "transients")]
+            is_new: false,
+        }
     }
 
     /// Returns the capacity of the receive buffer in bytes.
@@ -37,6 +46,10 @@ impl<'s> Inbound<'s> {
     /// Opens the connection of this federate.
     pub(super) fn open<P: Platform>(&mut self, platform: &mut P, from: FederateId, socket: SocketId) {
         (self.from, self.physical_over) = (Some(from), false);
+        #[cfg(feature = "transients")]
+        {
+            self.is_new = true;
+        }
         self.receiver.connection.open(socket);
         // The first byte of a connection always has room.
         let _ = platform.write(socket, &[MessageType::Ack.byte()]);

@@ -37,6 +37,9 @@ pub struct Outbound<'s> {
     pub(super) left_early: bool,
     /// The number of outputs whose end has been sent.
     pub(super) ends_sent: usize,
+    /// The time at which to look for the other federate, which is transient and has come.
+    #[cfg(feature = "transients")]
+    wanted: Option<Instant>,
 }
 
 /// The stage of the connection.
@@ -68,7 +71,36 @@ impl<'s> Outbound<'s> {
             lost: 0,
             left_early: false,
             ends_sent: 0,
+            #[cfg(feature = "transients")]
+            wanted: None,
         }
+    }
+
+    /// Handles that the other federate, which is transient, has come or left.
+    #[cfg(feature = "transients")]
+    pub(super) fn expect<P: Platform>(&mut self, platform: &mut P, is_here: bool) {
+        self.wanted = is_here.then(|| platform.now());
+        if !is_here {
+            self.end(platform);
+            self.stage = ConnectStage::Absent;
+        }
+    }
+
+    /// Returns whether to look for the other federate now.
+    #[cfg(feature = "transients")]
+    pub(super) fn is_wanted(&self, now: Instant) -> bool {
+        self.wanted.is_some_and(|wanted| wanted <= now) && !self.is_attempt()
+    }
+
+    /// Sets the time at which to look for the other federate again; `None` when it has been found.
+    #[cfg(feature = "transients")]
+    pub(super) fn look_again(&mut self, at: Option<Instant>) {
+        self.wanted = at;
+    }
+
+    /// Returns whether messages can be sent.
+    pub(super) fn is_open(&self) -> bool {
+        self.stage == ConnectStage::Open
     }
 
     /// Returns what the next introduction has to say about whether this federate is transient.
@@ -91,11 +123,6 @@ impl<'s> Outbound<'s> {
         self.connection.output.capacity()
     }
 
-    /// Returns whether the other federate has left, so that messages to it are lost.
-    pub(super) fn has_ended(&self) -> bool {
-        self.stage == ConnectStage::Ended
-    }
-
     /// Counts one more message for a federate that has left. Returns `true` for the first.
     pub(super) fn lose(&mut self) -> bool {
         self.lost = self.lost.saturating_add(1);
@@ -110,6 +137,7 @@ impl<'s> Outbound<'s> {
     /// Begins to connect.
     pub(super) fn connect<P: Platform>(&mut self, platform: &mut P, address: Endpoint) {
         self.end(platform);
+        self.ends_sent = 0;
         match platform.connect(address) {
             Ok(socket) => self.stage = ConnectStage::Connecting(socket, false),
             Err(error) => self.trouble = Some(PeerFault::Unreachable(error)),
@@ -203,7 +231,14 @@ impl<'s> Outbound<'s> {
 
     /// Returns when to give up the open attempt.
     pub(super) fn poll_timeout(&self) -> Deadline {
-        if self.is_attempt() { Deadline::At(self.answer_due) } else { Deadline::Never }
+        if self.is_attempt() {
+            return Deadline::At(self.answer_due);
+        }
+        #[cfg(feature = "transients")]
+        if let Some(wanted) = self.wanted {
+            return Deadline::At(wanted);
+        }
+        Deadline::Never
     }
 
     /// Reads the end of the other side, which never says anything else, if a wait has reported input.

@@ -37,13 +37,13 @@ impl<'x, 's, P: Platform, N: Needs> Output<'x, '_, 's, P, N> {
     }
 
     /// Returns the connection to this federate, with room for a message with this many bytes of payload if the system
-    /// accepts what is before it. Returns `None` when the federate has left: then nothing is sent.
+    /// accepts what is before it. Returns `None` when the federate has left or is absent: then nothing is sent.
     fn peer(&mut self, federate: u16, payload_bytes: usize) -> Option<(&mut Outbound<'s>, &mut P, &mut Recording<'x>)> {
         let peer = self.peers.to(federate)?;
         if peer.output().room() < payload_bytes.saturating_add(TAGGED_MESSAGE_HEADER_BYTES) {
             peer.flush(self.platform);
         }
-        (!peer.has_ended()).then_some((peer, self.platform, &mut self.recording))
+        peer.is_open().then_some((peer, self.platform, &mut self.recording))
     }
 }
 
@@ -84,7 +84,8 @@ impl<P: Platform, N: Needs> Outlet for Output<'_, '_, '_, P, N> {
     fn send_directly(&mut self, message: &Outgoing<'_>, tag: Option<lf_wire::Tag>) -> Result<(), SendError> {
         let NetworkOutput { port, federate, max_len, .. } = *message.output;
         let Some((peer, platform, recording)) = self.peer(federate, max_len) else {
-            if tag.is_some() && self.peers.to(federate).is_some_and(Outbound::lose) {
+            let is_lost = tag.is_some() && !self.peers.may_be_absent(federate);
+            if is_lost && self.peers.to(federate).is_some_and(Outbound::lose) {
                 report(Level::Warn, &PeerEvent::Left(federate));
             }
             return Ok(());

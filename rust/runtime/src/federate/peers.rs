@@ -12,7 +12,7 @@ use lf_model::NetworkOutput;
 use lf_model::time::{Instant, Tag};
 use lf_wire::{Message, RejectCode};
 
-use super::accept_queue::{AcceptQueue, Introduced, refuse};
+use super::accept_queue::{AcceptQueue, Introduced, refuse, refuse_transient};
 use super::inbound::Inbound;
 use super::outbound::Outbound;
 use crate::description::Federation;
@@ -93,6 +93,47 @@ impl<'a, 's, N: Needs> Peers<'a, 's, N> {
         self.outbound_mut().get_mut(index)
     }
 
+    /// Returns whether a federate, this one or a neighbor, comes and goes while the federation runs.
+    pub(super) fn may_be_absent(&self, federate: u16) -> bool {
+        N::TRANSIENTS && self.federation.is_transient(federate)
+    }
+
+    /// Returns whether a federate that sends to this one can come while the federation runs: a transient one, or one
+    /// that finds this transient one anew.
+    fn may_come_again(&self) -> bool {
+        let mut senders = self.federation.peers_in.iter().copied().chain([self.federation.id]);
+        N::TRANSIENTS && senders.any(|federate| self.may_be_absent(federate))
+    }
+
+    /// Handles that a transient federate to which this one sends has come or left.
+    #[cfg(feature = "transients")]
+    pub(super) fn expect<P: Platform>(&mut self, platform: &mut P, federate: FederateId, is_here: bool) {
+        log::debug!("federate {federate} has {}", if is_here { "come" } else { "left" });
+        if !is_here && self.meeting.and_then(|index| self.federation.peers_out.get(index)) == Some(&federate.0) {
+            self.meeting = None;
+        }
+        if let Some(outbound) = self.to(federate.0) {
+            outbound.expect(platform, is_here);
+        }
+    }
+
+    /// Sets the time at which to look again for a transient federate, which has come and could not be reached.
+    #[cfg(feature = "transients")]
+    pub(super) fn look_again(&mut self, federate: u16, at: Instant) {
+        if self.may_be_absent(federate)
+            && let Some(outbound) = self.to(federate)
+        {
+            outbound.look_again(Some(at));
+        }
+    }
+
+    /// Returns a transient federate to look for, which has come.
+    #[cfg(feature = "transients")]
+    pub(super) fn wanted(&self, now: Instant) -> Option<FederateId> {
+        let mut receivers = self.receivers();
+        receivers.find(|(_, outbound)| outbound.is_wanted(now)).map(|(federate, _)| FederateId(federate))
+    }
+
     /// Returns whether held messages may have room that the last call did not report.
     pub(super) fn take_stale(&mut self) -> bool {
         core::mem::take(&mut self.stale)
@@ -129,8 +170,9 @@ impl<'a, 's, N: Needs> Peers<'a, 's, N> {
     pub(super) fn establish<P: Platform>(&mut self, platform: &mut P) -> Option<Result<(), (u16, PeerFault)>> {
         let index = self.meeting.filter(|_| N::PEERS_OUT)?;
         let (federate, federation_id) = (self.federation.id, self.federation_id);
+        let is_transient = self.may_be_absent(federate);
         let outbound = self.outbound_mut().get_mut(index)?;
-        let is_transient = outbound.says_transient();
+        let is_transient = if is_transient { Some(true) } else { outbound.says_transient() };
         let introduction = Message::P2pSendingFedId { federate, is_transient, federation_id };
         let connected = outbound.establish(platform, &introduction)?;
         let fault = outbound.trouble.unwrap_or(PeerFault::Unanswered);
@@ -151,11 +193,16 @@ impl<'a, 's, N: Needs> Peers<'a, 's, N> {
         if !N::PEERS_IN {
             return;
         }
-        if begun && self.inbound().iter().all(|inbound| inbound.from.is_some()) {
+        let is_complete = begun && !self.may_come_again();
+        if is_complete && self.inbound().iter().all(|inbound| inbound.from.is_some()) {
             return self.close_accept_queue(platform);
         }
         while let Some(peer) = self.accept_queue.receive(platform, self.federation_id) {
-            let Introduced { federate, socket, address } = peer;
+            let Introduced { federate, socket, address, is_transient } = peer;
+            if is_transient && !self.may_be_absent(federate.0) {
+                refuse_transient(platform, peer, self.accept_queue.refused.count());
+                continue;
+            }
             match self.place_for(platform, federate, begun) {
                 Ok(place) => place.open(platform, federate, socket),
                 Err(code) => refuse(platform, socket, address, code, self.accept_queue.refused.count()),
@@ -170,10 +217,11 @@ impl<'a, 's, N: Needs> Peers<'a, 's, N> {
         federate: FederateId,
         begun: bool,
     ) -> Result<&mut Inbound<'s>, RejectCode> {
+        let stays = begun && !self.may_be_absent(federate.0);
         if let Some(before) = self.inbound.iter_mut().find(|inbound| inbound.from == Some(federate)) {
-            // It may have come anew, because its first connection was lost.
+            // It may have come anew, because its first connection was lost. What it has sent before comes first.
             before.fill_now(platform);
-            if begun || !before.has_ended() {
+            if stays || !before.has_ended() || before.receiver.held.bytes > 0 {
                 return Err(RejectCode::IdInUse);
             }
             before.close(platform);
@@ -212,7 +260,7 @@ impl<'a, 's, N: Needs> Peers<'a, 's, N> {
                     }
                     let end =
                         Message::PortAbsent { port: output.port, federate: *federate, tag: lf_wire::Tag::FOREVER };
-                    if outbound.has_ended() || outbound.output().push(&end).is_err() {
+                    if !outbound.is_open() || outbound.output().push(&end).is_err() {
                         continue 'federates;
                     }
                     recording.note_sent(platform, &end, *federate);
@@ -246,7 +294,7 @@ impl<'a, 's, N: Needs> Peers<'a, 's, N> {
         let mut sends = false;
         for (federate, outbound) in self.federation.peers_out.iter().zip(self.outbound_mut()) {
             let has_said = ends.is_none_or(|outputs| outbound.ends_sent >= outputs.to(*federate).count());
-            if outbound.is_empty() && (has_said || outbound.has_ended()) {
+            if outbound.is_empty() && (has_said || !outbound.is_open()) {
                 outbound.end(platform);
             } else {
                 sends = true;
@@ -261,9 +309,10 @@ impl<'a, 's, N: Needs> Peers<'a, 's, N> {
         inbound.iter().filter_map(|inbound| inbound.from)
     }
 
-    /// Returns whether another federate can still send something directly.
+    /// Returns whether another federate can still send something directly, or may come and do so.
     pub(super) fn can_receive(&self) -> bool {
-        N::PEERS_IN && self.senders().next().is_some()
+        let may_come = || self.federation.peers_in.iter().any(|federate| self.may_be_absent(*federate));
+        N::PEERS_IN && (self.senders().next().is_some() || N::TRANSIENTS && may_come())
     }
 
     /// Returns whether a message for an earlier tag than this is incomplete. See [`Inbound::awaits_rest_before`].

@@ -42,6 +42,12 @@ pub(super) trait Policy {
         true
     }
 
+    /// Returns whether the next TIMESTAMP is that for a transient federate. Nothing is held before it.
+    #[cfg(feature = "transients")]
+    fn awaits_effective_start(&self) -> bool {
+        false
+    }
+
     /// Handles a message behind the held ones, or returns what it waits for.
     ///
     /// # Errors
@@ -80,7 +86,11 @@ impl<'s> Receiver<'s> {
     /// Those of the policy.
     pub(super) fn next<P: Policy>(&mut self, policy: &mut P) -> Result<Option<bool>, Failed> {
         let held = if P::HOLDS { self.held.bytes } else { 0 };
-        let next = self.connection.input.next_expected(held, &self.limits, P::expects);
+        let next = match policy {
+            #[cfg(feature = "transients")]
+            _ if policy.awaits_effective_start() => self.connection.input.next_to_transient(&self.limits, P::expects),
+            _ => self.connection.input.next_expected(held, &self.limits, P::expects),
+        };
         let Some((message, len)) = next.map_err(|error| policy.refuse(self.rest(), error))? else { return Ok(None) };
         let disposition = policy.take(message, &self.held)?;
         match disposition {

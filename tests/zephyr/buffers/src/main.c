@@ -5,5 +5,5 @@
 
 int main(void)
 {
-	lf_stop(lf_main());
+	lf_exit(lf_main());
 }

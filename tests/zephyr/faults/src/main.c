@@ -126,9 +126,9 @@ int main(void)
 		break;
 	case ALL_HAPPENED:
 		printk("all faults have happened\n");
-		lf_stop(0);
+		lf_exit(0);
 	default:
 		break;
 	}
-	lf_stop(lf_main());
+	lf_exit(lf_main());
 }

@@ -78,6 +78,7 @@ impl FederateModule<'_> {
             ("downstream", federate.downstream.clone()),
             ("peers_in", federate.peers_in()),
             ("peers_out", federate.peers_out()),
+            ("transients", self.owner.plan.transient_neighbors(federate)),
         ];
         for (name, ids) in lists {
             fields.set_if(!ids.is_empty(), name, format_args!("&{ids:?}"));

@@ -1,0 +1,159 @@
+// SPDX-License-Identifier: Apache-2.0
+//! Transient federates: this one or its neighbors come and go while the federation runs.
+//!
+//! **This one.** The RTI answers the clock of a transient federate with its *effective start*, the first tag of this
+//! life. The RTI drops messages before it, apart from some that a stock RTI lets through, which this part drops. A
+//! transient federate can stop alone, and has to when another instance takes its place.
+//!
+//! **Neighbors.** A transient federate is absent until the RTI says that it has come, and again when it has left. One
+//! to which this federate sends directly is connected before the start if it is there, and otherwise each time that it
+//! comes: this part asks for its address then. The owner keeps the list of those that it still has to find.
+
+use lf_model::time::{Instant, Interval, Tag};
+use lf_wire::Message;
+
+use super::config::{Config, Coordination};
+use super::event::Event;
+use super::machine::Federate;
+use super::needs::Needs;
+use super::outbox::query;
+use super::phase::Phase;
+use crate::tag::from_wire;
+use crate::{Endpoint, FederateId, IpAddress};
+
+/// The time before its first tag that a transient federate gives others with decentralized coordination: they connect
+/// to it meanwhile, and send it what it needs at that tag. It is the time between the last clock and the start.
+const JOIN_DELAY: Interval = Interval::from_secs(1);
+
+/// The state of a federate that is transient or has transient neighbors.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Transients {
+    /// The first tag of this federate, once the RTI has chosen it.
+    begin: Tag,
+    search: Search,
+}
+
+/// The search for a transient federate that has come while this one runs.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+enum Search {
+    None,
+    /// The question for its address is to be sent.
+    Due(FederateId),
+    /// The RTI owes its address.
+    Asked(FederateId),
+    /// The owner connects to it.
+    Found(FederateId),
+}
+
+impl Transients {
+    pub(super) const fn new() -> Self {
+        Self { begin: Tag::NEVER, search: Search::None }
+    }
+
+    /// Returns whether the RTI owes an address.
+    pub(super) fn is_asked(&self) -> bool {
+        matches!(self.search, Search::Asked(_))
+    }
+
+    /// Returns the question that is due.
+    pub(super) fn due(&self) -> Option<Message<'static>> {
+        match self.search {
+            Search::Due(federate) => Some(query(federate, true)),
+            _ => None,
+        }
+    }
+
+    /// Records that the question has been transmitted.
+    pub(super) fn transmitted(&mut self) {
+        if let Search::Due(federate) = self.search {
+            self.search = Search::Asked(federate);
+        }
+    }
+
+    /// Ends the search.
+    pub(super) fn end_search(&mut self) {
+        self.search = Search::None;
+    }
+
+    /// Handles an address: that of the federate in question, unless no question is open.
+    fn found(&mut self, port: i32, ip: IpAddress) -> Option<Event<'static>> {
+        let Search::Asked(federate) = self.search else { return None };
+        let port = u16::try_from(port).ok().filter(|port| *port != 0);
+        self.search = if port.is_some() { Search::Found(federate) } else { Search::None };
+        Some(match port {
+            Some(port) => Event::PeerFound { federate, address: Endpoint::new(ip, port) },
+            // It has left in the meantime, and the RTI says when it comes again.
+            None => Event::None,
+        })
+    }
+}
+
+impl<N: Needs> Federate<'_, N> {
+    /// Returns whether this federate comes and goes while the federation runs.
+    pub fn is_transient(&self) -> bool {
+        self.config.is_transient()
+    }
+
+    /// Returns whether a federate, this one or a neighbor, comes and goes while the federation runs.
+    pub fn may_be_absent(&self, federate: FederateId) -> bool {
+        self.config.may_be_absent(federate)
+    }
+
+    /// Asks for the address of a transient federate that has come ([`Event::PeerCame`]), to connect to it:
+    /// [`Event::PeerFound`] follows if it is still there. Returns `false`, and does nothing, while another search is
+    /// open.
+    pub fn find_peer(&mut self, federate: FederateId) -> bool {
+        let is_free = self.phase() == Phase::Running && self.transients.search == Search::None;
+        if is_free {
+            self.transients.search = Search::Due(federate);
+        }
+        is_free
+    }
+
+    /// Handles a message about transient federates. Returns `None` for any other message.
+    pub(super) fn handle_of_transients<'m>(&mut self, message: &Message<'m>) -> Option<Event<'m>> {
+        let phase = self.phase();
+        if !N::TRANSIENTS || !(Phase::Synchronizing..=Phase::Running).contains(&phase) {
+            return None;
+        }
+        Some(match *message {
+            Message::EffectiveStart { start, tag } if self.config.is_transient() && self.session.start() => {
+                let (start, tag) = (Instant::from_nanos(start), from_wire(tag));
+                self.transients.begin = tag;
+                self.tags.join(start, tag);
+                Event::Joined { start, tag }
+            }
+            Message::TaggedMessage { tag, .. } if phase == Phase::Running && from_wire(tag) < self.transients.begin => {
+                Event::None
+            }
+            Message::UpstreamConnected { federate } => Event::UpstreamCame(FederateId(federate)),
+            Message::UpstreamDisconnected { federate } => Event::UpstreamLeft(FederateId(federate)),
+            Message::Stop if self.config.is_transient() => Event::Replaced,
+            Message::OutboundConnected { federate } => Event::PeerCame(FederateId(federate)),
+            Message::OutboundDisconnected { federate } => {
+                let federate = FederateId(federate);
+                if matches!(self.transients.search, Search::Due(sought) | Search::Found(sought) if sought == federate) {
+                    self.transients.end_search();
+                }
+                Event::PeerLeft(federate)
+            }
+            Message::AddressQueryReply { port, address } => {
+                return self.transients.found(port, IpAddress::V4(address.into()));
+            }
+            #[cfg(feature = "ipv6")]
+            Message::AddressQueryReplyIpv6 { port, address, scope } => {
+                return self.transients.found(port, self.config.as_seen_here(address.into(), scope));
+            }
+            _ => return None,
+        })
+    }
+}
+
+impl<N: Needs> Config<'_, N> {
+    /// Returns how long after its clock this federate begins: with decentralized coordination nobody waits for a
+    /// federate that joins, so it leaves the others the time to connect to it.
+    pub(super) fn join_delay(&self) -> Interval {
+        let waits = self.is_transient() && self.coordination() == Coordination::Decentralized;
+        if waits && self.listening.is_some() { JOIN_DELAY } else { Interval::ZERO }
+    }
+}
