@@ -26,7 +26,7 @@ main reactor {
 ";
 
 /// An editor, and the server that it has started.
-struct Editor {
+pub(crate) struct Editor {
     server: Child,
     input: ChildStdin,
     output: BufReader<ChildStdout>,
@@ -36,7 +36,7 @@ struct Editor {
 
 impl Editor {
     /// Returns an editor in a folder, whose name needs escapes in a URI, with the files of the tests.
-    fn start() -> Self {
+    pub(crate) fn start() -> Self {
         let folder = tempfile::Builder::new().prefix("a b%ü").tempdir().expect("a temporary folder");
         fs::write(folder.path().join("lib.lf"), LIBRARY).expect("it can be written");
         fs::write(folder.path().join("Main.lf"), "target Rust // older\n").expect("it can be written");
@@ -45,13 +45,16 @@ impl Editor {
         let mut server = command.spawn().expect("lfz can be started");
         let (input, output) = (server.stdin.take().unwrap(), BufReader::new(server.stdout.take().unwrap()));
         let mut editor = Self { server, input, output, folder, asked: 0 };
-        let initialized = editor.ask("initialize", &json!({ "capabilities": {}, "processId": null, "rootUri": null }));
+        let commands = ["lfz.run", "lfz.runFederation", "lfz.debug", "lfz.buildForBoard", "lfz.showGraph"];
+        let capabilities = json!({ "experimental": { "commands": { "commands": commands } } });
+        let initialized =
+            editor.ask("initialize", &json!({ "capabilities": capabilities, "processId": null, "rootUri": null }));
         assert_eq!(initialized["serverInfo"]["name"], "lfz");
         editor.tell("initialized", &json!({}));
         editor
     }
 
-    fn uri(&self, name: &str) -> String {
+    pub(crate) fn uri(&self, name: &str) -> String {
         let path = fs::canonicalize(self.folder.path()).unwrap().join(name);
         url::Url::from_file_path(path).unwrap().to_string()
     }
@@ -66,12 +69,12 @@ impl Editor {
         self.write(&json!({ "jsonrpc": "2.0", "method": method, "params": params }));
     }
 
-    fn open(&mut self, name: &str, text: &str) {
+    pub(crate) fn open(&mut self, name: &str, text: &str) {
         let document = json!({ "uri": self.uri(name), "languageId": "lf", "version": 1, "text": text });
         self.tell("textDocument/didOpen", &json!({ "textDocument": document }));
     }
 
-    fn change(&mut self, name: &str, text: &str) {
+    pub(crate) fn change(&mut self, name: &str, text: &str) {
         let document = json!({ "uri": self.uri(name), "version": 2 });
         let changes = json!([{ "text": text }]);
         self.tell("textDocument/didChange", &json!({ "textDocument": document, "contentChanges": changes }));
@@ -94,7 +97,7 @@ impl Editor {
     }
 
     /// Asks, and returns the answer; what is told meanwhile is forgotten.
-    fn ask_for(&mut self, method: &str, params: &Value) -> Value {
+    pub(crate) fn ask_for(&mut self, method: &str, params: &Value) -> Value {
         self.asked += 1;
         self.write(&json!({ "jsonrpc": "2.0", "id": self.asked, "method": method, "params": params }));
         loop {
@@ -105,25 +108,40 @@ impl Editor {
         }
     }
 
-    fn ask(&mut self, method: &str, params: &Value) -> Value {
+    pub(crate) fn ask(&mut self, method: &str, params: &Value) -> Value {
         self.ask_for(method, params)["result"].clone()
     }
 
-    /// Asks about the first place of a text in `Main.lf`, this many characters behind its beginning.
-    fn ask_at(&mut self, method: &str, text: &str, behind: usize) -> Value {
-        let at = MAIN.find(text).expect("it is there");
-        let line = MAIN[..at].matches('\n').count();
-        let column = MAIN[..at].rsplit('\n').next().unwrap_or_default().encode_utf16().count() + behind;
-        let document = json!({ "uri": self.uri("Main.lf") });
-        let mut params = json!({ "textDocument": document, "position": { "line": line, "character": column } });
+    /// Returns the first place of a text in a file with these contents, this many characters behind its beginning.
+    pub(crate) fn place(&self, name: &str, contents: &str, text: &str, behind: usize) -> Value {
+        let at = contents.find(text).expect("it is there");
+        let line = contents[..at].matches('\n').count();
+        let column = contents[..at].rsplit('\n').next().unwrap_or_default().encode_utf16().count() + behind;
+        let document = json!({ "uri": self.uri(name) });
+        json!({ "textDocument": document, "position": { "line": line, "character": column } })
+    }
+
+    /// Asks about such a place.
+    pub(crate) fn ask_in(&mut self, name: &str, contents: &str, method: &str, text: &str, behind: usize) -> Value {
+        let mut place = self.place(name, contents, text, behind);
         if method == "textDocument/references" {
-            params["context"] = json!({ "includeDeclaration": true });
+            place["context"] = json!({ "includeDeclaration": true });
         }
-        self.ask(method, &params)
+        self.ask(method, &place)
+    }
+
+    /// Asks about the first place of a text in `Main.lf`.
+    fn ask_at(&mut self, method: &str, text: &str, behind: usize) -> Value {
+        self.ask_in("Main.lf", MAIN, method, text, behind)
+    }
+
+    /// Writes a file beside the others.
+    pub(crate) fn write_file(&self, name: &str, text: &str) {
+        fs::write(self.folder.path().join(name), text).expect("it can be written");
     }
 
     /// Returns the diagnostics that are told next, of a file.
-    fn diagnostics(&mut self, name: &str) -> Value {
+    pub(crate) fn diagnostics(&mut self, name: &str) -> Value {
         let uri = self.uri(name);
         loop {
             let message = self.read();
@@ -133,7 +151,7 @@ impl Editor {
         }
     }
 
-    fn end(mut self) {
+    pub(crate) fn end(mut self) {
         assert_eq!(self.ask("shutdown", &Value::Null), Value::Null);
         self.tell("exit", &Value::Null);
         assert!(self.server.wait().expect("it ends").success());
@@ -193,11 +211,10 @@ fn names_are_explained_and_found() {
         all.map(|item| item["label"].as_str().expect("a text").to_owned()).collect::<Vec<_>>()
     };
     let within = names(&editor.ask_at("textDocument/completion", "reaction(x)", 9));
-    assert!(
-        ["Counter", "Show", "x", "last", "timer"].iter().all(|name| within.iter().any(|one| one == name)),
-        "{within:?}"
-    );
-    assert!(!within.iter().any(|name| name == "counter"), "{within:?}");
+    assert_eq!(within, ["startup", "shutdown", "reset", "x"]);
+    let between = names(&editor.ask_at("textDocument/completion", "  reaction(x)", 2));
+    assert!(["timer", "x"].iter().all(|name| between.iter().any(|one| one == name)), "{between:?}");
+    assert!(!between.iter().any(|name| name == "counter"), "{between:?}");
     editor.end();
 }
 

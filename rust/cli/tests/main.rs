@@ -16,6 +16,7 @@ mod descendants;
 mod doctor;
 mod fmt;
 mod lsp;
+mod lsp_features;
 mod micro;
 mod new;
 mod package;

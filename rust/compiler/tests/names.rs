@@ -30,7 +30,8 @@ reactor Unit(limit: u32 = 3) extends Basis {
   timer t(0, period)
   logical action again(1 ms): u32
   initial mode On {
-    reaction count(t, x) -> again, reset(Off) {= =} deadline(period) {= =}
+    reaction count(t, x) -> again, reset(Off) {= self.seen += ctx.get(x).unwrap(); ctx.set_mode(Off) =}
+      deadline(period) {= ctx.schedule(again, Asap) =}
   }
   mode Off { watchdog late(period) -> y {= =} }
 }
@@ -39,7 +40,7 @@ main reactor(n: usize = 2) {
   unit = new[n] Unit(limit = n)
   other = new Holder<u32>(first = n, period = 1 s)
   unit.y -> other.x after 5 ms
-  reaction(other.y) -> unit.x {= =}
+  reaction(other.y) -> unit.x {= let other__y = ctx.get(other__y); format!(\"{other__y:?} {unit__x} x\"); =}
 }
 ";
 

@@ -12,11 +12,12 @@ use url::Url;
 use crate::compile::Files;
 
 /// The open files, by their paths. Two paths of one file are one where the file exists.
-#[derive(Default)]
+#[derive(Clone, Default)]
 pub(super) struct Buffers {
     open: BTreeMap<PathBuf, Buffer>,
 }
 
+#[derive(Clone)]
 struct Buffer {
     /// The path as the editor knows it.
     path: String,
@@ -36,6 +37,13 @@ impl Buffers {
     /// Forgets a file, and returns whether it was open.
     pub(super) fn close(&mut self, uri: &Uri) -> bool {
         path_of(uri).is_some_and(|path| self.open.remove(&real(&path)).is_some())
+    }
+
+    /// Sets the text of a file by its path; it counts as open.
+    pub(super) fn replace(&mut self, path: &str, text: String) {
+        let known = self.open.get(&real(path)).map(|buffer| buffer.path.clone());
+        let path_of_editor = known.unwrap_or_else(|| path.to_owned());
+        self.open.insert(real(path), Buffer { path: path_of_editor, text });
     }
 
     /// Returns the paths of the open files.

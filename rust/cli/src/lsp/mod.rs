@@ -5,9 +5,17 @@
 //! that the editor has open. After a change all open files are checked, each as the main file of a program, with the
 //! texts of the editor in the place of those on disk.
 
-mod answers;
+mod asked;
 mod buffers;
+mod completion;
+mod diagnostics;
+mod facts;
+mod hover;
+mod lenses;
+mod outline;
+mod places;
 mod positions;
+mod tokens;
 
 use std::collections::BTreeSet;
 
@@ -16,11 +24,15 @@ use lsp_types::notification::{
     DidChangeTextDocument, DidCloseTextDocument, DidOpenTextDocument, Notification as _, PublishDiagnostics,
 };
 use lsp_types::request::{
-    Completion, DocumentSymbolRequest, Formatting, GotoDefinition, HoverRequest, References, Request as _,
+    CodeActionRequest, CodeLensRequest, Completion, DocumentSymbolRequest, FoldingRangeRequest, Formatting,
+    GotoDefinition, HoverRequest, InlayHintRequest, PrepareRenameRequest, References, Rename, Request as _,
+    SemanticTokensFullRequest,
 };
 use lsp_types::{
-    CompletionOptions, HoverProviderCapability, OneOf, PublishDiagnosticsParams, ServerCapabilities,
-    TextDocumentSyncCapability, TextDocumentSyncKind, Uri,
+    CodeActionKind, CodeActionOptions, CodeLensOptions, CompletionOptions, FoldingRangeProviderCapability,
+    HoverProviderCapability, OneOf, PublishDiagnosticsParams, RenameOptions, SemanticTokensFullOptions,
+    SemanticTokensLegend, SemanticTokensOptions, ServerCapabilities, TextDocumentSyncCapability, TextDocumentSyncKind,
+    Uri, WorkDoneProgressOptions,
 };
 use serde::Serialize;
 use serde::de::DeserializeOwned;
@@ -47,28 +59,19 @@ struct Server<'c> {
     buffers: Buffers,
     /// The files of which the editor shows diagnostics.
     told: BTreeSet<String>,
+    /// The commands that the editor has for code lenses.
+    commands: Vec<String>,
 }
 
 impl<'c> Server<'c> {
     fn new(connection: &'c Connection) -> Self {
-        Self { connection, buffers: Buffers::default(), told: BTreeSet::new() }
+        Self { connection, buffers: Buffers::default(), told: BTreeSet::new(), commands: Vec::new() }
     }
 
     fn run(&mut self) -> Result<(), ProtocolError> {
-        let capabilities = ServerCapabilities {
-            text_document_sync: Some(TextDocumentSyncCapability::Kind(TextDocumentSyncKind::FULL)),
-            hover_provider: Some(HoverProviderCapability::Simple(true)),
-            definition_provider: Some(OneOf::Left(true)),
-            references_provider: Some(OneOf::Left(true)),
-            document_symbol_provider: Some(OneOf::Left(true)),
-            document_formatting_provider: Some(OneOf::Left(true)),
-            completion_provider: Some(CompletionOptions {
-                trigger_characters: Some(vec![".".to_owned()]),
-                ..CompletionOptions::default()
-            }),
-            ..ServerCapabilities::default()
-        };
-        let (id, _) = self.connection.initialize_start()?;
+        let (id, params) = self.connection.initialize_start()?;
+        self.commands = lenses::commands_of(&params["capabilities"]);
+        let capabilities = capabilities();
         let about = json!({ "name": "lfz", "version": env!("CARGO_PKG_VERSION") });
         self.connection.initialize_finish(id, json!({ "capabilities": capabilities, "serverInfo": about }))?;
         while let Ok(message) = self.connection.receiver.recv() {
@@ -133,12 +136,25 @@ impl<'c> Server<'c> {
         let Request { id, method, params, .. } = request;
         let buffers = &self.buffers;
         let answer = match method.as_str() {
-            HoverRequest::METHOD => answered(params, |asked| answers::hover(buffers, &asked)),
-            GotoDefinition::METHOD => answered(params, |asked| answers::definition(buffers, &asked)),
-            References::METHOD => answered(params, |asked| answers::references(buffers, &asked)),
-            DocumentSymbolRequest::METHOD => answered(params, |asked| answers::symbols(buffers, &asked)),
-            Formatting::METHOD => answered(params, |asked| answers::formatting(buffers, &asked)),
-            Completion::METHOD => answered(params, |asked| answers::completion(buffers, &asked)),
+            HoverRequest::METHOD => answered(params, |asked| hover::hover(buffers, &asked)),
+            GotoDefinition::METHOD => answered(params, |asked| places::definition(buffers, &asked)),
+            References::METHOD => answered(params, |asked| places::references(buffers, &asked)),
+            PrepareRenameRequest::METHOD => answered(params, |asked| places::prepare_rename(buffers, &asked)),
+            Rename::METHOD => match read(params) {
+                Some(asked) => match places::rename(buffers, &asked) {
+                    Ok(edit) => serde_json::to_value(edit),
+                    Err(text) => return Response::new_err(id, ErrorCode::RequestFailed as i32, text),
+                },
+                None => return Response::new_err(id, ErrorCode::InvalidParams as i32, NO_RENAME.to_owned()),
+            },
+            CodeActionRequest::METHOD => answered(params, |asked| diagnostics::fixes(buffers, &asked)),
+            DocumentSymbolRequest::METHOD => answered(params, |asked| outline::symbols(buffers, &asked)),
+            FoldingRangeRequest::METHOD => answered(params, |asked| outline::folding(buffers, &asked)),
+            Formatting::METHOD => answered(params, |asked| outline::formatting(buffers, &asked)),
+            SemanticTokensFullRequest::METHOD => answered(params, |asked| tokens::tokens(buffers, &asked)),
+            CodeLensRequest::METHOD => answered(params, |asked| lenses::lenses(buffers, &self.commands, &asked)),
+            InlayHintRequest::METHOD => answered(params, |asked| lenses::hints(buffers, &asked)),
+            Completion::METHOD => answered(params, |asked| completion::completion(buffers, &asked)),
             _ => {
                 let text = format!("lfz does not answer `{method}`");
                 return Response::new_err(id, ErrorCode::MethodNotFound as i32, text);
@@ -152,7 +168,7 @@ impl<'c> Server<'c> {
 
     /// Tells the diagnostics of all open files, and of those that they import.
     fn tell_diagnostics(&mut self) {
-        let mut all = answers::diagnostics(&self.buffers);
+        let mut all = diagnostics::diagnostics(&self.buffers);
         for uri in std::mem::take(&mut self.told) {
             all.entry(uri).or_default();
         }
@@ -164,6 +180,46 @@ impl<'c> Server<'c> {
             let told = PublishDiagnosticsParams::new(parsed, diagnostics, None);
             self.send(Message::Notification(Notification::new(PublishDiagnostics::METHOD.to_owned(), told)));
         }
+    }
+}
+
+/// The error of a question that has no new name.
+const NO_RENAME: &str = "a rename needs a place and a new name";
+
+/// Returns what the server can do.
+fn capabilities() -> ServerCapabilities {
+    let work_done_progress_options = WorkDoneProgressOptions::default();
+    ServerCapabilities {
+        text_document_sync: Some(TextDocumentSyncCapability::Kind(TextDocumentSyncKind::FULL)),
+        hover_provider: Some(HoverProviderCapability::Simple(true)),
+        definition_provider: Some(OneOf::Left(true)),
+        references_provider: Some(OneOf::Left(true)),
+        rename_provider: Some(OneOf::Right(RenameOptions { prepare_provider: Some(true), work_done_progress_options })),
+        code_action_provider: Some(
+            CodeActionOptions {
+                code_action_kinds: Some(vec![CodeActionKind::QUICKFIX]),
+                ..CodeActionOptions::default()
+            }
+            .into(),
+        ),
+        document_symbol_provider: Some(OneOf::Left(true)),
+        document_formatting_provider: Some(OneOf::Left(true)),
+        folding_range_provider: Some(FoldingRangeProviderCapability::Simple(true)),
+        semantic_tokens_provider: Some(
+            SemanticTokensOptions {
+                legend: SemanticTokensLegend { token_types: tokens::KINDS.to_vec(), token_modifiers: Vec::new() },
+                full: Some(SemanticTokensFullOptions::Bool(true)),
+                ..SemanticTokensOptions::default()
+            }
+            .into(),
+        ),
+        code_lens_provider: Some(CodeLensOptions { resolve_provider: Some(false) }),
+        inlay_hint_provider: Some(OneOf::Left(true)),
+        completion_provider: Some(CompletionOptions {
+            trigger_characters: Some([".", ">", "@", "\""].map(str::to_owned).into()),
+            ..CompletionOptions::default()
+        }),
+        ..ServerCapabilities::default()
     }
 }
 

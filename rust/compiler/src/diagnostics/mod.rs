@@ -87,6 +87,15 @@ impl Diagnostic {
         self
     }
 
+    /// Returns the text that its advice puts in the place of its span, if it is such advice.
+    pub fn replacement(&self) -> Option<&str> {
+        let hint = self.hint.as_deref()?;
+        match self.code {
+            Code::MissingUnit => hint.strip_prefix("write `")?.split('`').next(),
+            _ => suggest::suggested(hint),
+        }
+    }
+
     /// Returns whether it prevents a plan.
     pub fn severity(&self) -> Severity {
         self.code.severity()

@@ -19,13 +19,19 @@ pub(crate) fn did_you_mean<'a>(name: &str, candidates: impl IntoIterator<Item = 
         .map(|(_, candidate)| format!("did you mean `{candidate}`?"))
 }
 
+/// Returns the candidate that such a hint names.
+pub(super) fn suggested(hint: &str) -> Option<&str> {
+    hint.strip_prefix("did you mean `")?.strip_suffix("`?")
+}
+
 #[cfg(test)]
 mod tests {
-    use super::did_you_mean;
+    use super::{did_you_mean, suggested};
 
     #[test]
     fn the_nearest_name_is_suggested_and_a_far_one_is_not() {
         assert_eq!(did_you_mean("timout", ["fast", "timeout"]), Some("did you mean `timeout`?".into()));
+        assert_eq!(suggested("did you mean `timeout`?"), Some("timeout"));
         assert_eq!(did_you_mean("zebra", ["fast", "timeout"]), None);
     }
 }

@@ -3,17 +3,43 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
+use super::bodies::{CodeWords, WordUse};
 use super::declaration::{Declaration, NameKind};
 use crate::diagnostics::{SourceTexts, Span};
+use crate::lexical::Language;
 use crate::resolve::{Program, ReactorId};
 use crate::syntax::ast::{
-    ActionKind, Direction, Expression, ExpressionKind, Instantiation, Name, ReactionKeyword, Reactor, Reference,
-    TypeKind, TypeSyntax, Width, WidthTerm,
+    ActionKind, CodeBlock, Direction, Expression, ExpressionKind, Instantiation, Name, ReactionKeyword, ReactionSyntax,
+    Reactor, Reference, TypeKind, TypeSyntax, Width, WidthTerm,
 };
 use crate::syntax::comment_before;
 
-/// The declarations of a reactor by their names; the first one of a name counts.
-type ByName<'p> = BTreeMap<&'p str, usize>;
+/// The declarations of a reactor by their names. A parameter, a state variable and a port may share one.
+type ByName<'p> = BTreeMap<&'p str, Vec<usize>>;
+
+/// The kinds of elements that a place can name.
+type Kinds = &'static [NameKind];
+
+/// The elements that bodies find behind `self`.
+const FIELDS: Kinds = &[NameKind::State, NameKind::Parameter, NameKind::Method];
+
+/// The elements that values can name.
+const VALUES: Kinds = &[NameKind::Parameter];
+
+/// The elements that types can name.
+const TYPES: Kinds = &[NameKind::TypeParameter];
+
+/// The elements that reactions and connections can name.
+const ELEMENTS: Kinds = &[
+    NameKind::Input,
+    NameKind::Output,
+    NameKind::Timer,
+    NameKind::LogicalAction,
+    NameKind::PhysicalAction,
+    NameKind::Watchdog,
+    NameKind::Instance,
+    NameKind::Mode,
+];
 
 /// Collects declarations and the places that name them.
 pub(super) struct Collector<'p> {
@@ -111,7 +137,7 @@ impl<'p> Collector<'p> {
         let mut members = ByName::new();
         for (name, kind, ty) in all {
             let declaration = self.declare(id.unit, name, kind, ty);
-            members.entry(name.text.as_str()).or_insert(declaration);
+            members.entry(name.text.as_str()).or_default().push(declaration);
         }
         for instance in &body.instances {
             let class = self.program.units[id.unit].scope.get(&instance.class.text);
@@ -130,11 +156,13 @@ impl<'p> Collector<'p> {
         }
     }
 
-    /// Returns a declaration of a reactor, or of one from which it inherits.
-    fn member(&self, id: ReactorId, name: &str) -> Option<usize> {
+    /// Returns a declaration of a reactor, or of one from which it inherits; the first one of a kind counts.
+    fn member(&self, id: ReactorId, name: &str, kinds: Kinds) -> Option<usize> {
         let (mut open, mut seen) = (vec![id], BTreeSet::new());
         while let Some(id) = open.pop() {
-            if let Some(found) = self.members.get(&id)?.get(name) {
+            let of_name = self.members.get(&id)?.get(name).map_or(&[][..], Vec::as_slice);
+            let of_kind = |kind: &NameKind| of_name.iter().find(|one| self.declarations[**one].kind == *kind);
+            if let Some(found) = kinds.iter().find_map(of_kind) {
                 return Some(*found);
             }
             if seen.insert(id) {
@@ -147,8 +175,8 @@ impl<'p> Collector<'p> {
     }
 
     /// Notes that a place names an element of a reactor, and returns that element.
-    fn name(&mut self, id: ReactorId, name: &str, place: Span) -> Option<usize> {
-        let found = self.member(id, name)?;
+    fn name(&mut self, id: ReactorId, name: &str, kinds: Kinds, place: Span) -> Option<usize> {
+        let found = self.member(id, name, kinds)?;
         self.places.insert(place, found);
         Some(found)
     }
@@ -169,6 +197,7 @@ impl<'p> Collector<'p> {
         for method in &body.methods {
             self.ty(id, method.ty.as_ref());
             method.arguments.iter().for_each(|(_, ty)| self.ty(id, ty.as_ref()));
+            self.code(id, &method.code, &[]);
         }
         for port in &body.ports {
             self.ty(id, port.ty.as_ref());
@@ -193,6 +222,60 @@ impl<'p> Collector<'p> {
             references.for_each(|reference| self.reference(id, reference));
             self.values(id, reaction.deadline.iter().map(|deadline| &deadline.value));
             self.values(id, reaction.tardy.iter().filter_map(|tardy| tardy.absent_after.as_ref()));
+            let handlers = [
+                reaction.code.as_ref(),
+                reaction.tardy.as_ref().and_then(|tardy| tardy.code.as_ref()),
+                reaction.deadline.as_ref().map(|deadline| &deadline.code),
+            ];
+            let signature = signature(reaction);
+            handlers.into_iter().flatten().for_each(|code| self.code(id, code, &signature));
+        }
+    }
+
+    /// Notes the words of code that name elements: those of the reaction's signature, and what stands behind `self`.
+    fn code(&mut self, id: ReactorId, code: &CodeBlock, signature: &[&Reference]) {
+        let language = self.program.language(id.unit);
+        for word in CodeWords::of(language, &code.text) {
+            let start = code.span.start + word.start;
+            let place = |from: usize, text: &str| Span::new(code.span.file, start + from, start + from + text.len());
+            match word.kind {
+                WordUse::Field => drop(self.name(id, word.text, FIELDS, place(0, word.text))),
+                WordUse::Of(container) => {
+                    let ports = signature.iter().filter(|it| it.name.text == word.text);
+                    let mut ports = ports.filter_map(|it| it.container.as_ref());
+                    if let Some(container) = ports.find(|it| it.text == container) {
+                        self.port(id, &container.text, word.text, place(0, word.text));
+                    }
+                }
+                WordUse::Variable => {
+                    for reference in signature {
+                        let name = reference.name.text.as_str();
+                        match &reference.container {
+                            None if name == word.text => drop(self.name(id, name, ELEMENTS, place(0, name))),
+                            Some(container) if language == Language::C && container.text == word.text => {
+                                self.name(id, word.text, ELEMENTS, place(0, word.text));
+                            }
+                            Some(container) => {
+                                let rest = word.text.strip_prefix(container.text.as_str());
+                                if rest.and_then(|rest| rest.strip_prefix("__")) == Some(name) {
+                                    self.name(id, &container.text, ELEMENTS, place(0, &container.text));
+                                    self.port(id, &container.text, name, place(container.text.len() + 2, name));
+                                }
+                            }
+                            None => {}
+                        }
+                    }
+                }
+                WordUse::Call => drop(self.name(id, word.text, &[NameKind::Method], place(0, word.text))),
+            }
+        }
+    }
+
+    /// Notes that a place names a port of a contained reactor.
+    fn port(&mut self, id: ReactorId, container: &str, port: &str, place: Span) {
+        let instance = self.member(id, container, &[NameKind::Instance]);
+        if let Some(class) = instance.and_then(|instance| self.classes.get(&instance).copied()) {
+            self.name(class, port, ELEMENTS, place);
         }
     }
 
@@ -203,7 +286,7 @@ impl<'p> Collector<'p> {
         let class = self.program.units[id.unit].scope.get(&instance.class.text).copied();
         for argument in &instance.arguments {
             if let Some(class) = class {
-                self.name(class, &argument.name.text, argument.name.span);
+                self.name(class, &argument.name.text, VALUES, argument.name.span);
             }
             self.values(id, [&argument.init.value]);
         }
@@ -213,13 +296,13 @@ impl<'p> Collector<'p> {
         let Reference { container, name, .. } = reference;
         let class = match container {
             Some(container) => {
-                let instance = self.name(id, &container.text, container.span);
+                let instance = self.name(id, &container.text, ELEMENTS, container.span);
                 instance.and_then(|instance| self.classes.get(&instance).copied())
             }
             None => Some(id),
         };
         if let Some(class) = class {
-            self.name(class, &name.text, name.span);
+            self.name(class, &name.text, ELEMENTS, name.span);
         }
     }
 
@@ -235,7 +318,7 @@ impl<'p> Collector<'p> {
     fn values<'v>(&mut self, id: ReactorId, values: impl IntoIterator<Item = &'v Expression>) {
         for value in values {
             match &value.kind {
-                ExpressionKind::Name(name) => drop(self.name(id, name, value.span)),
+                ExpressionKind::Name(name) => drop(self.name(id, name, VALUES, value.span)),
                 ExpressionKind::List(list) => self.values(id, list),
                 ExpressionKind::Literal(_) | ExpressionKind::Time(_) | ExpressionKind::Code(_) => {}
             }
@@ -246,12 +329,17 @@ impl<'p> Collector<'p> {
     fn ty(&mut self, id: ReactorId, ty: Option<&TypeSyntax>) {
         let Some(TypeSyntax { kind: TypeKind::Path { segments, arguments, c_suffix }, span }) = ty else { return };
         if let ([name], [], None) = (&segments[..], &arguments[..], c_suffix) {
-            self.name(id, name, *span);
+            self.name(id, name, TYPES, *span);
         }
         for argument in arguments {
             self.ty(id, Some(argument));
         }
     }
+}
+
+/// Returns the names in a reaction's signature.
+fn signature(reaction: &ReactionSyntax) -> Vec<&Reference> {
+    reaction.triggers.iter().chain(&reaction.uses).chain(&reaction.effects).collect()
 }
 
 /// Returns all reactors of a program with their numbers.

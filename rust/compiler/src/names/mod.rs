@@ -4,6 +4,7 @@
 //!
 //! This module reports no errors, and instantiates nothing. A name without a meaning has no entry.
 
+mod bodies;
 mod collector;
 mod declaration;
 

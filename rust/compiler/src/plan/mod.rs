@@ -29,7 +29,7 @@ pub use federate::{
 };
 pub use native::{CompilerFlag, Definition, IncludedFile, NativeCode};
 pub(crate) use native::{in_library, library_file};
-pub(crate) use render::Time;
+pub use render::Time;
 pub use serializer::Serializer;
 pub use shape::Shape;
 pub use source::{

@@ -9,8 +9,9 @@ use super::{
     TriggerKind, Value,
 };
 
-/// A duration in the largest unit that divides it: `25 ms`.
-pub(crate) struct Time(pub(crate) i64);
+/// A duration in nanoseconds, which is shown in the largest unit that divides it: `25 ms`.
+#[derive(Clone, Copy, Debug)]
+pub struct Time(pub i64);
 
 impl Display for Time {
     fn fmt(&self, f: &mut Formatter<'_>) -> fmt::Result {

@@ -83,6 +83,11 @@ pub(super) const UNSUPPORTED: &[(&[&str], &str)] = &[
     (&["language"], "remove it: the target declaration chooses the language of all reactors of a program"),
 ];
 
+/// Returns the names of the attributes that have an effect or are for diagrams.
+pub(super) fn honoured() -> impl Iterator<Item = &'static str> {
+    FOR_DIAGRAMS.iter().chain(HONOURED).copied().chain(of_main::ATTRIBUTES.map(|(name, _)| name))
+}
+
 impl<'p> Checker<'p> {
     /// Checks the attributes of a declaration, and returns those with a meaning.
     pub(super) fn check_attributes(
@@ -129,9 +134,8 @@ impl<'p> Checker<'p> {
     /// tools may know it.
     fn unknown(&mut self, attribute: &Attribute) {
         let name = &attribute.name.text;
-        let known = FOR_DIAGRAMS.iter().chain(HONOURED).copied().chain(of_main::ATTRIBUTES.map(|(name, _)| name));
         let message = format!("there is no attribute `@{name}`");
-        if let Some(hint) = did_you_mean(name, known) {
+        if let Some(hint) = did_you_mean(name, honoured()) {
             self.report(Diagnostic::new(Code::UnknownAttribute, attribute.name.span, message).hint(hint));
             return;
         }

@@ -13,6 +13,8 @@ pub struct Supported {
     pub properties: &'static [properties::TargetProperty],
     /// Target properties that are refused, each with the alternative.
     pub refused_properties: &'static [(&'static str, &'static str)],
+    /// Attributes that have an effect, or that diagrams use, by their names without `@`.
+    pub attributes: Vec<&'static str>,
     /// Target properties without an effect, each with the reason.
     pub idle_properties: &'static [(&'static str, &'static str)],
 }
@@ -28,6 +30,7 @@ pub fn supported() -> Supported {
         refused: features.chain(attributes).collect(),
         properties: properties::PROPERTIES,
         refused_properties: properties::REFUSED,
+        attributes: attributes::honoured().collect(),
         idle_properties: properties::IDLE,
     }
 }

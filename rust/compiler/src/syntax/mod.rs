@@ -8,6 +8,7 @@
 pub mod ast;
 mod comments;
 mod expression;
+mod lexemes;
 mod parser;
 #[cfg(test)]
 mod tests;
@@ -17,6 +18,7 @@ mod type_text;
 pub(crate) mod words;
 
 pub(crate) use comments::comment_before;
+pub use lexemes::{Lexeme, LexemeKind, lexemes};
 pub(crate) use lf_model::units::{TimeError, nanoseconds};
 pub(crate) use parser::parse;
 pub(crate) use time::{is_zero, literal_ns};

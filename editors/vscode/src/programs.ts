@@ -1,0 +1,83 @@
+// SPDX-License-Identifier: Apache-2.0
+// Commands that run programs and build images, as tasks in a terminal.
+
+import * as path from "node:path";
+import * as vscode from "vscode";
+import { findLfz, folderOf, programFile, setting } from "./lfz";
+
+/** The tasks that this extension has started and that have not ended. */
+const running = new Set<vscode.TaskExecution>();
+
+export function registerPrograms(context: vscode.ExtensionContext): void {
+  context.subscriptions.push(
+    vscode.commands.registerCommand("lfz.run", (file) => run(file)),
+    vscode.commands.registerCommand("lfz.runFederation", (file) => run(file)),
+    vscode.commands.registerCommand("lfz.buildForBoard", (file) => buildForBoard(file)),
+    vscode.commands.registerCommand("lfz.stop", () => running.forEach((task) => task.terminate())),
+    vscode.tasks.onDidEndTask((event) => {
+      running.delete(event.execution);
+      noteRunning();
+    }),
+  );
+}
+
+function noteRunning(): void {
+  void vscode.commands.executeCommand("setContext", "lfz.isRunning", running.size > 0);
+}
+
+async function run(given: unknown): Promise<void> {
+  const file = await programFile(given);
+  if (file !== undefined) {
+    await execute(file, "run", ["run", file.fsPath]);
+  }
+}
+
+/** Builds the image of a program, or those of a federation for the boards of a deployment file. */
+async function buildForBoard(given: unknown): Promise<void> {
+  const file = await programFile(given);
+  if (file === undefined) {
+    return;
+  }
+  const text = (await vscode.workspace.openTextDocument(file)).getText();
+  if (/^\s*federated\s+reactor\b/m.test(text)) {
+    const deployment = await chooseDeployment(file);
+    if (deployment !== undefined) {
+      const places = deployment === "" ? [] : ["--deployment", deployment];
+      await execute(file, "build", ["west", "lf-fed-build", file.fsPath, ...places]);
+    }
+    return;
+  }
+  const board = await vscode.window.showInputBox({
+    prompt: "The board, as west knows it",
+    value: setting("board"),
+    validateInput: (value) => (/^[\w@/.-]+$/.test(value) ? undefined : "A name such as qemu_cortex_m3"),
+  });
+  if (board !== undefined) {
+    await execute(file, "build", ["west", "lf-build", file.fsPath, "-w", `-b ${board}`]);
+  }
+}
+
+/** Returns the path of a deployment file of the workspace, or nothing for none; undefined when nobody chooses. */
+async function chooseDeployment(file: vscode.Uri): Promise<string | undefined> {
+  const pattern = new vscode.RelativePattern(folderOf(file), "**/deployment/*.{yaml,yml}");
+  const found = await vscode.workspace.findFiles(pattern, "**/{build,target}/**", 50);
+  const none = { label: "No deployment file", description: "places and boards of the program itself", value: "" };
+  const choices = found.map((one) => ({ label: vscode.workspace.asRelativePath(one), value: one.fsPath }));
+  const title = "Where the federates run";
+  return (await vscode.window.showQuickPick([...choices, none], { title }))?.value;
+}
+
+/** Runs `lfz` in a terminal of its own. */
+async function execute(file: vscode.Uri, what: string, words: string[]): Promise<void> {
+  const lfz = findLfz();
+  if (lfz === undefined) {
+    return;
+  }
+  const name = `${what} ${path.basename(file.fsPath)}`;
+  const process = new vscode.ProcessExecution(lfz, words, { cwd: folderOf(file) });
+  const scope = vscode.workspace.getWorkspaceFolder(file) ?? vscode.TaskScope.Workspace;
+  const task = new vscode.Task({ type: "lfz", task: name }, scope, name, "lfz", process);
+  task.presentationOptions = { panel: vscode.TaskPanelKind.Dedicated, clear: true };
+  running.add(await vscode.tasks.executeTask(task));
+  noteRunning();
+}

@@ -1,0 +1,247 @@
+// SPDX-License-Identifier: Apache-2.0
+// Uses the packed extension in a real editor. `LFZ` names the program `lfz`; `SCREENSHOTS` a folder for pictures.
+
+import assert from "node:assert/strict";
+import { chmodSync, existsSync, mkdtempSync, readFileSync, rmSync, writeFileSync } from "node:fs";
+import { tmpdir } from "node:os";
+import path from "node:path";
+import { folder, startEditor } from "./host.mjs";
+
+const lfz = path.resolve(process.env.LFZ ?? path.join(folder, "../../target/debug/lfz"));
+const pictures = process.env.SCREENSHOTS;
+const notes = mkdtempSync(path.join(tmpdir(), "lf-calls-"));
+const calls = path.join(notes, "calls");
+process.env.LF_EDITOR_CALLS = calls;
+process.env.LF_EDITOR_LFZ = lfz;
+writeFileSync(calls, "");
+
+const METER = `target Rust
+/** Counts what the wheel of the meter does. */
+reactor Meter(period: time = 250 ms) {
+  output count: u32
+  state turns: u32 = 0
+  timer t(0, period)
+  reaction(t) -> count {=
+    self.turns += 1;
+    ctx.set(count, self.turns);
+  =}
+}
+`;
+const GRID = `target Rust {
+  coordination: decentralized,
+  timeout: 2 s
+}
+
+import Meter from "Meter.lf"
+
+reactor Show {
+  @capacity(16)
+  input x: u32
+  state last: u32 = 0
+
+  reaction(x) {=
+    let value = ctx.get(x).unwrap_or_default();
+    println!("{value} after {}", self.last);
+    self.last = value;
+  =}
+}
+
+federated reactor {
+  @maxwait(20 ms)
+  show = new Show()
+  meter = new Meter()
+  meter.count -> show.x after 10 ms
+}
+`;
+const HELLO = `target C {
+  timeout: 1 s
+}
+
+main reactor {
+  timer t(0, 100 ms)
+  state n: int = 0
+
+  reaction(t) {=
+    // Counts.
+    self->n++;
+    lf_print("%d", self->n);
+  =}
+}
+`;
+
+/** Waits until a condition holds that only the world outside of the page knows. */
+async function until(what, condition) {
+  const end = Date.now() + 60_000;
+  while (!(await condition())) {
+    assert.ok(Date.now() < end, `never: ${what}`);
+    await new Promise((resolve) => setTimeout(resolve, 50));
+  }
+}
+
+const called = () => readFileSync(calls, "utf8").split("\n");
+const tests = [];
+const test = (name, body) => tests.push([name, body]);
+let editor;
+
+async function picture(name) {
+  if (pictures !== undefined) {
+    await editor.screenshot(path.join(pictures, `${name}.png`));
+  }
+}
+
+test("a missing lfz is told with its remedy", async () => {
+  const toast = editor.page.locator(".notification-list-item", { hasText: "there is no program" });
+  await editor.open("Grid.lf");
+  await toast.waitFor();
+  await toast.getByText("Open Setting").waitFor();
+  await picture("missing");
+  await editor.page.keyboard.press("Escape");
+  const settings = path.join(editor.workspace, ".vscode/settings.json");
+  writeFileSync(settings, JSON.stringify({ "lfz.path": path.join(folder, "tests/lfz.sh") }));
+  await until("the server starts with the new setting", () => called().includes("lsp"));
+  await editor.page.locator(".notifications-toasts").waitFor({ state: "hidden" });
+});
+
+test("lenses and waits stand between the lines", async () => {
+  for (const title of ["Run federation", "Debug", "Build for board", "Show graph"]) {
+    await editor.page.locator(".codelens-decoration a", { hasText: title }).waitFor();
+  }
+  await editor.line("waits 20 ms for meter").waitFor();
+  await picture("grid");
+});
+
+test("names in bodies have the colours of what they are", async () => {
+  const word = editor.page.locator(".view-line", { hasText: "let value = ctx.get" }).first().locator("span", { hasText: /^let$/ });
+  const keyword = await word.first().evaluate((node) => getComputedStyle(node).color);
+  const reactor = editor.page.locator(".view-line", { hasText: "reactor Show" }).first();
+  const name = await reactor.locator("span", { hasText: /^Show$/ }).first().evaluate((node) => getComputedStyle(node).color);
+  const plain = await editor.page.locator(".monaco-editor").first().evaluate((node) => getComputedStyle(node).color);
+  assert.notEqual(keyword, plain);
+  assert.notEqual(name, plain);
+  assert.notEqual(name, keyword);
+});
+
+test("an error is told while it is typed, and has a quick fix", async () => {
+  await editor.go(24, 19);
+  await editor.page.keyboard.type("q");
+  await editor.page.locator(".squiggly-error").first().waitFor();
+  await editor.page.keyboard.press("Control+.");
+  await editor.page.locator(".action-widget", { hasText: "Write `show`" }).waitFor();
+  await picture("fix");
+  await editor.page.keyboard.press("Enter");
+  await editor.page.locator(".squiggly-error").first().waitFor({ state: "detached" });
+  await editor.line("meter.count -> show.x").waitFor();
+});
+
+test("a name is described with its facts", async () => {
+  await editor.go(22, 4);
+  await editor.command("Show or Focus Hover");
+  const hover = editor.page.locator(".monaco-hover", { hasText: "federate 0" });
+  await hover.waitFor();
+  await picture("hover");
+  assert.match(await hover.first().innerText(), /waits 20 ms for meter/);
+  await editor.page.keyboard.press("Escape");
+});
+
+test("a body is completed by the methods of ctx", async () => {
+  await editor.go(16, 23);
+  await editor.page.keyboard.press("Enter");
+  await editor.page.keyboard.type("ctx.get");
+  const list = editor.page.locator(".suggest-widget.visible .monaco-list-row");
+  await list.filter({ hasText: "get_elapsed_logical_time" }).first().waitFor();
+  await picture("completion");
+  await editor.page.keyboard.press("Escape");
+  await editor.page.keyboard.press("Escape");
+  await editor.command("Undo");
+  await editor.command("File: Revert File");
+});
+
+test("a definition is found in another file", async () => {
+  await editor.go(24, 12);
+  await editor.page.keyboard.press("F12");
+  await editor.page.locator('.tab.active[data-resource-name="Meter.lf"]').waitFor();
+});
+
+test("a name is changed in both files", async () => {
+  await editor.go(4, 12);
+  await editor.page.keyboard.press("F2");
+  const input = editor.page.locator(".rename-box input");
+  await input.fill("total");
+  await editor.page.keyboard.press("Enter");
+  await editor.line("ctx.set(total").waitFor();
+  await editor.command("File: Save All Files");
+  const text = (name) => readFileSync(path.join(editor.workspace, name), "utf8");
+  await until("both files are saved", () => text("Meter.lf").includes("output total") && text("Grid.lf").includes("meter.total ->"));
+});
+
+test("a federation runs until it is stopped", async () => {
+  await editor.open("Grid.lf");
+  await editor.page.locator(".codelens-decoration a", { hasText: "Run federation" }).click();
+  await until("it runs", () => called().includes(`run ${path.join(editor.workspace, "Grid.lf")}`));
+  await editor.page.locator(".xterm-rows", { hasText: "the program runs" }).waitFor();
+  await picture("run");
+  await editor.command("LF: Stop");
+  await until("it has ended", () => called().includes("ended"));
+});
+
+test("the graph is beside the text", async () => {
+  await editor.command("View: Toggle Panel Visibility");
+  await editor.command("LF: Show Graph");
+  const frame = editor.page.frameLocator("iframe.webview.ready").frameLocator("iframe#active-frame");
+  await frame.locator("svg").first().waitFor();
+  await picture("graph");
+  assert.ok(called().includes(`graph ${path.join(editor.workspace, "Grid.lf")}`));
+  await editor.command("View: Close All Editors");
+});
+
+test("an image is built for a board", async () => {
+  await editor.open("Hello.lf");
+  await editor.line("lf_print").waitFor();
+  await picture("c");
+  await editor.command("LF: Build for Board");
+  const box = editor.page.locator(".quick-input-box input");
+  await editor.page.locator(".quick-input-message", { hasText: "The board" }).waitFor();
+  await box.fill("qemu_cortex_m3");
+  await editor.page.keyboard.press("Enter");
+  const file = path.join(editor.workspace, "Hello.lf");
+  await until("west is called", () => called().includes(`west lf-build ${file} -w -b qemu_cortex_m3`));
+});
+
+test("a federation is built for the boards of a deployment", async () => {
+  await editor.open("Grid.lf");
+  await editor.command("LF: Build for Board");
+  await editor.page.locator(".quick-input-list .monaco-list-row", { hasText: "two-boards.yaml" }).click();
+  const words = ["lf-fed-build", path.join(editor.workspace, "Grid.lf"), "--deployment"];
+  const call = `west ${words.join(" ")} ${path.join(editor.workspace, "deployment/two-boards.yaml")}`;
+  await until("west is called", () => called().includes(call));
+});
+
+assert.ok(existsSync(lfz), `there is no ${lfz}: cargo build --bin lfz`);
+chmodSync(path.join(folder, "tests/lfz.sh"), 0o755);
+let failed = 0;
+const files = {
+  "Grid.lf": GRID,
+  "Meter.lf": METER,
+  "Hello.lf": HELLO,
+  "deployment/two-boards.yaml": "federates: {}\n",
+  ".vscode/settings.json": JSON.stringify({ "lfz.path": "/nowhere/lfz" }),
+};
+try {
+  editor = await startEditor({ files, settings: {} });
+  for (const [name, body] of tests) {
+    try {
+      await body();
+      console.log(`ok ${name}`);
+    } catch (error) {
+      failed += 1;
+      console.log(`FAILED ${name}: ${error.message}`);
+      await editor.screenshot(path.join(pictures ?? tmpdir(), "lf-editor-failure.png"));
+      break;
+    }
+  }
+} finally {
+  await editor?.end();
+  rmSync(notes, { recursive: true, force: true });
+}
+console.log(`${tests.length - failed} passed, ${failed} failed`);
+process.exit(failed === 0 ? 0 : 1);
