@@ -14,16 +14,16 @@ use core::fmt;
 use crate::cipher::TAG_BYTES;
 use crate::datagram::DatagramKeys;
 use crate::error::{ChannelError, Hint};
-use crate::handshake::{Credentials, Handshake, Session};
+use crate::handshake::{Handshake, HandshakeKeys, Session};
 use crate::keyring::{Keyring, Participant};
 use crate::keys::StaticSecret;
-use crate::pattern::Pattern;
+use crate::pattern::{Pattern, Role};
 
 /// The first byte of each direction. No message of the federation protocol begins with it.
 pub const MARK: u8 = 0xE5;
 /// The version of what follows.
 const VERSION: u8 = 1;
-/// What both ends have to agree upon before their handshake.
+/// The bytes that both ends have to agree upon before their handshake.
 const PROLOGUE: &[u8] = &[MARK, VERSION];
 /// The length of the length of a frame.
 const LENGTH_BYTES: usize = 2;
@@ -33,23 +33,13 @@ pub const RECORD_OVERHEAD: usize = LENGTH_BYTES + TAG_BYTES;
 const CONTENT_BYTES_MAX: usize = u16::MAX as usize - TAG_BYTES;
 /// The number of records of one direction after which its key is replaced.
 pub const REKEY_RECORDS: u64 = 1 << 16;
-/// The length of what an end tells about itself in the handshake: the longest content of a record that it takes, the
-/// name of its connection for datagrams, and the port to which it wants them.
+/// The length of [`Told`].
 const TOLD_BYTES: usize = 8;
 /// The length of a buffer that holds every message of the handshake: an ephemeral key, an encrypted static key and what
 /// is told, after the mark and the version.
 pub const HANDSHAKE_BYTES: usize = PROLOGUE.len() + LENGTH_BYTES + 32 + 32 + TAG_BYTES + TOLD_BYTES + TAG_BYTES;
 
 static PATTERN: Pattern = Pattern::XX_PSK0;
-
-/// An end of a connection.
-#[derive(Clone, Copy, PartialEq, Eq, Debug)]
-pub enum Role {
-    /// The end that connects, and begins the handshake.
-    Initiator,
-    /// The end that accepts.
-    Responder,
-}
 
 /// The stage of a channel.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
@@ -69,6 +59,35 @@ enum Stage {
     Handshake(Handshake),
     Open(Session),
     Failed(ChannelError),
+}
+
+/// The properties that an end tells of itself in the handshake.
+#[derive(Clone, Copy)]
+struct Told {
+    /// The longest content of a record that it takes.
+    content_max: u16,
+    /// The name of its connection in datagrams for it.
+    name: u32,
+    /// The port for them, or 0.
+    port: u16,
+}
+
+impl Told {
+    fn bytes(self) -> [u8; TOLD_BYTES] {
+        let mut bytes = [0; TOLD_BYTES];
+        bytes[..2].copy_from_slice(&self.content_max.to_be_bytes());
+        bytes[2..6].copy_from_slice(&self.name.to_be_bytes());
+        bytes[6..].copy_from_slice(&self.port.to_be_bytes());
+        bytes
+    }
+
+    fn read(bytes: &[u8]) -> Option<Self> {
+        let (content_max, rest) = bytes.split_first_chunk()?;
+        let (name, rest) = rest.split_first_chunk()?;
+        let content_max = u16::from_be_bytes(*content_max);
+        let port = u16::from_be_bytes(*rest.first_chunk()?);
+        Some(Self { content_max, name: u32::from_be_bytes(*name), port })
+    }
 }
 
 /// A part of a buffer, as offsets.
@@ -344,10 +363,9 @@ impl<B: AsRef<[u8]> + AsMut<[u8]>> Channel<B> {
         if !self.is_marked {
             let raw = self.incoming.as_ref().get(self.raw.start..self.raw.end).unwrap_or_default();
             match *raw {
-                [] => return Ok(false),
                 [first, ..] if first != MARK => return Err(ChannelError::Plain(first)),
                 [_, version, ..] if version != VERSION => return Err(ChannelError::Version(version)),
-                [_] => return Ok(false),
+                [] | [_] => return Ok(false),
                 [..] => {}
             }
             self.raw.start += PROLOGUE.len();
@@ -359,9 +377,8 @@ impl<B: AsRef<[u8]> + AsMut<[u8]>> Channel<B> {
         let told = handshake.read(credentials(keyring), bytes).map_err(|_| ChannelError::Handshake)?;
         self.raw.start = frame.end;
         if let Some(key) = handshake.remote().copied() {
-            let [length @ .., a, b, c, d, e, f] = *told.first_chunk::<TOLD_BYTES>().ok_or(ChannelError::Handshake)?;
-            self.content_max = usize::from(u16::from_be_bytes(length));
-            self.remote_address = (u32::from_be_bytes([a, b, c, d]), u16::from_be_bytes([e, f]));
+            let Told { content_max, name, port } = Told::read(told).ok_or(ChannelError::Handshake)?;
+            (self.content_max, self.remote_address) = (content_max.into(), (name, port));
             if self.content_max == 0 {
                 return Err(ChannelError::Handshake);
             }
@@ -386,11 +403,8 @@ impl<B: AsRef<[u8]> + AsMut<[u8]>> Channel<B> {
         self.pending = Part::default();
         let is_first = !core::mem::replace(&mut self.has_marked, true);
         let mark = if is_first { PROLOGUE.len() } else { 0 };
-        let mut told = [0; TOLD_BYTES];
         let (name, port) = self.own_address;
-        told[..2].copy_from_slice(&u16::try_from(content).unwrap_or(u16::MAX).to_be_bytes());
-        told[2..6].copy_from_slice(&name.to_be_bytes());
-        told[6..].copy_from_slice(&port.to_be_bytes());
+        let told = Told { content_max: u16::try_from(content).unwrap_or(u16::MAX), name, port }.bytes();
         // The first message can be replayed, so it tells nothing.
         let told = if is_first && self.role == Role::Initiator { &[][..] } else { &told };
         let start = mark + LENGTH_BYTES;
@@ -438,6 +452,6 @@ impl<B> fmt::Debug for Channel<B> {
     }
 }
 
-fn credentials<'a>(keyring: &'a Keyring<'_>) -> Credentials<'a> {
-    Credentials { secret: keyring.own(), public: keyring.public(), federation: keyring.federation() }
+fn credentials<'a>(keyring: &'a Keyring<'_>) -> HandshakeKeys<'a> {
+    HandshakeKeys { secret: keyring.own(), public: keyring.public(), federation: keyring.federation() }
 }

@@ -34,8 +34,8 @@ impl fmt::Display for HandshakeError {
 
 impl core::error::Error for HandshakeError {}
 
-/// What an end says, without proof, when it refuses a connection. It is of use to people only: whoever can change bytes
-/// can also forge it, and end the connection in other ways.
+/// A reason that an end says, without proof, when it refuses a connection. It is of use to people only: a man in the
+/// middle can forge it, and end the connection in other ways, too.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum Hint {
     /// The first message was not readable: the federation's secret differs.
@@ -48,7 +48,7 @@ pub enum Hint {
 
 impl Hint {
     /// Returns the meaning of a byte.
-    pub(crate) const fn from_byte(byte: u8) -> Self {
+    pub const fn from_byte(byte: u8) -> Self {
         match byte {
             1 => Self::Secret,
             2 => Self::Key,
@@ -57,7 +57,7 @@ impl Hint {
     }
 
     /// Returns the byte on the wire.
-    pub(crate) const fn byte(self) -> u8 {
+    pub const fn byte(self) -> u8 {
         match self {
             Self::Secret => 1,
             Self::Key => 2,

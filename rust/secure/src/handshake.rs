@@ -3,12 +3,11 @@
 
 use zeroize::{Zeroize, ZeroizeOnDrop, Zeroizing};
 
-use crate::channel::Role;
 use crate::cipher::{Cipher, TAG_BYTES};
 use crate::datagram::DatagramKeys;
 use crate::error::HandshakeError;
 use crate::keys::{FederationSecret, KEY_BYTES, PublicKey, StaticSecret};
-use crate::pattern::{Pattern, Token};
+use crate::pattern::{Pattern, Role, Token};
 use crate::symmetric::{HASH_BYTES, Symmetric};
 
 /// The purpose of the keys of the connection itself, in Noise's terms: none.
@@ -18,7 +17,7 @@ const OF_DATAGRAMS: &[u8] = b"lf-zephyr-rs datagrams";
 
 /// The secrets of one end, which a handshake uses but does not keep.
 #[derive(Clone, Copy, Debug)]
-pub struct Credentials<'a> {
+pub struct HandshakeKeys<'a> {
     /// Its static secret.
     pub secret: &'a StaticSecret,
     /// The public half of the former.
@@ -58,7 +57,7 @@ impl Handshake {
         pattern: &'static Pattern,
         role: Role,
         prologue: &[u8],
-        credentials: Credentials<'_>,
+        credentials: HandshakeKeys<'_>,
         ephemeral: StaticSecret,
         remote: Option<PublicKey>,
     ) -> Self {
@@ -68,10 +67,9 @@ impl Handshake {
             Role::Initiator => (Some(*credentials.public), remote),
             Role::Responder => (remote, Some(*credentials.public)),
         };
-        for key in [initiator.filter(|_| pattern.knows_initiator), responder.filter(|_| pattern.knows_responder)] {
-            if let Some(key) = key {
-                symmetric.mix_hash(key.bytes());
-            }
+        let known = [initiator.filter(|_| pattern.knows_initiator), responder.filter(|_| pattern.knows_responder)];
+        for key in known.iter().flatten() {
+            symmetric.mix_hash(key.bytes());
         }
         Self { symmetric, pattern, role, step: 0, ephemeral, remote_ephemeral: None, remote_static: remote }
     }
@@ -83,7 +81,7 @@ impl Handshake {
 
     /// Returns whether the next message is this end's.
     pub fn is_writer(&self) -> bool {
-        !self.is_complete() && (self.step % 2 == 0) == (self.role == Role::Initiator)
+        !self.is_complete() && self.step.is_multiple_of(2) == (self.role == Role::Initiator)
     }
 
     /// Returns the other end's static key, once it is known. It is proved when the handshake is complete.
@@ -103,7 +101,7 @@ impl Handshake {
     /// [`HandshakeError::Key`] for a bad key of the other end.
     pub fn write(
         &mut self,
-        credentials: Credentials<'_>,
+        credentials: HandshakeKeys<'_>,
         payload: &[u8],
         message: &mut [u8],
     ) -> Result<usize, HandshakeError> {
@@ -132,7 +130,7 @@ impl Handshake {
     /// too short, [`HandshakeError::Key`] for a bad key of the other end.
     pub fn read<'m>(
         &mut self,
-        credentials: Credentials<'_>,
+        credentials: HandshakeKeys<'_>,
         message: &'m mut [u8],
     ) -> Result<&'m mut [u8], HandshakeError> {
         let tokens = self.next_tokens(false)?;
@@ -199,7 +197,7 @@ impl Handshake {
     }
 
     /// Mixes in what both ends compute for a token.
-    fn mix(&mut self, token: Token, credentials: Credentials<'_>) -> Result<(), HandshakeError> {
+    fn mix(&mut self, token: Token, credentials: HandshakeKeys<'_>) -> Result<(), HandshakeError> {
         let initiates = self.role == Role::Initiator;
         let (own_is_static, remote_is_static) = match token {
             Token::Psk => {

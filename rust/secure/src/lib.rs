@@ -18,10 +18,10 @@ mod keys;
 mod pattern;
 mod symmetric;
 
-pub use channel::{Channel, ChannelStage, HANDSHAKE_BYTES, MARK, RECORD_OVERHEAD, REKEY_RECORDS, Role};
+pub use channel::{Channel, ChannelStage, HANDSHAKE_BYTES, MARK, RECORD_OVERHEAD, REKEY_RECORDS};
 pub use datagram::{DATAGRAM_OVERHEAD, DatagramKeys};
 pub use error::{ChannelError, HandshakeError, Hint};
-pub use handshake::{Credentials, Handshake, Session};
+pub use handshake::{Handshake, HandshakeKeys, Session};
 pub use keyring::{Keyring, Member, Participant};
 pub use keys::{FederationSecret, KEY_BYTES, PublicKey, StaticSecret};
-pub use pattern::{Pattern, Token};
+pub use pattern::{Pattern, Role, Token};

@@ -1,6 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Handshake patterns of Noise, as data.
 
+/// An end of a connection.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub enum Role {
+    /// The end that connects, and begins the handshake.
+    Initiator,
+    /// The end that accepts.
+    Responder,
+}
+
 /// A step of a handshake message.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum Token {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! What a handshake has agreed upon so far: Noise's symmetric state.
+//! Noise's symmetric state: the keys that a handshake has agreed upon so far.
 
 use hmac::{Hmac, KeyInit, Mac};
 use sha2::{Digest, Sha256};
@@ -105,6 +105,8 @@ fn expand<const N: usize>(chaining_key: &[u8; HASH_BYTES], material: &[u8]) -> [
 
 fn hmac(key: &[u8; HASH_BYTES], parts: &[&[u8]]) -> [u8; HASH_BYTES] {
     let mut hmac = Hmac::<Sha256>::new_from_slice(key).expect("an HMAC takes a key of any length");
-    parts.iter().for_each(|part| hmac.update(part));
+    for part in parts {
+        hmac.update(part);
+    }
     hmac.finalize().into_bytes().into()
 }

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Another implementation of Noise as the other end of a channel, in both roles.
+#![allow(clippy::unwrap_used, reason = "a failed unwrap in a helper is that test's failure")]
 
 mod support;
 

@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 //! The official test vectors: those of cacophony for X25519, ChaCha20-Poly1305 and SHA-256, of all interactive patterns
 //! with and without a shared secret. `tests/vectors/cacophony.json` has them unchanged, as `snow` distributes them.
+#![allow(clippy::unwrap_used, reason = "a failed unwrap in a helper is that test's failure")]
 
-use lf_secure::{Credentials, FederationSecret, Handshake, Pattern, PublicKey, Role, Session, StaticSecret, Token};
+use lf_secure::{FederationSecret, Handshake, HandshakeKeys, Pattern, PublicKey, Role, Session, StaticSecret, Token};
 use serde::Deserialize;
 
 #[derive(Deserialize)]
@@ -101,8 +102,8 @@ struct Keys {
 }
 
 impl Keys {
-    fn credentials(&self) -> Credentials<'_> {
-        Credentials { secret: &self.secret, public: &self.public, federation: &self.federation }
+    fn credentials(&self) -> HandshakeKeys<'_> {
+        HandshakeKeys { secret: &self.secret, public: &self.public, federation: &self.federation }
     }
 }
 
