@@ -8,11 +8,13 @@
 
 mod rti;
 mod rti_oracle;
+mod secure;
 mod steps;
 mod wire;
 
 pub use lf_testkit::federate::{federate_raw, federate_structured};
 pub use rti::rti_raw;
+pub use secure::{secure_raw, secure_structured};
 pub use steps::{RawStep, rti_structured};
 pub use wire::{wire_raw, wire_structured};
 
@@ -27,4 +29,6 @@ pub const TARGETS: &[(&str, Target)] = &[
     ("rti_structured", rti_structured),
     ("federate_raw", federate_raw),
     ("federate_structured", federate_structured),
+    ("secure_raw", secure_raw),
+    ("secure_structured", secure_structured),
 ];

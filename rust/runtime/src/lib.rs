@@ -23,6 +23,8 @@ mod listener;
 mod log_event;
 pub mod platform;
 mod rti;
+#[cfg(feature = "security")]
+mod secure;
 pub mod trace;
 mod turn;
 mod unfederated;
@@ -40,5 +42,7 @@ pub use lf_coordination::federate::{All, AwaitedInput, ClockSync, Coordination, 
 pub use lf_wire::DELAY_NONE;
 pub use log_event::{Code, ConnectionEvent, DeviceEvent, FederateEvent, LogEvent, PeerEvent, TEXTS, explain, report};
 pub use rti::{Inlet, Outgoing, RtiLoop, RtiPorts, RtiSetup, log_rti_event};
+#[cfg(feature = "security")]
+pub use secure::{Insecurity, SecurePlatform, SecureSlot, SecurityEvent};
 pub use turn::Turn;
 pub use unfederated::UnfederatedLoop;

@@ -19,6 +19,8 @@ use crate::error::{PeerFault, RunError};
 use crate::federate::{Advice, Reason, Words};
 use crate::image::{ImageError, RtiError, SettingsError};
 use crate::platform::{NetError, RandomError};
+#[cfg(feature = "security")]
+use crate::secure::SecurityEvent;
 
 /// A sentence that can be logged as a code: those of one type are a family, whose number the code begins with.
 pub trait LogEvent: fmt::Display + Encode {
@@ -28,8 +30,8 @@ pub trait LogEvent: fmt::Display + Encode {
 
 /// Numbers the families, for both directions.
 macro_rules! families {
-    ($($number:literal $type:ident $(<$life:lifetime>)?),* $(,)?) => {
-        $(impl $(<$life>)? LogEvent for $type $(<$life>)? {
+    ($($(#[$condition:meta])? $number:literal $type:ident $(<$life:lifetime>)?),* $(,)?) => {
+        $($(#[$condition])? impl $(<$life>)? LogEvent for $type $(<$life>)? {
             const FAMILY: u8 = $number;
         })*
 
@@ -42,7 +44,7 @@ macro_rules! families {
         ) -> bool {
             let Some((family, mut code)) = Reader::new(code, keep) else { return false };
             match family {
-                $($number => {
+                $($(#[$condition])? $number => {
                     let Some(said) = $type::decode(&mut code).filter(|_| code.rest().is_empty()) else { return false };
                     show(&said);
                 })*
@@ -55,6 +57,7 @@ macro_rules! families {
 
 families! {
     0 ImageError, 1 RtiError, 2 RtiEvent<'a>, 3 FederateEvent, 4 PeerEvent, 5 ConnectionEvent, 6 DeviceEvent,
+    #[cfg(feature = "security")] 7 SecurityEvent,
 }
 
 /// A log event of a federate that goes on.
@@ -299,7 +302,11 @@ impl fmt::Display for ConnectionEvent {
 
 coded!(ConnectionEvent { NoRandom(error), NotAccepted { error, times } });
 
-coded!(NetError { Refused, Reset, Unreachable, AddressInUse, NoSocketLeft, Stale, Os(number) });
+coded!(NetError {
+    Refused, Reset, Unreachable, AddressInUse, NoSocketLeft, Stale, Os(number),
+    #[cfg(feature = "security")]
+    Insecure,
+});
 coded!(PeerFault {
     Bytes(error), Unexpected(message), WrongInput { federate, port }, Unreachable(error), Unanswered, Refuses(code),
     Blocked, WrongTag { port },

@@ -12,6 +12,8 @@ use lf_coordination::clock_sync::ClockCorrection;
 pub use lf_coordination::{Endpoint, IpAddress};
 use lf_model::Outside;
 use lf_model::time::Instant;
+#[cfg(feature = "security")]
+pub use lf_secure::Participant;
 use lf_texts::say;
 
 /// A socket of the platform: an index into its table, and the number of earlier sockets with this index.
@@ -67,6 +69,9 @@ pub enum NetError {
     NoSocketLeft,
     /// The id names a socket that has been closed.
     Stale,
+    /// The other end has not proved who it is, or what came is not from it; the log has the reason.
+    #[cfg(feature = "security")]
+    Insecure,
     /// Any other error: the system's error number.
     Os(i32),
 }
@@ -80,6 +85,8 @@ impl fmt::Display for NetError {
             Self::AddressInUse => say!(f, "the port is in use by another program"),
             Self::NoSocketLeft => say!(f, "no socket left: raise the limit of open sockets"),
             Self::Stale => say!(f, "the socket was closed before"),
+            #[cfg(feature = "security")]
+            Self::Insecure => say!(f, "the connection is not secure, as logged before"),
             Self::Os(number) => say!(f, "system error {number}"),
         }
     }
@@ -185,6 +192,24 @@ pub trait Platform {
     /// # Errors
     /// When the connection broke.
     fn write(&mut self, socket: SocketId, bytes: &[u8]) -> Result<Transfer, NetError>;
+
+    /// Lets a connection that was begun fail if another participant than this one is at the other end, where the
+    /// platform's connections are authenticated.
+    #[cfg(feature = "security")]
+    fn require(&mut self, _socket: SocketId, _participant: Participant) {}
+
+    /// Returns the participant at the other end, which has proved to be it; `None` where connections are not
+    /// authenticated.
+    #[cfg(feature = "security")]
+    fn peer(&self, _socket: SocketId) -> Option<Participant> {
+        None
+    }
+
+    /// Returns the reason why the platform has ended a connection, if it has.
+    #[cfg(feature = "security")]
+    fn failure(&self, _socket: SocketId) -> Option<NetError> {
+        None
+    }
 
     /// Closes the writing direction of a connection; what was written still reaches the peer.
     fn shut_down_writing(&mut self, socket: SocketId);

@@ -60,6 +60,13 @@ pub enum DecodeError {
 impl fmt::Display for DecodeError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match *self {
+            #[cfg(feature = "security")]
+            Self::UnknownType { found: 0xE5 } => {
+                say!(
+                    f,
+                    "the other end encrypts, and this one has no keys: give it its keys, or build the other one without"
+                )
+            }
             Self::UnknownType { found } => say!(f, "type byte {found} at offset 0 is no message of this protocol"),
             Self::OverLimit { message, field, offset, found, limit } => {
                 say!(

@@ -24,6 +24,9 @@ pub enum RejectCode {
     NotInAuthenticationMode,
     /// 8: the federation does not wait for this federate any more.
     JoinsTooLate,
+    /// 229: this end has keys, and the other one does not encrypt, or claims an id that does not belong to its key.
+    #[cfg(feature = "security")]
+    Insecure,
     /// A code that this dialect does not have. [`RejectCode::from_byte`] never makes one of a code listed above.
     Other(u8),
 }
@@ -40,6 +43,8 @@ impl RejectCode {
             6 => Self::HmacMismatch,
             7 => Self::NotInAuthenticationMode,
             8 => Self::JoinsTooLate,
+            #[cfg(feature = "security")]
+            229 => Self::Insecure,
             other => Self::Other(other),
         }
     }
@@ -55,6 +60,8 @@ impl RejectCode {
             Self::HmacMismatch => 6,
             Self::NotInAuthenticationMode => 7,
             Self::JoinsTooLate => 8,
+            #[cfg(feature = "security")]
+            Self::Insecure => 229,
             Self::Other(byte) => byte,
         }
     }
@@ -71,6 +78,11 @@ impl fmt::Display for RejectCode {
             Self::HmacMismatch => text!("the HMAC does not match"),
             Self::NotInAuthenticationMode => text!("the RTI does not use authentication"),
             Self::JoinsTooLate => text!("the federation has begun or ended without this federate"),
+            #[cfg(feature = "security")]
+            Self::Insecure => text!(
+                "it has keys, and takes encrypted connections only, each federate with its own key: give this end its \
+                 keys, too"
+            ),
             Self::Other(_) => text!("a reason that is unknown here"),
         };
         say!(f, "{reason} (code {})", self.byte())

@@ -234,6 +234,8 @@ fn advice(code: RejectCode) -> Text {
             text!("Start the RTI with authentication (`-a`), or set `auth: false` in the program")
         }
         RejectCode::JoinsTooLate => text!("Start the RTI and all federates again, all at the same time"),
+        #[cfg(feature = "security")]
+        RejectCode::Insecure => text!("Compare the federate's key with the one that the RTI trusts"),
         RejectCode::Other(_) => text!("See the RTI's output for the reason, and use an RTI of the same release"),
     }
 }

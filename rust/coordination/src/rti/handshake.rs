@@ -251,6 +251,11 @@ impl Handshake<'_, '_> {
         if usize::from(federate) >= self.members.slots.len() {
             return Err(refusal(RejectCode::IdOutOfRange));
         }
+        #[cfg(feature = "security")]
+        if !outlet.may_be(connection, FederateId(federate)) {
+            let violation = Some(Violation::OtherFederate(federate));
+            return Err(Refusal { violation, ..refusal(RejectCode::Insecure) });
+        }
         let succeeds = self.succeeds(federate, is_transient);
         let succeeds = succeeds.map_err(|(code, violation)| Refusal { violation, ..refusal(code) })?;
         if outlet.room(connection) < Message::Ack.encoded_len() {

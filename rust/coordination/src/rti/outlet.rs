@@ -6,6 +6,7 @@ use core::fmt;
 use lf_wire::Message;
 
 use super::log_event::RtiEvent;
+use crate::FederateId;
 
 /// A connection, as an index into the owner's table: below the number of connections in the RTI's storage.
 ///
@@ -28,6 +29,12 @@ pub trait Outlet {
 
     /// Puts a message behind what is pending on the connection. The RTI calls it only if there is room for the message.
     fn send(&mut self, connection: ConnectionId, message: &Message<'_>);
+
+    /// Returns whether the peer may be this federate: where connections are authenticated, it has proved that it is.
+    fn may_be(&self, connection: ConnectionId, federate: FederateId) -> bool {
+        let _ = (connection, federate);
+        true
+    }
 
     /// Ends our direction once all that is pending has been sent. The owner still reads the peer, until it closes.
     fn half_close(&mut self, connection: ConnectionId);

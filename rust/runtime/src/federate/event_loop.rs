@@ -22,7 +22,7 @@ use super::session::Session;
 use super::waiting::{Waiting, reason};
 use crate::description::Federation;
 use crate::error::{PeerFault, RunError};
-use crate::platform::{NetError, Platform};
+use crate::platform::Platform;
 use crate::trace::{Event as Traced, Recording, Role, Waits, waits};
 use crate::turn::Turn;
 
@@ -305,7 +305,10 @@ impl<'a, 's, P: Platform, N: Needs> FederateLoop<'a, 's, P, N> {
             // Held messages have no effect any more: nothing can be granted.
             let disconnected = self.execution.machine.handle_disconnected();
             match disconnected.map_err(|error| self.execution.fail(error.into()))? {
-                Disconnected::ConnectAgain => self.session.begin_anew(self.platform, NetError::Reset),
+                Disconnected::ConnectAgain => {
+                    let reason = self.session.end_reason(self.platform);
+                    self.session.begin_anew(self.platform, reason);
+                }
                 Disconnected::Ended => self.session.close(self.platform),
             }
         }

@@ -9,6 +9,8 @@ use lf_wire::{InBuffer, Message, OutBuffer};
 
 use crate::connection::Connection;
 use crate::error::PeerFault;
+#[cfg(feature = "security")]
+use crate::platform::Participant;
 use crate::platform::{Interest, NetError, Platform, SocketId, Transfer};
 
 /// The time within which another federate has to answer a connection; then it is made anew.
@@ -134,12 +136,18 @@ impl<'s> Outbound<'s> {
         self.blocked_since = self.blocked_since.or(Some(now));
     }
 
-    /// Begins to connect.
-    pub(super) fn connect<P: Platform>(&mut self, platform: &mut P, address: Endpoint) {
+    /// Begins to connect to this federate.
+    pub(super) fn connect<P: Platform>(&mut self, platform: &mut P, federate: u16, address: Endpoint) {
         self.end(platform);
         self.ends_sent = 0;
         match platform.connect(address) {
-            Ok(socket) => self.stage = ConnectStage::Connecting(socket, false),
+            Ok(socket) => {
+                #[cfg(feature = "security")]
+                platform.require(socket, Participant::Federate(federate));
+                #[cfg(not(feature = "security"))]
+                let _ = federate;
+                self.stage = ConnectStage::Connecting(socket, false);
+            }
             Err(error) => self.trouble = Some(PeerFault::Unreachable(error)),
         }
         self.answer_due = platform.now() + ANSWER_TIME_OUT;

@@ -17,6 +17,8 @@ use super::inbound::Inbound;
 use super::outbound::Outbound;
 use crate::description::Federation;
 use crate::error::PeerFault;
+#[cfg(feature = "security")]
+use crate::platform::Participant;
 use crate::platform::{Interest, NetError, Platform, SocketId};
 use crate::trace::Recording;
 
@@ -162,7 +164,7 @@ impl<'a, 's, N: Needs> Peers<'a, 's, N> {
         log::debug!("connecting to federate {federate} at {address}");
         self.meeting = self.federation.peers_out.iter().position(|peer| *peer == federate.0);
         if let Some(outbound) = self.to(federate.0) {
-            outbound.connect(platform, address);
+            outbound.connect(platform, federate.0, address);
         }
     }
 
@@ -201,6 +203,12 @@ impl<'a, 's, N: Needs> Peers<'a, 's, N> {
             let Introduced { federate, socket, address, is_transient } = peer;
             if is_transient && !self.may_be_absent(federate.0) {
                 refuse_transient(platform, peer, self.accept_queue.refused.count());
+                continue;
+            }
+            #[cfg(feature = "security")]
+            if platform.peer(socket).is_some_and(|peer| peer != Participant::Federate(federate.0)) {
+                let times = self.accept_queue.refused.count();
+                refuse(platform, socket, address, RejectCode::Insecure, times);
                 continue;
             }
             match self.place_for(platform, federate, begun) {

@@ -15,6 +15,8 @@ use super::reason::Reason;
 use super::receiver::Receiver;
 use crate::connection::{Connection, Reading};
 use crate::error::RunError;
+#[cfg(feature = "security")]
+use crate::platform::Participant;
 use crate::platform::{Interest, NetError, Platform, SocketId};
 use crate::trace::{RTI, Recording};
 
@@ -117,6 +119,17 @@ impl<'a, 's> Session<'a, 's> {
             }
             Attempt::UnderWay(..) | Attempt::Made | Attempt::Over => Ok(false),
         }
+    }
+
+    /// Returns why the connection has ended.
+    pub(super) fn end_reason<P: Platform>(&self, platform: &P) -> NetError {
+        #[cfg(feature = "security")]
+        if let Some(reason) = self.receiver.connection.socket().and_then(|socket| platform.failure(socket)) {
+            return reason;
+        }
+        #[cfg(not(feature = "security"))]
+        let _ = platform;
+        NetError::Reset
     }
 
     /// Drops a connection that ended before the RTI accepted the federate, or could not be made, for this reason;
@@ -296,7 +309,11 @@ impl<'a, 's> Session<'a, 's> {
         }
         match self.retry.poll(now) {
             ConnectStep::Attempt => match platform.connect(self.address::<P>()) {
-                Ok(socket) => self.attempt = Attempt::UnderWay(socket, false),
+                Ok(socket) => {
+                    #[cfg(feature = "security")]
+                    platform.require(socket, Participant::Rti);
+                    self.attempt = Attempt::UnderWay(socket, false);
+                }
                 Err(error) => self.begin_anew(platform, error),
             },
             ConnectStep::WaitUntil(time) => self.attempt = Attempt::Due(time),

@@ -3,12 +3,16 @@
 //! nothing.
 
 use lf_coordination::Deadline;
+#[cfg(feature = "security")]
+use lf_coordination::FederateId;
 use lf_coordination::rti::{ConnectionId, Outlet, RtiEvent, SetupError};
 use lf_derive::outlined;
 use lf_model::time::Instant;
 use lf_wire::{Decoded, Limits, Message, Storage, decode};
 
 use super::connections::{Awaited, Inlet, Outgoing, State};
+#[cfg(feature = "security")]
+use crate::platform::Participant;
 use crate::platform::{Interest, Platform, SocketId};
 use crate::trace::{RTI, Recording};
 
@@ -311,6 +315,13 @@ impl<P: Platform, N: FnMut(RtiEvent<'_>), B: Storage> Outlet for Outgoings<'_, P
             self.recording.note_sent(self.platform, message, outgoing.federate());
             self.due.push(self.table, connection.0);
         }
+    }
+
+    #[cfg(feature = "security")]
+    fn may_be(&self, connection: ConnectionId, federate: FederateId) -> bool {
+        let socket = self.table.get(connection.0).and_then(|outgoing| outgoing.socket);
+        let peer = socket.and_then(|socket| self.platform.peer(socket));
+        peer.is_none_or(|peer| peer == Participant::Federate(federate.0))
     }
 
     fn half_close(&mut self, connection: ConnectionId) {

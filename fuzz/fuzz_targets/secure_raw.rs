@@ -1,0 +1,5 @@
+// SPDX-License-Identifier: Apache-2.0
+//! See `lf_fuzz::secure_raw`.
+#![no_main]
+
+libfuzzer_sys::fuzz_target!(|data: &[u8]| lf_fuzz::secure_raw(data));
