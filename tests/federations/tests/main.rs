@@ -28,3 +28,4 @@ mod rti_survives;
 mod statuses;
 mod terminal;
 mod traces;
+mod transients;

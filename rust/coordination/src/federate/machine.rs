@@ -462,6 +462,11 @@ impl<'a, N: Needs> Federate<'a, N> {
         match self.phase() {
             Phase::Running => {
                 if N::CENTRALIZED {
+                    #[cfg(feature = "transients")]
+                    if self.config.is_transient() && !self.misses(self.tags.current()) {
+                        // The next life begins after this tag.
+                        self.tags.confirm_last();
+                    }
                     self.tags.finish();
                 }
                 self.session.resign();

@@ -317,6 +317,12 @@ impl<N: Needs> Tags<N> {
         }
     }
 
+    /// Makes the LTC of the last tag due, whether it had inputs or not.
+    #[cfg(feature = "transients")]
+    pub(super) fn confirm_last(&mut self) {
+        self.confirm_tag(self.current);
+    }
+
     /// Announces that nothing will come from this federate any more.
     pub(super) fn finish(&mut self) {
         self.halt();

@@ -99,6 +99,11 @@ impl<N: Needs> Federate<'_, N> {
         self.config.may_be_absent(federate)
     }
 
+    /// Returns whether a message with this tag is from before the effective start of this federate, and so not for it.
+    pub fn misses(&self, tag: Tag) -> bool {
+        N::TRANSIENTS && tag < self.transients.begin
+    }
+
     /// Asks for the address of a transient federate that has come ([`Event::PeerCame`]), to connect to it:
     /// [`Event::PeerFound`] follows if it is still there. Returns `false`, and does nothing, while another search is
     /// open.
@@ -123,9 +128,7 @@ impl<N: Needs> Federate<'_, N> {
                 self.tags.join(start, tag);
                 Event::Joined { start, tag }
             }
-            Message::TaggedMessage { tag, .. } if phase == Phase::Running && from_wire(tag) < self.transients.begin => {
-                Event::None
-            }
+            Message::TaggedMessage { tag, .. } if phase == Phase::Running && self.misses(from_wire(tag)) => Event::None,
             Message::UpstreamConnected { federate } => Event::UpstreamCame(FederateId(federate)),
             Message::UpstreamDisconnected { federate } => Event::UpstreamLeft(FederateId(federate)),
             Message::Stop if self.config.is_transient() => Event::Replaced,

@@ -63,6 +63,12 @@ impl<P: Platform, N: Needs> Policy for FromPeer<'_, '_, '_, P, N> {
         let Some(input) = tables.input_of(port).filter(fits) else {
             return Err(self.fault(PeerFault::WrongInput { federate, port }));
         };
+        #[cfg(feature = "transients")]
+        if let (Message::P2pTaggedMessage { .. }, Some(tag)) = (message, tag)
+            && self.execution.machine.misses(tag)
+        {
+            return Ok(Disposition::Taken);
+        }
         if !self.execution.engine.is_done() && self.execution.lacks_room(input, tag) {
             if self.recording.is_on() {
                 self.recording.note(self.platform, Event::Held(TracedMessage::of(&message, self.from)));

@@ -81,8 +81,12 @@ impl<'s> Outbound<'s> {
     /// Handles that the other federate, which is transient, has come or left.
     #[cfg(feature = "transients")]
     pub(super) fn expect<P: Platform>(&mut self, platform: &mut P, is_here: bool) {
-        self.wanted = is_here.then(|| platform.now());
-        if !is_here {
+        if is_here {
+            // It may have been found before the start. The end of an earlier instance comes before this one.
+            self.detect_end_now(platform);
+            self.wanted = (!self.is_open()).then(|| platform.now());
+        } else {
+            self.wanted = None;
             self.end(platform);
             self.stage = ConnectStage::Absent;
         }
