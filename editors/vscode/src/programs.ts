@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Commands that run programs and build images, as tasks in a terminal.
 
+import { existsSync, readdirSync } from "node:fs";
 import * as path from "node:path";
 import * as vscode from "vscode";
 import { findLfz, folderOf, programFile, setting } from "./lfz";
@@ -57,14 +58,27 @@ async function buildForBoard(given: unknown): Promise<void> {
   }
 }
 
-/** Returns the path of a deployment file of the workspace, or nothing for none; undefined when nobody chooses. */
+/** Returns the path of a deployment file, or nothing for none; undefined when nobody chooses. */
 async function chooseDeployment(file: vscode.Uri): Promise<string | undefined> {
-  const pattern = new vscode.RelativePattern(folderOf(file), "**/deployment/*.{yaml,yml}");
-  const found = await vscode.workspace.findFiles(pattern, "**/{build,target}/**", 50);
   const none = { label: "No deployment file", description: "places and boards of the program itself", value: "" };
-  const choices = found.map((one) => ({ label: vscode.workspace.asRelativePath(one), value: one.fsPath }));
+  const choices = deployments(file).map((one) => ({ label: vscode.workspace.asRelativePath(one), value: one }));
   const title = "Where the federates run";
   return (await vscode.window.showQuickPick([...choices, none], { title }))?.value;
+}
+
+/** Returns the files in folders `deployment` beside a program, or beside a folder that it is in. */
+function deployments(file: vscode.Uri): string[] {
+  const top = folderOf(file);
+  const found: string[] = [];
+  for (let folder = path.dirname(file.fsPath); folder.startsWith(top); folder = path.dirname(folder)) {
+    const inside = path.join(folder, "deployment");
+    const names = existsSync(inside) ? readdirSync(inside).sort() : [];
+    found.push(...names.filter((name) => /\.ya?ml$/.test(name)).map((name) => path.join(inside, name)));
+    if (folder === path.dirname(folder)) {
+      break;
+    }
+  }
+  return found;
 }
 
 /** Runs `lfz` in a terminal of its own. */

@@ -62,7 +62,7 @@ function tokens(text) {
   return all;
 }
 
-/** Returns the bytes of bodies by `lfz` itself, which knows the strings and comments that hide ends. */
+/** Returns the bytes of bodies. */
 function bodies(text) {
   const found = [];
   for (let at = text.indexOf("{="); at >= 0; at = text.indexOf("{=", at)) {
@@ -106,10 +106,11 @@ function problems(file, text) {
 const listed = execFileSync("git", ["ls-files", "*.lf", "*.ulf"], { cwd: repository, encoding: "utf8" });
 const all = listed.split("\n").filter((file) => file !== "" && !file.startsWith("tests/fail/"));
 // Bodies whose strings or comments have `=}` in them are the compiler's tests, and no grammar's.
-const files = all.filter((file) => !/[{]=|=[}]/.test(readFileSync(path.join(repository, file), "utf8").replace(/\{=[^]*?=\}/g, "")));
+const read = (file) => readFileSync(path.join(repository, file), "utf8").replace(/\r\n/g, "\n");
+const files = all.filter((file) => !/[{]=|=[}]/.test(read(file).replace(/\{=[^]*?=\}/g, "")));
 let failed = 0;
 for (const file of files) {
-  const found = problems(file, readFileSync(path.join(repository, file), "utf8").replace(/\r\n/g, "\n"));
+  const found = problems(file, read(file));
   found.slice(0, 5).forEach((line) => console.error(line));
   failed += found.length > 0 ? 1 : 0;
 }

@@ -12,7 +12,7 @@ export const folder = path.join(path.dirname(fileURLToPath(import.meta.url)), ".
 const code = path.join(folder, "node_modules/code-server/lib/vscode");
 const main = path.join(code, "out/server-main.js");
 
-/** Installs the modules of VS Code's server, which npm leaves to a script of code-server that not every user can run. */
+/** Installs the modules of VS Code's server, as code-server's own script does, which refuses some users. */
 function prepare() {
   const quiet = { cwd: code, stdio: ["ignore", "ignore", "inherit"] };
   if (!existsSync(path.join(code, "node_modules/node-pty"))) {
@@ -99,7 +99,6 @@ class Editor {
     await this.page.locator(".explorer-folders-view .monaco-list-row", { hasText: name }).first().dblclick();
     await this.page.locator(`.tab.active[data-resource-name="${name}"]`).waitFor();
     await this.page.locator(".editor-instance .monaco-editor .view-line").first().waitFor();
-    await this.page.locator(".editor-instance .monaco-editor .view-line").first().click();
   }
 
   /** Runs a command of the palette. */
@@ -107,14 +106,15 @@ class Editor {
     await this.page.keyboard.press("F1");
     await this.page.locator(".quick-input-box input").fill(`>${title}`);
     await this.page.locator(".quick-input-list .monaco-list-row", { hasText: title }).first().waitFor();
-    await this.page.keyboard.press("Enter");
+    await this.page.locator(".quick-input-box input").press("Enter");
   }
 
   /** Puts the cursor on a line and a column, from 1. */
   async go(line, column) {
     await this.page.keyboard.press("Control+G");
     await this.page.locator(".quick-input-box input").fill(`:${line}:${column}`);
-    await this.page.keyboard.press("Enter");
+    await this.page.locator(".quick-input-list", { hasText: `line ${line} and character ${column}` }).waitFor();
+    await this.page.locator(".quick-input-box input").press("Enter");
     await this.page.locator(".quick-input-widget").waitFor({ state: "hidden" });
   }
 

@@ -123,12 +123,16 @@ fn descriptions_have_times_levels_capacities_and_waits() {
     editor.end();
 }
 
+fn number(value: &Value) -> usize {
+    value.as_u64().and_then(|number| usize::try_from(number).ok()).expect("it is a number")
+}
+
 /// Returns the text of a file after the changes of an answer.
 fn changed(editor: &Editor, answer: &Value, name: &str, text: &str) -> String {
     let mut edits = answer["changes"][editor.uri(name)].as_array().cloned().unwrap_or_default();
     let byte = |place: &Value| {
-        let line: usize = text.split_inclusive('\n').take(place["line"].as_u64().unwrap() as usize).map(str::len).sum();
-        line + place["character"].as_u64().unwrap() as usize
+        let line: usize = text.split_inclusive('\n').take(number(&place["line"])).map(str::len).sum();
+        line + number(&place["character"])
     };
     edits.sort_by_key(|edit| std::cmp::Reverse(byte(&edit["range"]["start"])));
     let mut changed = text.to_owned();
@@ -192,11 +196,11 @@ fn advice_is_a_quick_fix() {
     };
     let answer = fixes(&mut editor);
     assert_eq!(answer[0]["title"], "Write `coordination`");
-    let fixed = changed(&editor, &answer[0]["edit"], "Grid.lf", &wrong);
-    editor.change("Grid.lf", &fixed);
+    let better = changed(&editor, &answer[0]["edit"], "Grid.lf", &wrong);
+    editor.change("Grid.lf", &better);
     let answer = fixes(&mut editor);
     assert_eq!(answer[0]["title"], "Write `20 ms`");
-    assert_eq!(changed(&editor, &answer[0]["edit"], "Grid.lf", &fixed), GRID);
+    assert_eq!(changed(&editor, &answer[0]["edit"], "Grid.lf", &better), GRID);
     editor.end();
 }
 
@@ -225,9 +229,8 @@ fn a_file_has_colours_folds_commands_and_waits() {
     let lines: Vec<&str> = GRID.lines().collect();
     let (mut line, mut start) = (0, 0);
     for token in tokens["data"].as_array().unwrap().chunks(5) {
-        let number = |index: usize| token[index].as_u64().unwrap() as usize;
-        start = if number(0) == 0 { start + number(1) } else { number(1) };
-        line += number(0);
+        start = if number(&token[0]) == 0 { start + number(&token[1]) } else { number(&token[1]) };
+        line += number(&token[0]);
         let kind = [
             "keyword",
             "comment",
@@ -244,8 +247,8 @@ fn a_file_has_colours_folds_commands_and_waits() {
             "mode",
             "method",
             "value",
-        ][number(3)];
-        let text = &lines[line][start..start + number(2)];
+        ][number(&token[3])];
+        let text = &lines[line][start..start + number(&token[2])];
         write!(answers, "{text}={kind} ").unwrap();
     }
     insta::assert_snapshot!(answers);

@@ -10,6 +10,7 @@ mod c;
 mod counts;
 mod dependencies;
 mod dist;
+mod editor;
 mod evaluate;
 mod host;
 mod lf_tests;
@@ -116,6 +117,7 @@ const STEPS: &[(&str, Step)] = &[
     ("c", c::step),
     ("host", host::test),
     ("python", python::step),
+    ("editor", editor::step),
     ("dist", dist::step),
     ("twister", twister::run),
     ("federations", zephyr::federations),

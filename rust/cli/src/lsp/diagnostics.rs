@@ -19,8 +19,10 @@ pub(super) fn diagnostics(buffers: &Buffers) -> BTreeMap<String, Vec<Diagnostic>
     for path in buffers.paths() {
         all.extend(buffers.uri(path).map(|uri| (uri, Vec::new())));
         let found = compile(path, buffers).diagnostics;
-        let is_library = is_library(buffers, path);
-        for diagnostic in found.iter().filter(|diagnostic| !(is_library && diagnostic.code == Code::NoMain)) {
+        for diagnostic in found.iter() {
+            if diagnostic.code == Code::NoMain && is_library(buffers, path) {
+                continue;
+            }
             let Some((uri, diagnostic)) = told(buffers, found.sources(), diagnostic) else { continue };
             let of_file = all.entry(uri).or_default();
             // Several open programs may import one file.

@@ -111,16 +111,11 @@ impl Facts {
         let mut lines = vec![format!("federate {}: {}", federate.id, self.wait(federate))];
         for upstream in &federate.upstream {
             let name = self.name(upstream.federate);
-            let delay = upstream.delay_ns.map_or_else(
-                || "without delay".to_owned(),
-                |delay| {
-                    format!(
-                        "at least {} earlier",
-                        if delay == 0 { "a microstep".to_owned() } else { Time(delay).to_string() }
-                    )
-                },
-            );
-            lines.push(format!("messages of `{name}` come from tags {delay}"));
+            lines.push(match upstream.delay_ns {
+                None => format!("`{name}` sends without delay"),
+                Some(0) => format!("`{name}` sends with a delay of at least one microstep"),
+                Some(delay) => format!("`{name}` sends with a delay of at least {}", Time(delay)),
+            });
         }
         if let Some(safe) = self.safe_wait(federate) {
             lines.push(format!("by `{BOUNDS}` the least safe `@maxwait` is {}", Time(safe)));
@@ -210,8 +205,9 @@ fn merged<'p>(told: impl Iterator<Item = (&'p str, String)>) -> Vec<String> {
             None => all.push((line, vec![path])),
         }
     }
-    if let [(line, _)] = &all[..] {
-        return vec![line.clone()];
+    let all_paths: BTreeSet<&str> = all.iter().flat_map(|(_, paths)| paths.iter().copied()).collect();
+    if all.len() == 1 || all_paths.len() == 1 {
+        return all.into_iter().map(|(line, _)| line).collect();
     }
     let rest = all.len().saturating_sub(LISTED_MAX);
     let mut lines: Vec<String> = all

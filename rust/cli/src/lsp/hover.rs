@@ -12,21 +12,17 @@ use super::positions::range;
 /// Describes the name, or the reaction, at a place.
 pub(super) fn hover(buffers: &Buffers, asked: &HoverParams) -> Option<Hover> {
     let asked = Asked::new(buffers, &asked.text_document_position_params)?;
-    let (span, heading, declared, docs) = match asked.declaration() {
-        Some((span, declaration)) => {
-            let heading = described(declaration, asked.name(declaration));
-            (span, heading, declaration.span, declaration.docs.clone())
-        }
-        None => {
-            let (keyword, signature) = reaction(&asked)?;
-            (keyword, signature, keyword, None)
-        }
+    let (span, heading, declared, docs) = if let Some((span, declaration)) = asked.declaration() {
+        let heading = described(declaration, asked.name(declaration));
+        (span, heading, declaration.span, declaration.docs.clone())
+    } else {
+        let (keyword, signature) = reaction(&asked)?;
+        (keyword, signature, keyword, None)
     };
     let docs = docs.map(|docs| format!("\n\n{docs}")).unwrap_or_default();
     let facts = Facts::of_program_with(buffers, &asked);
     let lines = facts.map(|facts| facts.about(&asked, declared)).unwrap_or_default();
-    let list: String = lines.iter().map(|line| format!("\n- {line}")).collect();
-    let list = if list.is_empty() { list } else { format!("\n{list}") };
+    let list = if lines.is_empty() { String::new() } else { format!("\n\n- {}", lines.join("\n- ")) };
     let value = format!("```lf\n{heading}\n```{docs}{list}");
     let contents = HoverContents::Markup(MarkupContent { kind: MarkupKind::Markdown, value });
     let range = asked.names.sources().get(span.file).map(|source| range(source, span));

@@ -95,8 +95,7 @@ pub(super) fn rename(buffers: &Buffers, wanted: &RenameParams) -> Result<Option<
     if let Some(line) = taken {
         return Err(format!("`{new}` stands already in the code with `{old}` in line {line}: choose another name"));
     }
-    let changed = changed(buffers, &edits, new)?;
-    if let Some(error) = new_error(buffers, &changed) {
+    if let Some(error) = new_error(buffers, &changed(buffers, &edits, new)?) {
         return Err(format!("with this name the program is wrong: {error}"));
     }
     #[allow(clippy::mutable_key_type, reason = "the protocol's own type has this key")]
@@ -134,7 +133,7 @@ fn changed(
     new: &str,
 ) -> Result<Buffers, String> {
     use lf_compiler::SourceProvider as _;
-    let mut changed = buffers.clone();
+    let mut after = buffers.clone();
     for (path, places) in edits {
         let mut text = buffers.read(path)?;
         for (start, end) in places.iter().rev() {
@@ -143,9 +142,9 @@ fn changed(
             }
             text.replace_range(start..end, new);
         }
-        changed.replace(path, text);
+        after.replace(path, text);
     }
-    Ok(changed)
+    Ok(after)
 }
 
 /// Returns the first error that the open programs do not have yet.

@@ -110,7 +110,7 @@ fn lines(tree: &Tree, chosen: impl Fn(&File) -> bool, check: impl Fn(&str) -> Op
 }
 
 fn is_source(file: &File) -> bool {
-    matches!(file.kind(), "rs" | "py" | "c" | "h" | "sh" | "cmake") || file.path == ".ci/run"
+    matches!(file.kind(), "rs" | "py" | "c" | "h" | "sh" | "cmake" | "ts" | "mjs") || file.path == ".ci/run"
 }
 
 fn needs_header(file: &File) -> bool {

@@ -175,7 +175,7 @@ fn files(buffers: &Buffers, asked: &Asked<'_>, quoted: bool) -> Vec<CompletionIt
         path.parent().filter(|one| *one == folder).and_then(|_| Some(path.file_name()?.to_str()?.to_owned()))
     });
     let own = std::path::Path::new(asked.path).file_name().map(|name| name.to_string_lossy().into_owned());
-    let is_lf = |name: &String| name.ends_with(".lf") || name.ends_with(".ulf");
+    let is_lf = |name: &String| matches!(name.rsplit_once('.'), Some((_, "lf" | "ulf")));
     let mut names: Vec<String> = on_disk.chain(open).filter(is_lf).filter(|name| Some(name) != own.as_ref()).collect();
     names.sort();
     names.dedup();

@@ -1,0 +1,67 @@
+// SPDX-License-Identifier: Apache-2.0
+//! The extension for VS Code: its types, its grammar, its package, and the package in a real editor.
+
+use std::path::{Path, PathBuf};
+use std::process::Command;
+
+use crate::process;
+use crate::report::Report;
+
+/// The programs by which Debian and others call a browser that the suite can drive.
+const BROWSERS: [&str; 3] = ["chromium", "chromium-browser", "google-chrome"];
+
+/// Checks the extension in `editors/vscode`.
+pub(crate) fn step(repository: &Path, report: &mut Report) {
+    let folder = repository.join("editors/vscode");
+    for program in ["node", "npm"] {
+        if process::find_program(program).is_none() {
+            report.skip("editor", &format!("{program} is not installed: Debian's packages nodejs and npm"));
+            return;
+        }
+    }
+    if let Err(reason) = install(&folder) {
+        report.fail("editor", &reason);
+        return;
+    }
+    for (name, script) in [("types", "check"), ("grammar", "test:grammar"), ("package", "package")] {
+        report.check(&format!("editor {name}"), process::succeeds(&mut npm(&folder, &["run", "--silent", script])));
+    }
+    if !BROWSERS.iter().any(|name| process::find_program(name).is_some()) {
+        report.skip("editor suite", "there is no Chromium: Debian's package chromium");
+        return;
+    }
+    let Some(lfz) = lfz(repository) else {
+        report.fail("editor suite", "lfz cannot be compiled");
+        return;
+    };
+    let mut suite = npm(&folder, &["run", "--silent", "test:editor"]);
+    let passed = process::succeeds(suite.env("LFZ", lfz));
+    report.check("editor suite", passed);
+}
+
+fn npm(folder: &Path, arguments: &[&str]) -> Command {
+    let mut npm = Command::new("npm");
+    npm.current_dir(folder).args(arguments);
+    npm
+}
+
+/// Installs the packages of the lock file, unless they are there. Their scripts do not run: they would download
+/// programs that the suite does not need.
+fn install(folder: &Path) -> Result<(), String> {
+    let said = |error: std::io::Error| format!("{}: {error}", folder.display());
+    let lock = std::fs::read(folder.join("package-lock.json")).map_err(said)?;
+    let installed = folder.join("node_modules/.lf-lock.json");
+    if std::fs::read(&installed).is_ok_and(|text| text == lock) {
+        return Ok(());
+    }
+    if !process::succeeds(&mut npm(folder, &["ci", "--ignore-scripts", "--no-audit", "--no-fund"])) {
+        return Err("npm cannot install the packages of package-lock.json".to_owned());
+    }
+    std::fs::write(installed, lock).map_err(said)
+}
+
+/// Compiles `lfz`, and returns its path.
+fn lfz(repository: &Path) -> Option<PathBuf> {
+    let built = process::succeeds(process::cargo(repository).args(["build", "--quiet", "--bin", "lfz"]));
+    built.then(|| process::target_folder(repository).join("debug/lfz"))
+}
