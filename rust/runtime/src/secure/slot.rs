@@ -24,6 +24,8 @@ pub struct SecureSlot<B> {
     pub(super) has_leftover: bool,
     /// Whether the reason why it is not secure has been logged.
     pub(super) is_reported: bool,
+    /// Whether this end has refused the other one, which may not have read why.
+    pub(super) is_refused: bool,
 }
 
 impl<B> fmt::Debug for SecureSlot<B> {
@@ -49,6 +51,7 @@ impl<B: AsRef<[u8]> + AsMut<[u8]>> SecureSlot<B> {
             is_ready: false,
             has_leftover: false,
             is_reported: false,
+            is_refused: false,
         }
     }
 
@@ -62,7 +65,7 @@ impl<B: AsRef<[u8]> + AsMut<[u8]>> SecureSlot<B> {
     pub(super) fn close(&mut self) {
         self.channel.end();
         (self.socket, self.interest, self.expected) = (None, Interest::NONE, None);
-        (self.is_ready, self.has_leftover, self.is_reported) = (false, false, false);
+        (self.is_ready, self.has_leftover, self.is_reported, self.is_refused) = (false, false, false, false);
     }
 
     /// Writes what the connection has to send. Returns `Bytes` when nothing is left.
