@@ -21,6 +21,7 @@ use log::Level;
 
 pub use event::{Insecurity, SecurityEvent};
 pub use slot::SecureSlot;
+use slot::Soundness;
 
 use crate::log_event::report;
 use crate::platform::{Interest, NetError, Platform, RandomError, SocketId, Transfer};
@@ -119,10 +120,12 @@ impl<'k, P: Platform, B: AsRef<[u8]> + AsMut<[u8]>> SecurePlatform<'k, P, B> {
     /// Logs why a connection is not secure, once, tells the other end, and ends our direction.
     fn give_up(&mut self, index: usize, error: ChannelError) -> NetError {
         let Self { platform, slots, insecure, .. } = self;
-        let Some(slot) = slots.get_mut(index).filter(|slot| !slot.is_reported) else { return NetError::Insecure };
+        let Some(slot) = slots.get_mut(index).filter(|slot| slot.soundness == Soundness::Sound) else {
+            return NetError::Insecure;
+        };
         let Some(socket) = slot.socket else { return NetError::Insecure };
-        slot.is_reported = true;
-        slot.is_refused = slot.role == Role::Responder && error.ends_handshake();
+        let refuses = slot.role == Role::Responder && error.ends_handshake();
+        slot.soundness = if refuses { Soundness::Refused } else { Soundness::Broken };
         let times = insecure.count();
         if times.is_logged() {
             let (address, why) = (slot.address, Insecurity(error));
@@ -291,11 +294,11 @@ impl<P: Platform, B: AsRef<[u8]> + AsMut<[u8]>> Platform for SecurePlatform<'_, 
         if !self.slots[index].channel.has_content() {
             match self.pump(index) {
                 Ok(outcome) => transfer = outcome,
-                Err(_) if self.slots[index].is_refused => return Ok(Transfer::WouldBlock),
+                Err(_) if self.slots[index].soundness == Soundness::Refused => return Ok(Transfer::WouldBlock),
                 Err(error) => return Err(error),
             }
         }
-        if self.slots[index].is_refused {
+        if self.slots[index].soundness == Soundness::Refused {
             return self.discard(socket);
         }
         let slot = &mut self.slots[index];
@@ -349,7 +352,7 @@ impl<P: Platform, B: AsRef<[u8]> + AsMut<[u8]>> Platform for SecurePlatform<'_, 
     }
 
     fn failure(&self, socket: SocketId) -> Option<NetError> {
-        self.slot(socket).filter(|slot| slot.is_reported).map(|_| NetError::Insecure)
+        self.slot(socket).filter(|slot| slot.soundness != Soundness::Sound).map(|_| NetError::Insecure)
     }
 
     fn shut_down_writing(&mut self, socket: SocketId) {
