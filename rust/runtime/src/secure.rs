@@ -21,15 +21,14 @@ use log::Level;
 
 pub use event::{Insecurity, SecurityEvent};
 pub use slot::SecureSlot;
+use slot::Soundness;
 
 use crate::log_event::report;
 use crate::platform::{Interest, NetError, Platform, RandomError, SocketId, Transfer};
 
 /// The length of a buffer for an encrypted datagram: any of clock synchronization, and a longer one is none.
 const DATAGRAM_BYTES: usize = 64;
-/// The maximum number of bytes to read from a refused peer.
-const UNREAD_BYTES_MAX: usize = 1024;
-/// The number of bytes of them to read at once.
+/// The number of bytes to read at once from a refused peer.
 const PIECE_BYTES: usize = 64;
 
 /// A platform with encrypted connections, if it has keys; without any it is the platform below.
@@ -91,6 +90,7 @@ impl<'k, P: Platform, B: AsRef<[u8]> + AsMut<[u8]>> SecurePlatform<'k, P, B> {
             report(Level::Error, &SecurityEvent::NoRandom(error));
             return Err(NetError::Insecure);
         }
+        slot.role = role;
         slot.channel.begin(role, keyring, ephemeral, name_of(socket), *port);
         if let Some(expected) = slot.expected {
             slot.channel.expect(expected);
@@ -120,9 +120,12 @@ impl<'k, P: Platform, B: AsRef<[u8]> + AsMut<[u8]>> SecurePlatform<'k, P, B> {
     /// Logs why a connection is not secure, once, tells the other end, and ends our direction.
     fn give_up(&mut self, index: usize, error: ChannelError) -> NetError {
         let Self { platform, slots, insecure, .. } = self;
-        let Some(slot) = slots.get_mut(index).filter(|slot| !slot.is_reported) else { return NetError::Insecure };
+        let Some(slot) = slots.get_mut(index).filter(|slot| slot.soundness == Soundness::Sound) else {
+            return NetError::Insecure;
+        };
         let Some(socket) = slot.socket else { return NetError::Insecure };
-        slot.is_reported = true;
+        let refuses = slot.role == Role::Responder && error.ends_handshake();
+        slot.soundness = if refuses { Soundness::Refused } else { Soundness::Broken };
         let times = insecure.count();
         if times.is_logged() {
             let (address, why) = (slot.address, Insecurity(error));
@@ -137,13 +140,16 @@ impl<'k, P: Platform, B: AsRef<[u8]> + AsMut<[u8]>> SecurePlatform<'k, P, B> {
         }
         let _ = slot.flush(platform);
         platform.shut_down_writing(socket);
-        // A socket that is closed with unread bytes resets the connection, and the reason may be lost.
-        for _ in 0..UNREAD_BYTES_MAX / PIECE_BYTES {
-            if !matches!(platform.read(socket, &mut [0; PIECE_BYTES]), Ok(Transfer::Bytes(_))) {
-                break;
-            }
-        }
         NetError::Insecure
+    }
+
+    /// Reads and drops what the other end of a refused connection sends, until it ends: a socket that is closed with
+    /// unread bytes resets the connection, and the reason may be lost. The event loop closes one that does not end.
+    fn discard(&mut self, socket: SocketId) -> Result<Transfer, NetError> {
+        match self.platform.read(socket, &mut [0; PIECE_BYTES])? {
+            Transfer::Bytes(_) | Transfer::WouldBlock => Ok(Transfer::WouldBlock),
+            Transfer::Closed => Ok(Transfer::Closed),
+        }
     }
 
     /// Advances the handshakes whose sockets are ready, and reports those that have ended.
@@ -286,7 +292,14 @@ impl<P: Platform, B: AsRef<[u8]> + AsMut<[u8]>> Platform for SecurePlatform<'_, 
         let index = usize::from(socket.index);
         let mut transfer = Transfer::WouldBlock;
         if !self.slots[index].channel.has_content() {
-            transfer = self.pump(index)?;
+            match self.pump(index) {
+                Ok(outcome) => transfer = outcome,
+                Err(_) if self.slots[index].soundness == Soundness::Refused => return Ok(Transfer::WouldBlock),
+                Err(error) => return Err(error),
+            }
+        }
+        if self.slots[index].soundness == Soundness::Refused {
+            return self.discard(socket);
         }
         let slot = &mut self.slots[index];
         match slot.channel.take(buffer) {
@@ -339,7 +352,7 @@ impl<P: Platform, B: AsRef<[u8]> + AsMut<[u8]>> Platform for SecurePlatform<'_, 
     }
 
     fn failure(&self, socket: SocketId) -> Option<NetError> {
-        self.slot(socket).filter(|slot| slot.is_reported).map(|_| NetError::Insecure)
+        self.slot(socket).filter(|slot| slot.soundness != Soundness::Sound).map(|_| NetError::Insecure)
     }
 
     fn shut_down_writing(&mut self, socket: SocketId) {

@@ -14,6 +14,7 @@ mod flow;
 mod raw;
 mod recordings;
 mod releases;
+mod secure;
 mod strangers;
 mod support;
 mod traces;

@@ -5,6 +5,7 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use crate::support::federation::{Edge, PORT, Plan, RTI, Ran, edge, run_node};
+use crate::support::keys::with_host;
 use crate::support::node::Behavior;
 use lf_model::time::{Instant, Interval};
 use lf_runtime::Coordination;
@@ -177,7 +178,7 @@ fn replay(name: &str, id: u16, behavior: Behavior, timeout: Interval, seed: u64)
         scope.spawn(|| Tester::new(tester).play(&recording.steps));
         let ran = scope.spawn(move || {
             federate.begin();
-            run_node::<2>(&plan, id, &mut federate)
+            with_host(&plan, federate, |host| run_node::<2>(&plan, id, host))
         });
         world.start();
         ran.join().unwrap()

@@ -93,6 +93,11 @@ pub enum ChannelError {
 }
 
 impl ChannelError {
+    /// Returns whether this end refuses the other one before it knows who that is.
+    pub fn ends_handshake(&self) -> bool {
+        !matches!(self, Self::Forged | Self::Length(_) | Self::Refused(_))
+    }
+
     /// Returns what to tell the other end, without proof.
     pub(crate) fn hint(&self) -> Option<Hint> {
         match self {

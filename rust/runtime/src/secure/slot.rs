@@ -8,6 +8,17 @@ use lf_secure::{Channel, ChannelStage, Participant, Role};
 
 use crate::platform::{Interest, NetError, Platform, SocketId, Transfer};
 
+/// Whether a connection can be used.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub(super) enum Soundness {
+    /// It can, once its handshake is complete.
+    Sound,
+    /// It is not secure; the reason has been logged.
+    Broken,
+    /// This end has refused the other one, which may not have read why.
+    Refused,
+}
+
 /// The memory of one encrypted connection.
 pub struct SecureSlot<B> {
     pub(super) channel: Channel<B>,
@@ -22,8 +33,7 @@ pub struct SecureSlot<B> {
     pub(super) is_ready: bool,
     /// Whether there is content that the event loop has not taken, because its buffer was full.
     pub(super) has_leftover: bool,
-    /// Whether the reason why it is not secure has been logged.
-    pub(super) is_reported: bool,
+    pub(super) soundness: Soundness,
 }
 
 impl<B> fmt::Debug for SecureSlot<B> {
@@ -48,7 +58,7 @@ impl<B: AsRef<[u8]> + AsMut<[u8]>> SecureSlot<B> {
             expected: None,
             is_ready: false,
             has_leftover: false,
-            is_reported: false,
+            soundness: Soundness::Sound,
         }
     }
 
@@ -62,7 +72,7 @@ impl<B: AsRef<[u8]> + AsMut<[u8]>> SecureSlot<B> {
     pub(super) fn close(&mut self) {
         self.channel.end();
         (self.socket, self.interest, self.expected) = (None, Interest::NONE, None);
-        (self.is_ready, self.has_leftover, self.is_reported) = (false, false, false);
+        (self.is_ready, self.has_leftover, self.soundness) = (false, false, Soundness::Sound);
     }
 
     /// Writes what the connection has to send. Returns `Bytes` when nothing is left.

@@ -18,6 +18,7 @@ use lf_runtime::{
 use lf_testkit::network::address_of;
 use lf_wire::Storage;
 
+use super::keys::{Host, with_host};
 use super::lines;
 use super::node::{Behavior, Late, Log, Node, NodeStorage, TardyStorage};
 use lf_testkit::world::{Blocking, Conditions, Fault, Threads, Trouble, Virtual};
@@ -91,6 +92,8 @@ pub(crate) struct Plan {
     /// The intruders: each connects to a federate as soon as that listens, a number of times, and sends the same bytes
     /// on each connection.
     pub intruders: Vec<Intruder>,
+    /// The participants with keys, by their number, and those whose key each of them has.
+    pub keys: BTreeMap<usize, usize>,
     /// The faults: time, participant and kind.
     pub faults: Vec<(Interval, usize, Fault)>,
     /// The memory in bytes that the RTI's computer has for the input of one connection, and for its output.
@@ -174,6 +177,7 @@ impl Plan {
             same_id: BTreeMap::new(),
             strangers: BTreeSet::new(),
             intruders: Vec::new(),
+            keys: BTreeMap::new(),
             faults: Vec::new(),
             rti_memory: (usize::MAX, usize::MAX),
         }
@@ -270,7 +274,7 @@ pub(crate) fn run(plan: &Plan, conditions: Conditions) -> Report {
             platform.begin();
             if plan.rti_begins.is_some() {
                 let mut notices = Vec::new();
-                let outcome = run_the_rti(plan, &mut platform, &mut notices);
+                let outcome = with_host(plan, platform, |host| run_the_rti(plan, host, &mut notices));
                 let mut results = results.lock().unwrap();
                 (results.outcome, results.notices) = (Some(outcome), notices);
             }
@@ -279,12 +283,14 @@ pub(crate) fn run(plan: &Plan, conditions: Conditions) -> Report {
             let world = world.clone();
             scope.spawn(move || {
                 platform.begin();
-                let ran = match plan.capacity {
-                    1 => run_node::<1>(plan, id, &mut platform),
-                    2 => run_node::<2>(plan, id, &mut platform),
-                    _ => run_node::<16>(plan, id, &mut platform),
-                };
-                results.lock().unwrap().federates.insert(id, (ran, world.now()));
+                with_host(plan, platform, |host| {
+                    let ran = match plan.capacity {
+                        1 => run_node::<1>(plan, id, host),
+                        2 => run_node::<2>(plan, id, host),
+                        _ => run_node::<16>(plan, id, host),
+                    };
+                    results.lock().unwrap().federates.insert(id, (ran, world.now()));
+                });
             });
         }
         for (intruder, mut platform) in intruders {
@@ -318,7 +324,7 @@ pub(crate) fn run_with<const N: usize, T: Send>(
         });
         let ran = scope.spawn(move || {
             federate.begin();
-            run_node::<N>(plan, id, &mut federate)
+            with_host(plan, federate, |host| run_node::<N>(plan, id, host))
         });
         world.start();
         (ran.join().unwrap(), acted.join().unwrap())
@@ -390,7 +396,7 @@ impl Storage for Scarce {
     }
 }
 
-fn run_the_rti(plan: &Plan, platform: &mut Virtual, notices: &mut Vec<String>) -> Result<Outcome, SetupError> {
+fn run_the_rti(plan: &Plan, platform: &mut Host<'_>, notices: &mut Vec<String>) -> Result<Outcome, SetupError> {
     let listener = platform.listen(PORT).unwrap();
     let count = plan.nodes.len();
     let connections = count + 2;
@@ -415,7 +421,8 @@ fn run_the_rti(plan: &Plan, platform: &mut Virtual, notices: &mut Vec<String>) -
         outgoings: &mut outgoings,
         datagrams: None,
     };
-    let (mut recorder, mut notice) = (platform.recorder(), |notice: RtiEvent<'_>| notices.push(notice.to_string()));
+    let (mut recorder, mut notice) =
+        (platform.inner().recorder(), |notice: RtiEvent<'_>| notices.push(notice.to_string()));
     let mut rti = RtiLoop::new(platform, setup, listener, &mut notice)?;
     if let Some(values) = plan.records {
         rti.record(Recording::new(&mut recorder, values));
@@ -470,7 +477,7 @@ pub(crate) fn federation_of(plan: &Plan, id: u16) -> Federation {
 }
 
 /// Runs one federate of a federation on this platform.
-pub(crate) fn run_node<const N: usize>(plan: &Plan, id: u16, platform: &mut Virtual) -> Ran {
+pub(crate) fn run_node<const N: usize>(plan: &Plan, id: u16, platform: &mut Host<'_>) -> Ran {
     // A connection's port is its position among the connections to its destination, those to itself included.
     let port_of = |index: usize| {
         let to = plan.edges[index].to;
@@ -489,7 +496,7 @@ pub(crate) fn run_node<const N: usize>(plan: &Plan, id: u16, platform: &mut Virt
         .map(|(index, edge)| (edge.to, port_of(index), edge.delay, plan.is_awaited(edge), edge.physical, None))
         .collect();
     let behavior = plan.nodes[usize::from(id)];
-    let mut node = Node::<N>::new(behavior, platform.side(), &inputs, &outputs).with_own_ports(plan.own_ports);
+    let mut node = Node::<N>::new(behavior, platform.inner().side(), &inputs, &outputs).with_own_ports(plan.own_ports);
     let (mut storage, mut tardy_storage) = (NodeStorage::new(), TardyStorage::new());
     let Plan { fast, keepalive, .. } = *plan;
     let timeout = plan.timeouts.get(&id).copied().unwrap_or(plan.timeout);
@@ -518,7 +525,7 @@ pub(crate) fn run_node<const N: usize>(plan: &Plan, id: u16, platform: &mut Virt
     let mut outbound: Vec<_> = peer_outputs.iter_mut().map(|bytes| Outbound::new(bytes)).collect();
     let buffers = Buffers::new(&mut input, &mut output).with_peers(&mut outbound, &mut inbound);
     let mut known = vec![Tag::NEVER; federation.awaited.len()];
-    let mut recorder = platform.recorder();
+    let mut recorder = platform.inner().recorder();
     let (result, late_messages, lost_messages) =
         match FederateLoop::<_>::new(platform, &mut node, engine, &federation, &join, buffers, &mut known) {
             Ok(mut federate) => {

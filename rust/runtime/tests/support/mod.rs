@@ -2,6 +2,7 @@
 //! A world of participants in virtual time with a seeded network, and federations of small programs in it.
 
 pub(crate) mod federation;
+pub(crate) mod keys;
 pub(crate) mod lines;
 pub(crate) mod node;
 pub(crate) mod raw;
