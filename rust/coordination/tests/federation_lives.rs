@@ -38,9 +38,9 @@ enum End {
 struct Life {
     federate: Participant,
     end: Option<End>,
-    /// The turns of its first connection and of its end.
-    born: usize,
-    died: usize,
+    /// The turns in which it has learnt its first tag, and has sent its resignation.
+    joined: Option<usize>,
+    resigned: Option<usize>,
 }
 
 struct Federation<'g> {
@@ -76,7 +76,7 @@ impl<'g> Federation<'g> {
 
     fn join(&mut self, id: u16) {
         let federate = Participant::with_transients(id, self.graph, &mut self.rig, 1 << 16, self.transients);
-        self.lives.push(Life { federate, end: None, born: self.turns, died: usize::MAX });
+        self.lives.push(Life { federate, end: None, joined: None, resigned: None });
     }
 
     fn is_transient(&self, index: usize) -> bool {
@@ -114,7 +114,8 @@ impl<'g> Federation<'g> {
         } else {
             self.idle = 0;
             let start = self.rig.rti.start_time().filter(|start| *start > self.rig.now + Interval::from_nanos(9));
-            self.rig.now = start.map_or(self.rig.now + Interval::from_nanos(5), |start| start - Interval::from_nanos(3));
+            self.rig.now =
+                start.map_or(self.rig.now + Interval::from_nanos(5), |start| start - Interval::from_nanos(3));
         }
         let now = self.rig.now;
         self.rig.rti.handle_timeout(now, &mut self.rig.outlet);
@@ -173,8 +174,11 @@ impl<'g> Federation<'g> {
             _ => instance.run(now, None),
         };
         let ended = self.rig.outlet.list[connection.0].ended;
-        let instance = &self.lives[index].federate;
-        if ended && instance.federate.phase() == Phase::Ended && instance.outgoing.is_empty() {
+        let life = &mut self.lives[index];
+        let has_resigned = life.federate.federate.phase() == Phase::Ended && life.federate.outgoing.is_empty();
+        life.resigned = life.resigned.or(has_resigned.then_some(self.turns));
+        life.joined = life.joined.or(life.federate.has_begun().then_some(self.turns));
+        if ended && has_resigned {
             self.end(index, End::InOrder);
         }
         done
@@ -189,7 +193,7 @@ impl<'g> Federation<'g> {
 
     fn end(&mut self, index: usize, end: End) {
         let life = &mut self.lives[index];
-        (life.end, life.died) = (Some(end), self.turns);
+        life.end = Some(end);
         self.rig.close(life.federate.connection);
     }
 
@@ -219,10 +223,10 @@ impl<'g> Federation<'g> {
             let to = self.graph.edges[usize::from(*port)].to;
             for (value, sender) in values.iter().filter(|(_, sender)| in_order(sender)) {
                 let mut lives = self.lives.iter().filter(in_order).filter(|life| life.federate.id == to);
-                // One that has come when the receiver had left sends to nobody.
+                // One that comes when the receiver has left sends to nobody.
                 let is_there = lives.any(|life| {
                     let covers = |(first, last)| (offset(first)..=offset(last)).contains(tag);
-                    life.died > sender.born && life.federate.span().is_some_and(covers)
+                    life.resigned > sender.joined && life.federate.span().is_some_and(covers)
                 });
                 let is_received = received.contains(&(*port, *tag));
                 let notices = &self.rig.outlet.notices;
