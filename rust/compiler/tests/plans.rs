@@ -46,6 +46,11 @@ fn each_instance_in_a_federated_reactor_is_a_federate() {
 }
 
 #[test]
+fn federates_that_come_and_go_are_known_as_such() {
+    check("transients");
+}
+
+#[test]
 fn instances_behind_a_bank_without_members_keep_their_arguments() {
     check("empty_bank");
 }

@@ -34,17 +34,27 @@ enum End {
     Refused,
 }
 
-struct Run<'g> {
+/// An instance of a federate.
+struct Life {
+    federate: Participant,
+    end: Option<End>,
+    /// The turns in which it has learnt its first tag, and has sent its resignation.
+    joined: Option<usize>,
+    resigned: Option<usize>,
+}
+
+struct Federation<'g> {
     graph: &'g Graph,
     transients: &'static [u16],
     rig: Rig,
     random: Random,
-    /// All instances of all federates, with their ends.
-    instances: Vec<(Participant, Option<End>)>,
+    /// All instances of all federates.
+    lives: Vec<Life>,
+    turns: usize,
     idle: usize,
 }
 
-impl<'g> Run<'g> {
+impl<'g> Federation<'g> {
     fn new(graph: &'g Graph, transients: &'static [u16], seed: u64, dnet: bool) -> Self {
         let count = graph.periods.len();
         let config = RtiConfig {
@@ -55,7 +65,7 @@ impl<'g> Run<'g> {
         };
         let sizes = Sizes { output: 160, connections: 2 * count + 2, ..Sizes::ample(count) };
         let (rig, random) = (Rig::new(config, sizes), Random::new(seed));
-        let mut run = Self { graph, transients, rig, random, instances: Vec::new(), idle: 0 };
+        let mut run = Self { graph, transients, rig, random, lives: Vec::new(), turns: 0, idle: 0 };
         for id in (0..).take(count) {
             if !transients.contains(&id) || run.random.percent(50) {
                 run.join(id);
@@ -65,31 +75,32 @@ impl<'g> Run<'g> {
     }
 
     fn join(&mut self, id: u16) {
-        let instance = Participant::with_transients(id, self.graph, &mut self.rig, 1 << 16, self.transients);
-        self.instances.push((instance, None));
+        let federate = Participant::with_transients(id, self.graph, &mut self.rig, 1 << 16, self.transients);
+        self.lives.push(Life { federate, end: None, joined: None, resigned: None });
     }
 
     fn is_transient(&self, index: usize) -> bool {
-        self.transients.contains(&self.instances[index].0.id)
+        self.transients.contains(&self.lives[index].federate.id)
     }
 
     /// Runs turn by turn until all have ended.
     fn play(&mut self) {
         for _ in 0..TURNS_MAX {
-            let living: Vec<_> = (0..self.instances.len()).filter(|index| self.instances[*index].1.is_none()).collect();
+            self.turns += 1;
+            let living: Vec<_> = (0..self.lives.len()).filter(|index| self.lives[*index].end.is_none()).collect();
             if living.is_empty() {
                 break;
             }
             self.pass_time();
             self.disturb();
             let index = living[self.random.index(living.len())];
-            if self.instances[index].1.is_none() {
+            if self.lives[index].end.is_none() {
                 let done = self.turn(index);
                 self.idle = if done { 0 } else { self.idle + 1 };
             }
         }
         let stuck: Vec<_> =
-            self.instances.iter().filter(|(_, end)| end.is_none()).map(|(instance, _)| &instance.federate).collect();
+            self.lives.iter().filter(|life| life.end.is_none()).map(|life| &life.federate.federate).collect();
         assert!(stuck.is_empty(), "these have not come to their end: {stuck:#?}\n{:#?}", self.rig.outlet.notices);
         assert_eq!(self.rig.rti.status(), Status::Finished(Outcome::Complete));
     }
@@ -103,7 +114,8 @@ impl<'g> Run<'g> {
         } else {
             self.idle = 0;
             let start = self.rig.rti.start_time().filter(|start| *start > self.rig.now + Interval::from_nanos(9));
-            self.rig.now = start.map_or(self.rig.now + Interval::from_nanos(5), |start| start - Interval::from_nanos(3));
+            self.rig.now =
+                start.map_or(self.rig.now + Interval::from_nanos(5), |start| start - Interval::from_nanos(3));
         }
         let now = self.rig.now;
         self.rig.rti.handle_timeout(now, &mut self.rig.outlet);
@@ -115,19 +127,17 @@ impl<'g> Run<'g> {
             return;
         }
         let id = self.random.one_of(self.transients);
-        let lives: Vec<_> = (0..self.instances.len()).filter(|index| self.instances[*index].0.id == id).collect();
-        let here: Vec<_> = lives.iter().copied().filter(|index| self.instances[*index].1.is_none()).collect();
+        let lives: Vec<_> = (0..self.lives.len()).filter(|index| self.lives[*index].federate.id == id).collect();
+        let here: Vec<_> = lives.iter().copied().filter(|index| self.lives[*index].end.is_none()).collect();
         let may_come = lives.len() < LIVES_MAX && here.len() < 2;
         match (here.last(), self.random.below(4)) {
             (None, _) if may_come => self.join(id),
             (Some(_), 0) if may_come => self.join(id),
             (Some(index), 1) => {
-                let connection = self.instances[*index].0.connection;
-                self.rig.close(connection);
-                self.instances[*index].1 = Some(End::Crash);
+                self.end(*index, End::Crash);
             }
-            (Some(index), _) if self.instances[*index].0.federate.phase() == Phase::Running => {
-                self.instances[*index].0.leave();
+            (Some(index), _) if self.lives[*index].federate.federate.phase() == Phase::Running => {
+                self.lives[*index].federate.leave();
             }
             _ => {}
         }
@@ -135,9 +145,9 @@ impl<'g> Run<'g> {
 
     /// Does one turn of an instance; returns whether it has done something.
     fn turn(&mut self, index: usize) -> bool {
-        let (kind, now, connection) = (self.random.below(3), self.rig.now, self.instances[index].0.connection);
+        let (kind, now, connection) = (self.random.below(3), self.rig.now, self.lives[index].federate.connection);
         let pieces = (self.random.count(1, 60), self.random.count(1, 60));
-        let instance = &mut self.instances[index].0;
+        let instance = &mut self.lives[index].federate;
         let done = match kind {
             0 => {
                 let bytes = self.rig.take(connection, pieces.0);
@@ -164,10 +174,12 @@ impl<'g> Run<'g> {
             _ => instance.run(now, None),
         };
         let ended = self.rig.outlet.list[connection.0].ended;
-        let instance = &self.instances[index].0;
-        if ended && instance.federate.phase() == Phase::Ended && instance.outgoing.is_empty() {
-            self.rig.close(connection);
-            self.instances[index].1 = Some(End::InOrder);
+        let life = &mut self.lives[index];
+        let has_resigned = life.federate.federate.phase() == Phase::Ended && life.federate.outgoing.is_empty();
+        life.resigned = life.resigned.or(has_resigned.then_some(self.turns));
+        life.joined = life.joined.or(life.federate.has_begun().then_some(self.turns));
+        if ended && has_resigned {
+            self.end(index, End::InOrder);
         }
         done
     }
@@ -175,43 +187,50 @@ impl<'g> Run<'g> {
     fn refused(&mut self, index: usize, connection: ConnectionId) -> bool {
         assert!(self.is_transient(index));
         self.rig.take(connection, usize::MAX);
-        self.rig.close(connection);
-        self.instances[index].1 = Some(End::Refused);
+        self.end(index, End::Refused);
         true
+    }
+
+    fn end(&mut self, index: usize, end: End) {
+        let life = &mut self.lives[index];
+        life.end = Some(end);
+        self.rig.close(life.federate.connection);
     }
 
     /// Checks what was sent against what was received.
     fn check(&self) {
         let start = self.rig.rti.start_time().expect("it has started");
         let offset = |tag: Tag| Tag::new(Instant::from_nanos(tag.time.since(start).as_nanos()), tag.microstep);
-        // By connection and tag: the values, and whether all senders of them have left in order.
-        let mut sent: BTreeMap<(u16, Tag), Vec<(u32, bool)>> = BTreeMap::new();
-        for (instance, end) in &self.instances {
-            for (port, tag, value) in &instance.sent {
-                let is_sure = *end == Some(End::InOrder);
-                sent.entry((*port, offset(*tag))).or_default().push((*value, is_sure));
+        // By connection and tag: the values, and the life that sent them.
+        let mut sent: BTreeMap<(u16, Tag), Vec<(u32, &Life)>> = BTreeMap::new();
+        for life in &self.lives {
+            for (port, tag, value) in &life.federate.sent {
+                sent.entry((*port, offset(*tag))).or_default().push((*value, life));
             }
         }
         let mut received: BTreeSet<(u16, Tag)> = BTreeSet::new();
-        for (instance, _) in &self.instances {
-            for (tag, inputs) in &instance.trace {
-                for (port, value) in inputs {
-                    let values = sent.get(&(*port, *tag)).map(Vec::as_slice).unwrap_or_default();
-                    assert!(values.iter().any(|(sent, _)| sent == value), "{value} at {port} and {tag} was not sent");
-                    // One that comes back after a crash may repeat a tag.
-                    let is_once = received.insert((*port, *tag)) || values.len() > 1;
-                    assert!(is_once, "two receive what was sent over {port} at {tag}");
-                }
+        for (tag, inputs) in self.lives.iter().flat_map(|life| &life.federate.trace) {
+            for (port, value) in inputs {
+                let values = sent.get(&(*port, *tag)).map(Vec::as_slice).unwrap_or_default();
+                assert!(values.iter().any(|(sent, _)| sent == value), "{value} at {port} and {tag} was not sent");
+                // One that comes back after a crash may repeat a tag.
+                let is_once = received.insert((*port, *tag)) || values.len() > 1;
+                assert!(is_once, "two receive what was sent over {port} at {tag}");
             }
         }
-        for ((port, tag), values) in sent.iter().filter(|(_, values)| values.iter().any(|(_, is_sure)| *is_sure)) {
+        let in_order = |life: &&Life| life.end == Some(End::InOrder);
+        for ((port, tag), values) in &sent {
             let to = self.graph.edges[usize::from(*port)].to;
-            let lives = self.instances.iter().filter(|(instance, end)| instance.id == to && *end == Some(End::InOrder));
-            let mut covering = lives.filter(|(instance, _)| instance.span().is_some_and(|(first, last)| {
-                (offset(first)..=offset(last)).contains(tag)
-            }));
-            if covering.next().is_some() {
-                assert!(received.contains(&(*port, *tag)), "{values:?} over {port} at {tag} is lost");
+            for (value, sender) in values.iter().filter(|(_, sender)| in_order(sender)) {
+                let mut lives = self.lives.iter().filter(in_order).filter(|life| life.federate.id == to);
+                // One that comes when the receiver has left sends to nobody.
+                let is_there = lives.any(|life| {
+                    let covers = |(first, last)| (offset(first)..=offset(last)).contains(tag);
+                    life.resigned > sender.joined && life.federate.span().is_some_and(covers)
+                });
+                let is_received = received.contains(&(*port, *tag));
+                let notices = &self.rig.outlet.notices;
+                assert!(is_received || !is_there, "{value} over {port} at {tag} is lost: {start:?} {notices:#?}");
             }
         }
         self.check_lives(offset);
@@ -220,12 +239,12 @@ impl<'g> Run<'g> {
     /// Checks that each life begins after those before it.
     fn check_lives(&self, offset: impl Fn(Tag) -> Tag) {
         let mut last: BTreeMap<u16, Tag> = BTreeMap::new();
-        for (instance, end) in &self.instances {
-            let Some((first, end_tag)) = instance.span().filter(|_| *end == Some(End::InOrder)) else { continue };
-            if let Some(before) = last.insert(instance.id, end_tag) {
-                assert!(first > before, "{} begins at {} before {}", instance.id, offset(first), offset(before));
+        for life in self.lives.iter().filter(|life| life.end == Some(End::InOrder)) {
+            let Some((first, end_tag)) = life.federate.span() else { continue };
+            let id = life.federate.id;
+            if let Some(before) = last.insert(id, end_tag) {
+                assert!(first > before, "{id} begins at {} before {}", offset(first), offset(before));
             }
-            assert!(end_tag.time.since(first.time).as_nanos() <= END_NS);
         }
     }
 }
@@ -243,7 +262,7 @@ proptest! {
         let count = u16::try_from(graph.periods.len()).unwrap();
         let transients: Vec<u16> = (0..count).filter(|id| chosen >> id & 1 == 1).collect();
         prop_assume!(!transients.is_empty() && transients.len() < usize::from(count));
-        let mut run = Run::new(&graph, transients.leak(), seed, dnet);
+        let mut run = Federation::new(&graph, transients.leak(), seed, dnet);
         run.play();
         run.check();
     }

@@ -25,10 +25,14 @@ pub(super) fn ctl(arguments: &CtlArgs) -> Result<ExitCode, Failure> {
     };
     let run = match (arguments.run, runs.as_slice()) {
         (Some(run), runs) if runs.contains(&run) => run,
-        (Some(run), _) => return Err(Failure::message(format!("there is no run {run}; `lfz ctl` shows those there are"))),
+        (Some(run), _) => {
+            return Err(Failure::message(format!("there is no run {run}; `lfz ctl` shows those there are")));
+        }
         (None, [run]) => *run,
         (None, []) => return Err(Failure::message("no federation of yours runs: start one with `lfz run`")),
-        (None, _) => return Err(Failure::message("several federations run: choose one with --run, as `lfz ctl` shows them")),
+        (None, _) => {
+            return Err(Failure::message("several federations run: choose one with --run, as `lfz ctl` shows them"));
+        }
     };
     let answer = control::ask(run, &request)?;
     match answer.strip_prefix("error: ") {

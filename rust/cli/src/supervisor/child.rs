@@ -99,7 +99,18 @@ impl Child {
         let error = process.stderr.take().map(Lines::new).transpose()?;
         let running = Some(Running { pid, has_group, end });
         let (name, status_line) = (name.to_owned(), status_line.map(str::to_owned));
-        Ok(Self { name, role, process, running, standard, error, status_line, has_told: false, was_asked: false, streams })
+        Ok(Self {
+            name,
+            role,
+            process,
+            running,
+            standard,
+            error,
+            status_line,
+            has_told: false,
+            was_asked: false,
+            streams,
+        })
     }
 
     /// Returns whether the run waits for it.

@@ -9,8 +9,8 @@ use std::time::{Duration, Instant};
 
 use rustix::process::Signal;
 
-use super::child::{Child, Role, Streams};
 use super::Supervisor;
+use super::child::{Child, Role, Streams};
 use crate::control::ControlRequest;
 use crate::guard;
 

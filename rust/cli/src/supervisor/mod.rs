@@ -70,7 +70,15 @@ struct Ready {
 impl Supervisor {
     /// Returns a supervisor without processes; the time limit counts from now.
     pub(crate) fn new(limits: Limits, interrupts: Interrupts, output: Output) -> Self {
-        Self { children: Vec::new(), launches: Vec::new(), restarts: Vec::new(), control: None, plan: Plan::new(limits, Instant::now()), interrupts, output }
+        Self {
+            children: Vec::new(),
+            launches: Vec::new(),
+            restarts: Vec::new(),
+            control: None,
+            plan: Plan::new(limits, Instant::now()),
+            interrupts,
+            output,
+        }
     }
 
     /// Starts a participant in a process group of its own, unless it may read from a terminal. A simulator continues
@@ -205,7 +213,13 @@ impl Supervisor {
             }
         }
         let restart = self.restarts.iter().map(|(at, _)| *at).min();
-        let timeout = self.plan.next().into_iter().chain(restart).min().map(|until| until.saturating_duration_since(Instant::now()));
+        let timeout = self
+            .plan
+            .next()
+            .into_iter()
+            .chain(restart)
+            .min()
+            .map(|until| until.saturating_duration_since(Instant::now()));
         let timeout = timeout.and_then(|duration| Timespec::try_from(duration).ok());
         match poll(&mut descriptors, timeout.as_ref()) {
             Ok(_) | Err(rustix::io::Errno::INTR) => {}

@@ -71,6 +71,18 @@ impl RawRti {
     /// Returns the keys of its place, on a platform.
     pub(super) fn place(&self, platform: Spanned<String>) -> RawPlace {
         let [ip, netmask, prefix, gateway, mac, ethernet, runner, probe] = self.keys().map(|(_, value)| value.clone());
-        RawPlace { platform, joint_rti: None, restart: None, ip, netmask, prefix, gateway, mac, ethernet, runner, probe }
+        RawPlace {
+            platform,
+            joint_rti: None,
+            restart: None,
+            ip,
+            netmask,
+            prefix,
+            gateway,
+            mac,
+            ethernet,
+            runner,
+            probe,
+        }
     }
 }

@@ -79,9 +79,8 @@ const IDLE: &[(&str, &str)] = &[
 ];
 
 /// Attributes of LF that are not supported, each with the alternative.
-pub(super) const UNSUPPORTED: &[(&[&str], &str)] = &[
-    (&["language"], "remove it: the target declaration chooses the language of all reactors of a program"),
-];
+pub(super) const UNSUPPORTED: &[(&[&str], &str)] =
+    &[(&["language"], "remove it: the target declaration chooses the language of all reactors of a program")];
 
 /// Returns the names of the attributes that have an effect or are for diagrams.
 pub(super) fn honoured() -> impl Iterator<Item = &'static str> {

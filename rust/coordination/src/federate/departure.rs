@@ -138,7 +138,10 @@ mod tests {
         let (mut departure, now) = (Departure::default(), Instant::from_nanos(5));
         assert_eq!(departure.due(OWN), None);
         assert!(!departure.has_left(OTHER));
-        assert_eq!([transmit(&mut departure), transmit(&mut departure)], [Some(ADVERTISEMENT), Some(query(OWN, false))]);
+        assert_eq!(
+            [transmit(&mut departure), transmit(&mut departure)],
+            [Some(ADVERTISEMENT), Some(query(OWN, false))]
+        );
         assert!(transmit(&mut departure).is_none());
         // Our RTI keeps the address of this federate.
         departure.answered(now, true, true);
@@ -161,7 +164,10 @@ mod tests {
     fn an_rti_that_forgets_addresses_is_asked_once_and_tells_of_no_departure() {
         let mut departure = Departure::default();
         assert!(!departure.has_left(OTHER));
-        assert_eq!([transmit(&mut departure), transmit(&mut departure)], [Some(ADVERTISEMENT), Some(query(OWN, false))]);
+        assert_eq!(
+            [transmit(&mut departure), transmit(&mut departure)],
+            [Some(ADVERTISEMENT), Some(query(OWN, false))]
+        );
         departure.answered(Instant::from_nanos(5), false, true);
         assert!(departure.has_left(OTHER) && departure.has_left(FederateId(2)));
         assert_eq!((departure.due(OWN), departure.poll_timeout()), (None, Deadline::Never));

@@ -7,7 +7,8 @@
 
 use lf_model::time::Instant;
 use lf_wire::{
-    ADDRESS_PORT_UNKNOWN, KIND_TRANSIENT, Message, NeighborStructure, RejectCode, UDP_PORT_CLOCK_SYNC_INITIAL, UDP_PORT_CLOCK_SYNC_OFF,
+    ADDRESS_PORT_UNKNOWN, KIND_TRANSIENT, Message, NeighborStructure, RejectCode, UDP_PORT_CLOCK_SYNC_INITIAL,
+    UDP_PORT_CLOCK_SYNC_OFF,
 };
 
 use super::config::{ClockSync, Config, Coordination};

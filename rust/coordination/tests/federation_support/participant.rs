@@ -181,6 +181,11 @@ impl Participant {
         self.alone = self.alone.min(next);
     }
 
+    /// Returns whether it knows its first tag.
+    pub(crate) fn has_begun(&self) -> bool {
+        self.first.is_some()
+    }
+
     /// Returns the first tag and the last one of this instance, if it has completed a tag.
     pub(crate) fn span(&self) -> Option<(Tag, Tag)> {
         let last = self.federate.current();

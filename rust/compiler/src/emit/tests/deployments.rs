@@ -44,6 +44,25 @@ fn native_sim_is_recognised_with_and_without_qualifiers() {
     assert_eq!(Mac([2, 0, 0, 0xab, 0, 1]).to_string(), "02:00:00:ab:00:01");
 }
 
+/// A federate that fails takes the federation with it, unless it is transient.
+#[test]
+fn only_transient_federates_start_again() {
+    let text = |restart: &str| format!("federates:\n  unit: {{ platform: host, restart: {restart} }}\n");
+    let mut plan = fixture::plan();
+    let mut parse = |restart: &str, is_transient: bool| {
+        plan.federates.iter_mut().for_each(|federate| federate.transient = is_transient);
+        let parsed = Deployment::parse("deployment.yaml", &text(restart), &plan);
+        parsed.map(|deployment| deployment.place("unit").restarts).map_err(|errors| errors[0].message.clone())
+    };
+    assert_eq!(
+        [parse("on-failure", true), parse("never", true), parse("never", false)],
+        [Ok(true), Ok(false), Ok(false)]
+    );
+    let refused = parse("on-failure", false).expect_err("it is persistent");
+    assert!(refused.contains("unit is not transient"), "{refused}");
+    assert!(parse("always", true).expect_err("there is no such word").contains("\"always\" is not known"));
+}
+
 fn home_of(properties: &str, text: &str) -> Result<RtiPlace, Vec<crate::FileError>> {
     let mut plan = fixture::plan();
     plan.target.joint_rti = properties.contains("joint-rti");
