@@ -252,6 +252,21 @@ if (hasAdapter()) {
     await editor.page.keyboard.press("Shift+F5");
     await editor.page.locator(".debug-toolbar").waitFor({ state: "hidden" });
   });
+  test("a federate is debugged beside the others", async () => {
+    await editor.command("View: Close All Editors");
+    await editor.command("View: Show Explorer");
+    await editor.open("Meter.lf");
+    await editor.go(8, 5);
+    await editor.page.keyboard.press("F9");
+    await editor.open("Grid.lf");
+    await editor.page.locator(".codelens-decoration a", { hasText: "Debug" }).click();
+    await editor.page.locator(".quick-input-list .monaco-list-row", { hasText: "meter" }).click();
+    await editor.page.locator('.tab.active[data-resource-name="Meter.lf"]').waitFor({ timeout: 300_000 });
+    await editor.page.locator(".debug-call-stack", { hasText: "Meter::reaction_1" }).waitFor();
+    await picture("federate");
+    await editor.page.keyboard.press("Shift+F5");
+    await editor.page.locator(".debug-toolbar").waitFor({ state: "hidden" });
+  });
 } else {
   console.log("skipped: there is no lldb-dap for a breakpoint");
 }

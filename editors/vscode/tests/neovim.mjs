@@ -39,7 +39,8 @@ const folder = mkdtempSync(path.join(tmpdir(), "lf-neovim-"));
 try {
   writeFileSync(path.join(folder, "init.lua"), OLDER + configuration);
   writeFileSync(path.join(folder, "questions.lua"), QUESTIONS);
-  writeFileSync(path.join(folder, "Wrong.lf"), "target Rust { timout: 1 s }\nmain reactor {\n  timer tick(0, 10 ms)\n}\n");
+  const wrong = "target Rust { timout: 1 s }\nmain reactor {\n  timer tick(0, 10 ms)\n}\n";
+  writeFileSync(path.join(folder, "Wrong.lf"), wrong);
   symlinkSync(lfz, path.join(folder, "lfz"));
   const words = ["--headless", "-u", "init.lua", "Wrong.lf", "-c", "luafile questions.lua"];
   const env = { ...process.env, HOME: folder, PATH: `${folder}:${process.env.PATH}` };
