@@ -6,6 +6,16 @@ import * as path from "node:path";
 import * as vscode from "vscode";
 import { captured, findLfz, findProgram, folderOf, programFile, setting } from "./lfz";
 
+/** The versions that distributions have in names of programs, the latest first. */
+const VERSIONS = Array.from({ length: 12 }, (_, index) => 25 - index);
+
+/** The debug adapters that are looked for; before version 18 that of LLDB had another name. */
+const ADAPTERS = [
+  "lldb-dap",
+  ...VERSIONS.map((version) => (version < 18 ? `lldb-vscode-${version}` : `lldb-dap-${version}`)),
+  "gdb",
+];
+
 /** The least version of gdb that is a debug adapter. */
 const GDB_VERSION = 14;
 
@@ -69,7 +79,10 @@ class Configurations implements vscode.DebugConfigurationProvider {
         return { program, args: federate === "" ? [] : await startOthers(lfz, file, cwd, federate) };
       });
       const own = Array.isArray(configuration["args"]) ? (configuration["args"] as string[]) : [];
-      return { ...configuration, program: built.program, args: [...built.args, ...own], cwd };
+      // gdb has another word for it.
+      const stopAtBeginningOfMainSubprogram = configuration["stopOnEntry"] === true;
+      const args = [...built.args, ...own];
+      return { ...configuration, program: built.program, args, cwd, stopAtBeginningOfMainSubprogram };
     } catch (error) {
       const text = error instanceof Error ? error.message : String(error);
       await vscode.window.showErrorMessage(`Lingua Franca: ${text}`, { modal: true });
@@ -145,8 +158,7 @@ async function federateOf(lfz: string, file: vscode.Uri, cwd: string, given: unk
 /** Returns the first debug adapter that this computer has. */
 function adapter(): vscode.DebugAdapterDescriptor {
   const wanted = setting("debugAdapter");
-  const versions = Array.from({ length: 12 }, (_, index) => 25 - index);
-  const names = wanted === "" ? ["lldb-dap", ...versions.map((version) => `lldb-dap-${version}`), "gdb"] : [wanted];
+  const names = wanted === "" ? ADAPTERS : [wanted];
   for (const name of names) {
     const program = findProgram(name);
     if (program === undefined) {

@@ -2,7 +2,7 @@
 // Uses the packed extension in a real editor. `LFZ` names the program `lfz`; `SCREENSHOTS` a folder for pictures.
 
 import assert from "node:assert/strict";
-import { chmodSync, existsSync, mkdtempSync, readFileSync, rmSync, writeFileSync } from "node:fs";
+import { chmodSync, existsSync, mkdtempSync, readdirSync, readFileSync, rmSync, writeFileSync } from "node:fs";
 import { tmpdir } from "node:os";
 import path from "node:path";
 import { folder, startEditor } from "./host.mjs";
@@ -65,6 +65,19 @@ main reactor {
     // Counts.
     self->n++;
     lf_print("%d", self->n);
+  =}
+}
+`;
+
+const COUNT = `target Rust {
+  timeout: 1 s
+}
+main reactor {
+  timer t(0, 100 ms)
+  state n: u32 = 0
+  reaction(t) {=
+    self.n += 1;
+    println!("{}", self.n);
   =}
 }
 `;
@@ -133,14 +146,17 @@ test("an error is told while it is typed, and has a quick fix", async () => {
   await editor.line("meter.count -> show.x").waitFor();
 });
 
-test("a name is described with its facts", async () => {
-  await editor.go(22, 4);
-  await editor.command("Show or Focus Hover");
-  const hover = editor.page.locator(".monaco-hover", { hasText: "federate 0" });
-  await hover.waitFor();
-  await picture("hover");
-  assert.match(await hover.first().innerText(), /waits 20 ms for meter/);
-  await editor.page.keyboard.press("Escape");
+test("names are described with facts of the program", async () => {
+  for (const [line, column, fact] of [
+    [22, 4, "federate 0: waits 20 ms for meter"],
+    [10, 9, "messages of meter after 10 ms, capacity 16, waits 20 ms"],
+  ]) {
+    await editor.go(line, column);
+    await editor.command("Show or Focus Hover");
+    await editor.page.locator(".monaco-hover", { hasText: fact }).waitFor();
+    await picture("hover");
+    await editor.page.keyboard.press("Escape");
+  }
 });
 
 test("a body is completed by the methods of ctx", async () => {
@@ -215,6 +231,46 @@ test("a federation is built for the boards of a deployment", async () => {
   await until("west is called", () => called().includes(call));
 });
 
+/** Whether this computer has a debug adapter, as the extension looks for it. */
+function hasAdapter() {
+  const folders = (process.env.PATH ?? "").split(path.delimiter).filter(existsSync);
+  return folders.flatMap((one) => readdirSync(one)).some((name) => /^lldb-(dap|vscode)(-\d+)?$/.test(name));
+}
+
+if (hasAdapter()) {
+  test("a breakpoint at a line of a body in Rust stops the program there", async () => {
+    await editor.command("View: Close All Editors");
+    await editor.open("Count.lf");
+    await editor.go(9, 5);
+    await editor.page.keyboard.press("F9");
+    await editor.page.locator(".debug-breakpoint, .codicon-debug-breakpoint").first().waitFor();
+    await editor.page.locator(".codelens-decoration a", { hasText: "Debug" }).click();
+    const stopped = editor.page.locator(".debug-top-stack-frame-line, .codicon-debug-stackframe").first();
+    await stopped.waitFor({ timeout: 300_000 });
+    await editor.page.locator(".debug-call-stack", { hasText: "reaction_1" }).waitFor();
+    await picture("debug");
+    await editor.page.keyboard.press("Shift+F5");
+    await editor.page.locator(".debug-toolbar").waitFor({ state: "hidden" });
+  });
+  test("a federate is debugged beside the others", async () => {
+    await editor.command("View: Close All Editors");
+    await editor.command("View: Show Explorer");
+    await editor.open("Meter.lf");
+    await editor.go(8, 5);
+    await editor.page.keyboard.press("F9");
+    await editor.open("Grid.lf");
+    await editor.page.locator(".codelens-decoration a", { hasText: "Debug" }).click();
+    await editor.page.locator(".quick-input-list .monaco-list-row", { hasText: "meter" }).click();
+    await editor.page.locator('.tab.active[data-resource-name="Meter.lf"]').waitFor({ timeout: 300_000 });
+    await editor.page.locator(".debug-call-stack", { hasText: "Meter::reaction_1" }).waitFor();
+    await picture("federate");
+    await editor.page.keyboard.press("Shift+F5");
+    await editor.page.locator(".debug-toolbar").waitFor({ state: "hidden" });
+  });
+} else {
+  console.log("skipped: there is no lldb-dap for a breakpoint");
+}
+
 assert.ok(existsSync(lfz), `there is no ${lfz}: cargo build --bin lfz`);
 chmodSync(path.join(folder, "tests/lfz.sh"), 0o755);
 let failed = 0;
@@ -222,6 +278,7 @@ const files = {
   "Grid.lf": GRID,
   "Meter.lf": METER,
   "Hello.lf": HELLO,
+  "Count.lf": COUNT,
   "deployment/two-boards.yaml": "federates: {}\n",
   ".vscode/settings.json": JSON.stringify({ "lfz.path": "/nowhere/lfz" }),
 };

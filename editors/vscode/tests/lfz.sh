@@ -5,6 +5,7 @@
 echo "$*" >>"$LF_EDITOR_CALLS"
 case "$1" in
   run)
+    case "$*" in *--without*) exec "$LF_EDITOR_LFZ" "$@" ;; esac
     trap 'echo "ended" >>"$LF_EDITOR_CALLS"; exit 130' HUP INT TERM
     echo "the program runs"
     while :; do sleep 1 & wait $!; done

@@ -26,17 +26,20 @@ pub(crate) fn step(repository: &Path, report: &mut Report) {
     for (name, script) in [("types", "check"), ("grammar", "test:grammar"), ("package", "package")] {
         report.check(&format!("editor {name}"), process::succeeds(&mut npm(&folder, &["run", "--silent", script])));
     }
-    if !BROWSERS.iter().any(|name| process::find_program(name).is_some()) {
-        report.skip("editor suite", "there is no Chromium: Debian's package chromium");
-        return;
-    }
     let Some(lfz) = lfz(repository) else {
-        report.fail("editor suite", "lfz cannot be compiled");
+        report.fail("editor", "lfz cannot be compiled");
         return;
     };
-    let mut suite = npm(&folder, &["run", "--silent", "test:editor"]);
-    let passed = process::succeeds(suite.env("LFZ", lfz));
-    report.check("editor suite", passed);
+    let mut suite = |name: &str, script: &str, programs: &[&str]| {
+        if programs.iter().any(|program| process::find_program(program).is_some()) {
+            let passed = process::succeeds(npm(&folder, &["run", "--silent", script]).env("LFZ", &lfz));
+            report.check(name, passed);
+        } else {
+            report.skip(name, &format!("not installed: {}", programs[0]));
+        }
+    };
+    suite("neovim", "test:neovim", &["nvim"]);
+    suite("editor suite", "test:editor", &BROWSERS);
 }
 
 fn npm(folder: &Path, arguments: &[&str]) -> Command {

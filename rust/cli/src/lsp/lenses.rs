@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Additions that the editor shows between the words of a file: commands above its main reactor, and waits behind its federates.
+//! Additions between the words of a file: commands above its main reactor, and waits behind its federates.
 
 use lf_compiler::syntax::ast::ReactorKind;
 use lsp_types::{

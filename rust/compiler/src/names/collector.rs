@@ -240,7 +240,7 @@ impl<'p> Collector<'p> {
             let place = |from: usize, text: &str| Span::new(code.span.file, start + from, start + from + text.len());
             match word.kind {
                 WordUse::Field => drop(self.name(id, word.text, FIELDS, place(0, word.text))),
-                WordUse::Of(container) => {
+                WordUse::Of(container) if language == Language::C => {
                     let ports = signature.iter().filter(|it| it.name.text == word.text);
                     let mut ports = ports.filter_map(|it| it.container.as_ref());
                     if let Some(container) = ports.find(|it| it.text == container) {
@@ -266,6 +266,7 @@ impl<'p> Collector<'p> {
                         }
                     }
                 }
+                WordUse::Of(_) => {}
                 WordUse::Call => drop(self.name(id, word.text, &[NameKind::Method], place(0, word.text))),
             }
         }

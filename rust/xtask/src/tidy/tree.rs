@@ -65,7 +65,9 @@ fn walk(root: &Path, below: &str) -> io::Result<Vec<String>> {
         let path = if below.is_empty() { name.clone() } else { format!("{below}/{name}") };
         if !entry.file_type()?.is_dir() {
             paths.push(path);
-        } else if !matches!(name.as_str(), "target" | "build" | "__pycache__" | "node_modules") && !name.starts_with('.') {
+        } else if !matches!(name.as_str(), "target" | "build" | "__pycache__" | "node_modules")
+            && !name.starts_with('.')
+        {
             paths.extend(walk(root, &path)?);
         }
     }
