@@ -33,7 +33,7 @@ fn generate(path: &str, sources: &BTreeMap<String, String>) -> Emitted {
     let plan = compilation.plan.unwrap_or_else(|| panic!("{}", compilation.diagnostics.render(Style::Plain)));
     let deployment = Deployment::default();
     let settings =
-        Settings { lf_linux: "", lf_zephyr: "", lf_c_build: "", version: "", current: "", deployment: &deployment };
+        Settings { lf_linux: "", lf_zephyr: "", lf_c_build: "", version: "", current: "", deployment: &deployment, keys: "" };
     emit(&plan, &settings).unwrap_or_else(|errors| panic!("{errors:?}"))
 }
 

@@ -344,15 +344,18 @@ impl<P: Platform, B: AsRef<[u8]> + AsMut<[u8]>> Platform for SecurePlatform<'_, 
     fn require(&mut self, socket: SocketId, participant: Participant) {
         if let Some(slot) = self.slots.get_mut(usize::from(socket.index)).filter(|slot| slot.socket == Some(socket)) {
             slot.expected = Some(participant);
+        } else {
+            self.platform.require(socket, participant);
         }
     }
 
     fn peer(&self, socket: SocketId) -> Option<Participant> {
-        self.slot(socket)?.channel.peer()
+        self.slot(socket).map_or_else(|| self.platform.peer(socket), |slot| slot.channel.peer())
     }
 
     fn failure(&self, socket: SocketId) -> Option<NetError> {
-        self.slot(socket).filter(|slot| slot.soundness != Soundness::Sound).map(|_| NetError::Insecure)
+        let Some(slot) = self.slot(socket) else { return self.platform.failure(socket) };
+        (slot.soundness != Soundness::Sound).then_some(NetError::Insecure)
     }
 
     fn shut_down_writing(&mut self, socket: SocketId) {

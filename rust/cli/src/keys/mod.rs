@@ -6,6 +6,7 @@
 
 mod certificate;
 mod handed_out;
+mod header;
 mod pair;
 
 use std::fs;
@@ -24,7 +25,7 @@ use crate::failure::Failure;
 use crate::private_files;
 
 /// The folder of all keys, beside the program's `src`.
-const FOLDER: &str = "keys";
+pub(crate) const FOLDER: &str = "keys";
 /// The file that keeps git from the others.
 const IGNORE: &str = ".gitignore";
 const IGNORED: &str = "# Secrets do not belong into a repository.\n*\n";
