@@ -15,6 +15,7 @@ mod debugging;
 mod descendants;
 mod doctor;
 mod fmt;
+mod keys;
 mod lsp;
 mod micro;
 mod new;

@@ -10,6 +10,7 @@ use lf_model::Settings;
 use lf_model::time::Interval;
 use lf_runtime::Description;
 
+use crate::credentials::Credentials;
 use crate::devices::Script;
 use crate::parameters::Parameters;
 use crate::trace_file::TRACE_MIB;
@@ -49,6 +50,8 @@ pub(crate) struct Arguments {
     pub(crate) devices: Option<PathBuf>,
     /// `--vcd FILE`: the recording of pins.
     pub(crate) vcd: Option<PathBuf>,
+    /// `--keys FOLDER`, or `--tls CERTIFICATE KEY --unverified`.
+    pub(crate) credentials: Credentials,
 }
 
 impl Arguments {
@@ -62,7 +65,7 @@ impl Arguments {
         parameters: &Parameters,
     ) -> Result<Invocation, UsageError> {
         let mut parser = lexopt::Parser::from_iter(line);
-        let mut arguments = Self::default();
+        let (mut arguments, mut unverified) = (Self::default(), false);
         while let Some(argument) = parser.next()? {
             // The program's own names have precedence.
             let parameter = match argument {
@@ -85,13 +88,23 @@ impl Arguments {
                 Long("trace-limit") => arguments.trace_limit = Some(mebibytes(&mut parser)?),
                 Long("devices") => arguments.devices = Some(parser.value()?.into()),
                 Long("vcd") => arguments.vcd = Some(parser.value()?.into()),
-                Short('i' | 'r') | Long("id" | "rti") => {
+                Long("keys") if federated => arguments.credentials = Credentials::Keys(parser.value()?.into()),
+                Long("tls") if federated => {
+                    let (certificate, key) = (parser.value()?.into(), parser.value()?.into());
+                    arguments.credentials = Credentials::Unverified { certificate, key };
+                }
+                Long("unverified") if federated => unverified = true,
+                Short('i' | 'r') | Long("id" | "rti" | "keys" | "tls" | "unverified") => {
                     return Err(UsageError(
                         "this program is not federated: it has no RTI and no federation".to_owned(),
                     ));
                 }
                 other => return Err(other.unexpected().into()),
             }
+        }
+        if matches!(arguments.credentials, Credentials::Unverified { .. }) != unverified {
+            let message = "--tls and --unverified belong together: with --keys all participants prove who they are";
+            return Err(UsageError(message.to_owned()));
         }
         Ok(Invocation::Run(arguments))
     }
@@ -185,7 +198,9 @@ pub(crate) fn usage(description: &Description) -> String {
         let _ = write!(
             text,
             "\x20 -r, --rti HOST[:PORT]     where the RTI listens, or [IPV6]:PORT (default: {}:{})\n\
-             \x20 -i, --id FEDERATION       the federation to join (default: {})\n",
+             \x20 -i, --id FEDERATION       the federation to join (default: {})\n\
+             \x20     --keys FOLDER         its keys, as `lfz build` hands them out: connections are encrypted\n\
+             \x20     --tls CERT KEY        with --unverified: encrypt connections by TLS, with whomever it is\n",
             federation.rti_host, federation.rti_port, federation.federation_id
         );
     }

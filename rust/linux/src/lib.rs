@@ -8,7 +8,9 @@
 mod adaptive_spin;
 mod arguments;
 mod clock;
+mod credentials;
 pub mod devices;
+pub mod keys;
 mod logger;
 mod main_program;
 mod max_length;
@@ -19,6 +21,8 @@ mod platform;
 pub mod rti;
 mod sockets;
 mod thread;
+#[cfg(feature = "tls")]
+pub mod tls;
 mod trace_file;
 mod wake;
 mod words;
@@ -27,6 +31,7 @@ mod workers;
 
 #[cfg(feature = "c")]
 pub mod c;
+pub use credentials::{Credentials, CredentialsError};
 pub use lf_model as model;
 pub use lf_runtime as runtime;
 pub use log;

@@ -16,6 +16,7 @@ use lf_runtime::{
 };
 
 use crate::arguments::{Arguments, Invocation, usage};
+use crate::credentials::{Credentials, CredentialsError};
 use crate::devices::Simulation;
 use crate::parameters::Parameters;
 use crate::platform::Linux;
@@ -119,6 +120,10 @@ fn run(
     let addresses = rti_addresses(arguments, federation)?;
     let (&rti, others) = addresses.split_first().expect("a host without an address is unknown");
     let mut host = Linux::new().map_err(MainError::System)?;
+    if cfg!(feature = "encrypted") && arguments.credentials == Credentials::None {
+        return Err(MainError::Credentials(CredentialsError::Missing));
+    }
+    arguments.credentials.encrypt(&mut host).map_err(MainError::Credentials)?;
     let federation = &if federation.local_clock_sync || !addresses.iter().any(|address| is_own_address(*address)) {
         *federation
     } else {
@@ -195,6 +200,8 @@ enum MainError {
     System(io::Error),
     /// The trace cannot be written.
     Trace { path: PathBuf, error: io::Error },
+    /// The connections cannot be encrypted.
+    Credentials(CredentialsError),
     /// The RTI's host is unknown.
     Resolve { host: String, reason: String },
     /// The event loop ended early.
@@ -211,6 +218,7 @@ impl fmt::Display for MainError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::System(error) => write!(f, "the system has no resources for this program: {error}"),
+            Self::Credentials(error) => error.fmt(f),
             Self::Trace { path, error } => write!(f, "the trace {} cannot be written: {error}", path.display()),
             Self::Resolve { host, reason } => {
                 write!(f, "the RTI's host \"{host}\" is unknown ({reason}): name it with --rti HOST:PORT")

@@ -9,7 +9,7 @@ use lf_coordination::Deadline;
 use lf_coordination::clock_sync::ClockCorrection;
 use lf_model::Outside;
 use lf_model::time::Instant;
-use lf_runtime::platform::{Endpoint, Interest, IpAddress, NetError, Platform, RandomError, SocketId, Transfer};
+use lf_runtime::platform::{Endpoint, Interest, IpAddress, NetError, Participant, Platform, RandomError, SocketId, Transfer};
 
 use crate::adaptive_spin::{AdaptiveSpin, SpinOutcome, spin_until};
 use crate::clock::Clock;
@@ -41,6 +41,12 @@ impl Linux {
 }
 
 impl Linux {
+    /// Encrypts all connections from now on.
+    #[cfg(feature = "tls")]
+    pub(crate) fn encrypt(&mut self, encryption: Box<dyn crate::sockets::Encryption>) {
+        self.sockets.encrypt(encryption);
+    }
+
     /// Returns the time left until `time`.
     fn until(&self, time: Instant) -> Duration {
         let left = time.as_nanos().saturating_sub(self.clock.now().as_nanos());
@@ -125,6 +131,18 @@ impl Platform for Linux {
 
     fn write(&mut self, socket: SocketId, bytes: &[u8]) -> Result<Transfer, NetError> {
         self.sockets.write(socket, bytes)
+    }
+
+    fn require(&mut self, socket: SocketId, participant: Participant) {
+        self.sockets.require(socket, participant);
+    }
+
+    fn peer(&self, socket: SocketId) -> Option<Participant> {
+        self.sockets.peer(socket)
+    }
+
+    fn failure(&self, socket: SocketId) -> Option<NetError> {
+        self.sockets.failure(socket)
     }
 
     fn shut_down_writing(&mut self, socket: SocketId) {

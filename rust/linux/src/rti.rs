@@ -11,6 +11,7 @@ use lf_model::time::Interval;
 use lf_runtime::trace::Recording;
 use lf_runtime::{AUTHENTICATOR, Inlet, Outgoing, RtiLoop, RtiPorts, RtiSetup, log_rti_event};
 
+use crate::credentials::{Credentials, CredentialsError};
 use crate::platform::Linux;
 use crate::trace_file::TraceFile;
 pub use crate::trace_file::{TRACE_MIB, TRACE_UNLIMITED};
@@ -71,6 +72,8 @@ pub struct Options {
     pub trace: Option<Trace>,
     /// The longest message payload that is forwarded, in bytes.
     pub payload_bytes_max: usize,
+    /// What encrypts its connections.
+    pub credentials: Credentials,
 }
 
 impl Options {
@@ -102,6 +105,7 @@ impl Options {
             dnet: true,
             go_on_after_loss: false,
             payload_bytes_max,
+            credentials: Credentials::None,
         }
     }
 }
@@ -118,6 +122,8 @@ pub enum RtiError {
         /// The system's error.
         error: std::io::Error,
     },
+    /// Its connections cannot be encrypted.
+    Credentials(CredentialsError),
     /// Any error that RTIs of boards have, too.
     Rti(lf_runtime::RtiError),
 }
@@ -127,6 +133,7 @@ impl fmt::Display for RtiError {
         match self {
             Self::System(error) => write!(f, "the system has no resources for the RTI: {error}"),
             Self::Trace { file, error } => write!(f, "the trace {} cannot be written: {error}", file.display()),
+            Self::Credentials(error) => error.fmt(f),
             Self::Rti(error) => error.fmt(f),
         }
     }
@@ -140,6 +147,7 @@ impl std::error::Error for RtiError {}
 /// The reason why there is no RTI.
 pub fn serve(options: &Options, listening: impl FnOnce(u16)) -> Result<Outcome, RtiError> {
     let mut host = Linux::new().map_err(RtiError::System)?;
+    options.credentials.encrypt(&mut host).map_err(RtiError::Credentials)?;
     let create = |trace: &Trace| {
         TraceFile::create(&trace.file, trace.limit_mib)
             .map_err(|error| RtiError::Trace { file: trace.file.clone(), error })

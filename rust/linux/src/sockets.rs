@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //! The table of a program's sockets, and epoll over all of them.
 
+mod secured;
 mod silence;
 
 use std::fmt;
@@ -8,11 +9,12 @@ use std::net::{Ipv4Addr, Ipv6Addr, SocketAddr};
 use std::os::fd::{AsFd, OwnedFd};
 use std::time::{Duration, Instant};
 
-use lf_runtime::platform::{Endpoint, Interest, IpAddress, NetError, SocketId, Transfer};
+use lf_runtime::platform::{Endpoint, Interest, IpAddress, NetError, Participant, SocketId, Transfer};
 use rustix::event::{Timespec, epoll};
 use rustix::io::Errno;
 use rustix::net::{AddressFamily, Protocol, RecvFlags, SendFlags, Shutdown, SocketFlags, SocketType, ipproto, sockopt};
 
+pub(crate) use self::secured::{Encryption, Secured, SecuredStage, Wire};
 use self::silence::Silence;
 
 /// The epoll key of the wake-up descriptor, which is not a socket of the table.
@@ -29,6 +31,10 @@ pub(crate) struct Sockets {
     places: Vec<SocketPlace>,
     events: Vec<epoll::Event>,
     silence: Silence,
+    /// What encrypts its connections, if they are encrypted.
+    encryption: Option<Box<dyn Encryption>>,
+    /// Encrypted connections with something to read that the system does not know of.
+    unread: Vec<SocketId>,
 }
 
 #[derive(Debug)]
@@ -43,6 +49,10 @@ struct Socket {
     /// The address family of its calls.
     family: AddressFamily,
     interest: Interest,
+    /// What the epoll set has of it.
+    watched: Interest,
+    /// Its encryption, if it is an encrypted connection.
+    secured: Option<Box<dyn Secured>>,
 }
 
 /// The reason why a wait has ended.
@@ -80,7 +90,15 @@ impl Sockets {
             places: Vec::new(),
             events: Vec::with_capacity(EVENTS),
             silence: Silence::new(Instant::now()),
+            encryption: None,
+            unread: Vec::new(),
         })
+    }
+
+    /// Encrypts all connections from now on.
+    #[cfg(feature = "tls")]
+    pub(crate) fn encrypt(&mut self, encryption: Box<dyn Encryption>) {
+        self.encryption = Some(encryption);
     }
 
     /// See [`lf_runtime::platform::Platform::connect`].
@@ -92,7 +110,10 @@ impl Sockets {
         let descriptor = open(family, SocketType::STREAM, ipproto::TCP)?;
         set_up_connection(&descriptor)?;
         match rustix::net::connect(&descriptor, &SocketAddr::from(address)) {
-            Ok(()) | Err(Errno::INPROGRESS) => self.insert(descriptor, family),
+            Ok(()) | Err(Errno::INPROGRESS) => {
+                let secured = secured(self.encryption.as_deref(), |it| it.connecting())?;
+                self.insert(descriptor, family, secured)
+            }
             Err(errno) => Err(error(errno)),
         }
     }
@@ -104,7 +125,13 @@ impl Sockets {
         // If no process listens on a port of this computer, TCP can connect a socket with itself.
         let own = rustix::net::getsockname(descriptor).map_err(error)?;
         let peer = rustix::net::getpeername(descriptor).map_err(error)?;
-        if Some(own) == peer { Err(NetError::Refused) } else { Ok(()) }
+        if Some(own) == peer {
+            return Err(NetError::Refused);
+        }
+        match self.socket(id)?.secured.as_ref().map(|secured| secured.stage()) {
+            Some(SecuredStage::Failed) => Err(NetError::Insecure),
+            _ => Ok(()),
+        }
     }
 
     /// See [`lf_runtime::platform::Platform::listen`].
@@ -113,14 +140,14 @@ impl Sockets {
         sockopt::set_socket_reuseaddr(&descriptor, true).map_err(error)?;
         rustix::net::bind(&descriptor, &any_address(family, port)).map_err(error)?;
         rustix::net::listen(&descriptor, 1024).map_err(error)?;
-        self.insert(descriptor, family)
+        self.insert(descriptor, family, None)
     }
 
     /// See [`lf_runtime::platform::Platform::bind`].
     pub(crate) fn bind(&mut self, port: u16) -> Result<SocketId, NetError> {
         let (descriptor, family) = open_for_all(SocketType::DGRAM, ipproto::UDP)?;
         rustix::net::bind(&descriptor, &any_address(family, port)).map_err(error)?;
-        self.insert(descriptor, family)
+        self.insert(descriptor, family, None)
     }
 
     /// See [`lf_runtime::platform::Platform::receive_from`].
@@ -172,26 +199,88 @@ impl Sockets {
             Some(Ok(address)) => Endpoint::from(address).ip,
             _ => IpAddress::UNSPECIFIED,
         };
-        Ok(Some((self.insert(descriptor, family)?, peer)))
+        let secured = secured(self.encryption.as_deref(), |it| it.accepting())?;
+        Ok(Some((self.insert(descriptor, family, secured)?, peer)))
     }
 
     /// See [`lf_runtime::platform::Platform::read`].
-    pub(crate) fn read(&self, id: SocketId, buffer: &mut [u8]) -> Result<Transfer, NetError> {
-        let descriptor = self.descriptor(id)?;
-        transfer(|| rustix::net::recv(descriptor, &mut *buffer, RecvFlags::empty()).map(|(_, count)| count))
+    pub(crate) fn read(&mut self, id: SocketId, buffer: &mut [u8]) -> Result<Transfer, NetError> {
+        let Socket { descriptor, secured, .. } = self.socket_mut(id)?;
+        let Some(secured) = secured else {
+            return transfer(|| rustix::net::recv(&*descriptor, &mut *buffer, RecvFlags::empty()).map(|(_, n)| n));
+        };
+        let outcome = secured.read(&mut Wire(descriptor), buffer);
+        self.settle(id, outcome)
     }
 
     /// See [`lf_runtime::platform::Platform::write`].
-    pub(crate) fn write(&self, id: SocketId, bytes: &[u8]) -> Result<Transfer, NetError> {
-        let descriptor = self.descriptor(id)?;
-        transfer(|| rustix::net::send(descriptor, bytes, SendFlags::NOSIGNAL))
+    pub(crate) fn write(&mut self, id: SocketId, bytes: &[u8]) -> Result<Transfer, NetError> {
+        let Socket { descriptor, secured, .. } = self.socket_mut(id)?;
+        let Some(secured) = secured else {
+            return transfer(|| rustix::net::send(&*descriptor, bytes, SendFlags::NOSIGNAL));
+        };
+        let outcome = secured.write(&mut Wire(descriptor), bytes);
+        self.settle(id, outcome)
+    }
+
+    /// See [`lf_runtime::platform::Platform::require`].
+    pub(crate) fn require(&mut self, id: SocketId, participant: Participant) {
+        if let Ok(Socket { secured: Some(secured), .. }) = self.socket_mut(id) {
+            secured.require(participant);
+        }
+    }
+
+    /// See [`lf_runtime::platform::Platform::peer`].
+    pub(crate) fn peer(&self, id: SocketId) -> Option<Participant> {
+        self.socket(id).ok()?.secured.as_ref()?.peer()
+    }
+
+    /// See [`lf_runtime::platform::Platform::failure`].
+    pub(crate) fn failure(&self, id: SocketId) -> Option<NetError> {
+        let stage = self.socket(id).ok()?.secured.as_ref()?.stage();
+        (stage == SecuredStage::Failed).then_some(NetError::Insecure)
+    }
+
+    /// Logs the reason why an encrypted connection is of no use, and waits from now on for what it needs.
+    fn settle(
+        &mut self,
+        id: SocketId,
+        outcome: Result<Result<Transfer, NetError>, String>,
+    ) -> Result<Transfer, NetError> {
+        self.watch(id);
+        self.note_unread(id);
+        outcome.unwrap_or_else(|reason| {
+            self.report_insecure(id, &reason);
+            Err(NetError::Insecure)
+        })
+    }
+
+    /// Notes that the system will not report what an encrypted connection has to read.
+    fn note_unread(&mut self, id: SocketId) {
+        if let Ok(Socket { secured: Some(secured), .. }) = self.socket_mut(id)
+            && secured.has_more()
+            && !self.unread.contains(&id)
+        {
+            self.unread.push(id);
+        }
+    }
+
+    fn report_insecure(&self, id: SocketId, reason: &str) {
+        let peer = self.descriptor(id).ok().and_then(|descriptor| rustix::net::getpeername(descriptor).ok().flatten());
+        match peer.map(SocketAddr::try_from) {
+            Some(Ok(peer)) => log::error!("the connection with {peer} is not secure: {reason}"),
+            _ => log::error!("a connection is not secure: {reason}"),
+        }
     }
 
     /// See [`lf_runtime::platform::Platform::shut_down_writing`].
-    pub(crate) fn shut_down_writing(&self, id: SocketId) {
-        if let Ok(descriptor) = self.descriptor(id) {
+    pub(crate) fn shut_down_writing(&mut self, id: SocketId) {
+        if let Ok(Socket { descriptor, secured, .. }) = self.socket_mut(id) {
+            if let Some(secured) = secured {
+                secured.close(&mut Wire(descriptor));
+            }
             // It fails only when the connection is gone already, as requested.
-            let _ = rustix::net::shutdown(descriptor, Shutdown::Write);
+            let _ = rustix::net::shutdown(&*descriptor, Shutdown::Write);
         }
     }
 
@@ -199,8 +288,11 @@ impl Sockets {
     pub(crate) fn close(&mut self, id: SocketId) {
         if let Some(place) = self.places.get_mut(usize::from(id.index))
             && place.generation == id.generation
-            && place.socket.take().is_some()
+            && let Some(Socket { descriptor, secured, .. }) = place.socket.take()
         {
+            if let Some(mut secured) = secured {
+                secured.close(&mut Wire(&descriptor));
+            }
             // Closing the descriptor also removes it from the epoll set.
             place.generation = place.generation.wrapping_add(1);
         }
@@ -208,20 +300,35 @@ impl Sockets {
 
     /// See [`lf_runtime::platform::Platform::set_interest`].
     pub(crate) fn set_interest(&mut self, id: SocketId, interest: Interest) {
+        if let Ok(socket) = self.socket_mut(id) {
+            socket.interest = interest;
+            self.watch(id);
+        }
+    }
+
+    /// Makes the epoll set wait for what a socket needs for its interest.
+    fn watch(&mut self, id: SocketId) {
         let Some(SocketPlace { generation, socket: Some(socket) }) = self.places.get_mut(usize::from(id.index)) else {
             return;
         };
-        if *generation != id.generation || socket.interest == interest {
+        let wanted = match &socket.secured {
+            // Room means nothing before the handshake is over, and it may need what comes.
+            Some(secured) if secured.stage() == SecuredStage::Handshake && socket.interest != Interest::NONE => {
+                Interest { readable: true, writable: secured.wants_write() }
+            }
+            _ => socket.interest,
+        };
+        if *generation != id.generation || socket.watched == wanted {
             return;
         }
         // None of the three can fail: the descriptor is open, and in the set exactly when there is an interest. Without
         // one it is removed, because epoll would report a broken connection again and again.
-        let _ = match (socket.interest, interest) {
-            (Interest::NONE, _) => epoll::add(&self.epoll, &socket.descriptor, key(id), flags(interest)),
+        let _ = match (socket.watched, wanted) {
+            (Interest::NONE, _) => epoll::add(&self.epoll, &socket.descriptor, key(id), flags(wanted)),
             (_, Interest::NONE) => epoll::delete(&self.epoll, &socket.descriptor),
-            (_, _) => epoll::modify(&self.epoll, &socket.descriptor, key(id), flags(interest)),
+            (_, _) => epoll::modify(&self.epoll, &socket.descriptor, key(id), flags(wanted)),
         };
-        socket.interest = interest;
+        socket.watched = wanted;
     }
 
     /// Waits until `time_out` has passed, a socket is ready or the wake-up is.
@@ -231,6 +338,8 @@ impl Sockets {
         } else {
             time_out
         };
+        let has_unread = self.take_unread(ready);
+        let time_out = if has_unread { Some(Duration::ZERO) } else { time_out };
         // A time that no timespec holds is as good as no limit.
         let time_out = time_out.and_then(|time_out| Timespec::try_from(time_out).ok());
         self.events.clear();
@@ -240,9 +349,9 @@ impl Sockets {
             return Waited { came: true, woken: false };
         }
         let mut woken = false;
-        for event in &self.events {
+        for index in 0..self.events.len() {
             // The fields of a packed struct have to be copied before they are used.
-            let (data, flags) = (event.data, event.flags);
+            let (data, flags) = (self.events[index].data, self.events[index].flags);
             if data.u64() == WAKE_KEY {
                 woken = true;
                 continue;
@@ -252,9 +361,45 @@ impl Sockets {
                 readable: failed || flags.contains(epoll::EventFlags::IN),
                 writable: failed || flags.contains(epoll::EventFlags::OUT),
             };
-            ready(from_key(data.u64()), interest);
+            let id = from_key(data.u64());
+            if self.is_open(id) {
+                ready(id, interest);
+            }
         }
-        Waited { came: !self.events.is_empty(), woken }
+        Waited { came: has_unread || !self.events.is_empty(), woken }
+    }
+
+    /// Reports encrypted connections with something to read that the system does not know of. Returns whether there
+    /// are any.
+    fn take_unread(&mut self, ready: &mut dyn FnMut(SocketId, Interest)) -> bool {
+        if self.unread.is_empty() {
+            return false;
+        }
+        let unread = std::mem::take(&mut self.unread);
+        let (due, others) = unread.into_iter().filter(|id| self.socket(*id).is_ok()).partition(|id: &SocketId| {
+            self.socket(*id).is_ok_and(|socket| socket.interest.readable)
+        });
+        let due: Vec<SocketId> = due;
+        self.unread = others;
+        due.iter().for_each(|id| ready(*id, Interest::READ));
+        !due.is_empty()
+    }
+
+    /// Goes on with the handshake of an encrypted connection. Returns whether the event loop can use the connection, or
+    /// has to know that it cannot.
+    fn is_open(&mut self, id: SocketId) -> bool {
+        let Ok(Socket { descriptor, secured: Some(secured), .. }) = self.socket_mut(id) else { return true };
+        if secured.stage() != SecuredStage::Handshake {
+            return true;
+        }
+        let outcome = secured.handshake(&mut Wire(descriptor));
+        let is_open = secured.stage() != SecuredStage::Handshake;
+        if let Err(reason) = outcome {
+            self.report_insecure(id, &reason);
+        }
+        self.watch(id);
+        self.note_unread(id);
+        is_open
     }
 
     /// Ends connections whose peers are gone, which the event loop sees like any other end. Returns whether there are
@@ -288,7 +433,19 @@ impl Sockets {
         }
     }
 
-    fn insert(&mut self, descriptor: OwnedFd, family: AddressFamily) -> Result<SocketId, NetError> {
+    fn socket_mut(&mut self, id: SocketId) -> Result<&mut Socket, NetError> {
+        match self.places.get_mut(usize::from(id.index)) {
+            Some(SocketPlace { generation, socket: Some(socket) }) if *generation == id.generation => Ok(socket),
+            _ => Err(NetError::Stale),
+        }
+    }
+
+    fn insert(
+        &mut self,
+        descriptor: OwnedFd,
+        family: AddressFamily,
+        secured: Option<Box<dyn Secured>>,
+    ) -> Result<SocketId, NetError> {
         let free = self.places.iter().position(|place| place.socket.is_none());
         let index = free.unwrap_or(self.places.len());
         let id_index = u16::try_from(index).map_err(|_| NetError::NoSocketLeft)?;
@@ -297,9 +454,17 @@ impl Sockets {
         }
         let place = &mut self.places[index];
         let id = SocketId { index: id_index, generation: place.generation };
-        place.socket = Some(Socket { descriptor, family, interest: Interest::NONE });
+        place.socket = Some(Socket { descriptor, family, interest: Interest::NONE, watched: Interest::NONE, secured });
         Ok(id)
     }
+}
+
+/// Returns one end of an encrypted connection, if connections are encrypted.
+fn secured(
+    encryption: Option<&dyn Encryption>,
+    end: fn(&dyn Encryption) -> Option<Box<dyn Secured>>,
+) -> Result<Option<Box<dyn Secured>>, NetError> {
+    encryption.map(|encryption| end(encryption).ok_or(NetError::NoSocketLeft)).transpose()
 }
 
 /// Messages are collected before they are written, so TCP need not wait for more.

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //! The command line.
 
+mod keys;
 mod project;
 mod rti;
 mod scope;
@@ -18,6 +19,7 @@ use lf_compiler::maxwait::parse_time;
 use lf_linux::devices::moves::Reader;
 use lf_linux::rti::TRACE_MIB;
 
+pub use keys::{KeyFolder, KeysCommand};
 pub use project::{DoctorArgs, HomeArgs, NewArgs, NewLanguage, PackageCommand, TestArgs};
 pub use rti::{PORT_DEFAULT, RtiArgs};
 pub use scope::{EdgeKind, ScopeArgs};
@@ -140,6 +142,18 @@ A package is a repository of git whose folder `src/lib` has reactors. It becomes
 and belongs into the project's own repository; `lfz package fetch` makes the folders of it."
     )]
     Package(PackageCommand),
+    /// Make, show, trust and distrust the keys of a federation whose connections are encrypted.
+    #[command(
+        subcommand,
+        long_about = "\
+Make, show, trust and distrust the keys of a federation whose connections are encrypted.
+
+Each participant has a secret key, and the others have its public one. They are in `keys/PROGRAM` beside the program's
+`src` folder, or where --keys or `security: { keys: FOLDER }` of the deployment file says: `NAME.key` is secret,
+`NAME.pub` (with TLS a certificate, `NAME.crt`) is not. Only this user can read the folder, and git ignores it. `lfz run`
+and `lfz build` give each participant its own secret key only."
+    )]
+    Keys(KeysCommand),
     /// Tell which programs in a folder work, what has no effect, and what to change.
     #[command(long_about = "\
 Tell which programs in a folder work, what has no effect, and what to change: for programs that were written for another
@@ -384,6 +398,9 @@ pub struct BuildArgs {
     /// The board and the addresses of each federate (deployment.yaml).
     #[arg(long, value_name = "FILE")]
     pub deployment: Option<PathBuf>,
+    /// The folder with the keys of the federation, instead of `keys/PROGRAM` beside the program's `src` folder.
+    #[arg(long, value_name = "DIR")]
+    pub keys: Option<PathBuf>,
     /// Print the built files and their paths as JSON, for other programs.
     #[arg(long)]
     pub json: bool,
@@ -424,6 +441,10 @@ pub struct RunArgs {
     /// Record the pins of all federates in this file, for `PulseView` or `GTKWave`.
     #[arg(long, value_name = "FILE")]
     pub vcd: Option<PathBuf>,
+    /// The folder with the keys of the federation, instead of `keys/PROGRAM` beside the program's `src` folder. Without
+    /// that folder, the participants get keys for this run.
+    #[arg(long, value_name = "DIR")]
+    pub keys: Option<PathBuf>,
     /// Build these federates and leave their start to you: the command line of each is printed.
     #[arg(long, value_name = "FEDERATE", num_args = 1..)]
     pub without: Vec<String>,

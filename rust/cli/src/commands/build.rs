@@ -5,14 +5,15 @@ use std::io;
 use std::path::Path;
 use std::process::ExitCode;
 
-use lf_compiler::deployment::Place;
-use lf_compiler::emit::{Artifact, Role};
+use lf_compiler::deployment::{Place, RtiHome};
+use lf_compiler::emit::{Artifact, Role, rti_name};
 use serde_json::{Value, json};
 
 use super::rti::options_for;
 use crate::args::BuildArgs;
 use crate::compile::{Built, Request};
 use crate::failure::Failure;
+use crate::keys::{HandedOut, KeySource};
 use crate::terminal;
 
 /// Generates and compiles, and prints the paths of the results.
@@ -25,12 +26,38 @@ pub(super) fn build(arguments: &BuildArgs) -> Result<ExitCode, Failure> {
         ..Request::new(&arguments.file, &arguments.places)
     };
     let built = request.build()?;
+    let keys = keys(&built, arguments)?;
     if arguments.json {
-        terminal::print(format_args!("{:#}", description(&built)))?;
+        terminal::print(format_args!("{:#}", description(&built, keys.as_ref())?))?;
     } else {
         print_for_people(&built)?;
     }
     Ok(ExitCode::SUCCESS)
+}
+
+/// Hands out the keys of a federation that asks for encryption. Programs of this computer can be built before there are
+/// keys.
+fn keys(built: &Built, arguments: &BuildArgs) -> Result<Option<HandedOut>, Failure> {
+    let (file, deployment) = (&*arguments.file, arguments.deployment.as_deref());
+    let source = KeySource { file, given: arguments.keys.as_deref(), deployment };
+    let has_images = built.participants.iter().any(|participant| participant.artifact != Artifact::Host);
+    if !has_images && source.is_missing(&built.plan)? {
+        let name = &built.plan.name;
+        terminal::remark(format_args!("{name} asks for encryption and has no keys yet: make them with `lfz keys new`"));
+        return Ok(None);
+    }
+    let rti = rti_name(&built.plan);
+    let mut names: Vec<&str> = built.participants.iter().map(|participant| participant.name.as_str()).collect();
+    if built.rti.home == RtiHome::Program {
+        names.push(&rti);
+    }
+    let keys = source.hand_out(&built.plan, &built.out, &names, false)?;
+    if let Some(HandedOut { strangers, .. }) = &keys
+        && !strangers.is_empty()
+    {
+        terminal::remark(format_args!("warning: nobody trusts {}, which has no key", strangers.join(", ")));
+    }
+    Ok(keys)
 }
 
 fn print_for_people(built: &Built) -> io::Result<()> {
@@ -52,16 +79,28 @@ fn print_for_people(built: &Built) -> io::Result<()> {
 }
 
 /// Returns a description of the results for other programs, such as the west commands. Paths are absolute.
-fn description(built: &Built) -> Value {
+///
+/// # Errors
+/// When there are no options for the keys.
+fn description(built: &Built, keys: Option<&HandedOut>) -> Result<Value, Failure> {
+    let options = |name: &str| keys.map_or_else(|| Ok(Vec::new()), |keys| keys.options(name, true));
+    let options = |name: &str| -> Result<Vec<String>, Failure> {
+        Ok(options(name)?.iter().map(|word| word.to_string_lossy().into_owned()).collect())
+    };
+    let mut rti_options = match built.rti.home {
+        RtiHome::Program => options(&rti_name(&built.plan))?,
+        RtiHome::Image(_) | RtiHome::Joint(_) => Vec::new(),
+    };
+    rti_options.extend(options_for(&built.plan, true));
     let rti = built.plan.rti.as_ref().map(|rti| {
         json!({ "host": built.rti.ip.map_or_else(|| rti.host.clone(), |ip| ip.to_string()),
             "port": built.rti.port.unwrap_or(rti.port), "federation_id": rti.federation_id,
-            "federates": built.plan.federates.len(), "options": options_for(&built.plan, true) })
+            "federates": built.plan.federates.len(), "options": rti_options })
     });
     let participants: Vec<Value> = built
         .participants
         .iter()
-        .map(|participant| {
+        .map(|participant| -> Result<Value, Failure> {
             let mut value = json!({ "name": participant.name, "package": participant.package,
                 "crate": path(&built.out.join(&participant.folder)) });
             match participant.role {
@@ -76,6 +115,7 @@ fn description(built: &Built) -> Value {
                 Artifact::Host => {
                     value["platform"] = json!("host");
                     value["program"] = json!(built.programs.get(&participant.name).map(|program| path(program)));
+                    value["options"] = json!(options(&participant.name)?);
                 }
                 Artifact::Zephyr { board, kconfig, overlay, place } => {
                     value["platform"] = json!("zephyr");
@@ -85,10 +125,10 @@ fn description(built: &Built) -> Value {
                     add_place(&mut value, place);
                 }
             }
-            value
+            Ok(value)
         })
-        .collect();
-    json!({ "program": built.plan.name, "out": path(&built.out), "rti": rti, "participants": participants })
+        .collect::<Result<_, _>>()?;
+    Ok(json!({ "program": built.plan.name, "out": path(&built.out), "rti": rti, "participants": participants }))
 }
 
 fn add_place(value: &mut Value, place: &Place) {
@@ -141,7 +181,8 @@ federated reactor at example.com:4242 {
         let places = Places { out: Some(folder.join("out")), ..Places::default() };
         let platform = Some(Platform::Zephyr);
         let request = Request { platform, board, deployment, ..Request::new(&file, &places) };
-        description(&request.build().expect("crates for Zephyr are generated and not compiled"))
+        let built = request.build().expect("crates for Zephyr are generated and not compiled");
+        description(&built, None).expect("there are no keys")
     }
 
     /// The west commands refuse a description without the parts that they read.

@@ -9,6 +9,7 @@ mod debug;
 mod doctor;
 mod explain;
 mod fmt;
+mod keys;
 mod manual;
 mod new;
 mod package;
@@ -65,6 +66,7 @@ fn execute_command(command: Command) -> Result<ExitCode, Failure> {
         Command::Home(arguments) => {
             Ok(terminal::print(home(&arguments.places)?.display()).map(|()| ExitCode::SUCCESS)?)
         }
+        Command::Keys(command) => keys::keys(&command),
         Command::New(arguments) => new::new(&arguments),
         Command::Test(arguments) => test::test(&arguments),
         Command::Doctor(arguments) => doctor::doctor(&arguments),

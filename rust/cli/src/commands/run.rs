@@ -6,6 +6,7 @@ use std::net::{Ipv4Addr, TcpListener};
 use std::path::PathBuf;
 use std::process::ExitCode;
 
+use lf_compiler::emit::rti_name;
 use lf_compiler::plan::Rti;
 use lf_linux::rti::TRACE_UNLIMITED;
 
@@ -15,6 +16,7 @@ use crate::compile::{Built, Request};
 use crate::failure::Failure;
 use crate::federation::{Argument, Federation, FederationId, LateValue, Process, Version};
 use crate::guard;
+use crate::keys::{HandedOut, KeySource};
 use crate::pins::{self, PinRecording};
 use crate::supervisor::Interrupts;
 use crate::terminal;
@@ -37,8 +39,9 @@ pub(super) fn run(arguments: &RunArgs) -> Result<ExitCode, Failure> {
     if let Some(recording) = &recording {
         trace::prepare(&built.plan, &recording.folder)?;
     }
+    let keys = keys(&built, arguments)?;
     let interrupts = Interrupts::of_this_process()?;
-    let ending = federation(&built, arguments, recording.as_ref())?.run(interrupts)?;
+    let ending = federation(&built, arguments, recording.as_ref(), keys.as_ref())?.run(interrupts)?;
     if let (Some(bounds), Some(Recording { folder, .. })) = (&arguments.measure, &recording) {
         let messages = trace::write_bounds(folder, None, bounds)?;
         terminal::remark(format_args!("{messages} messages measured: {}", bounds.display()));
@@ -48,6 +51,24 @@ pub(super) fn run(arguments: &RunArgs) -> Result<ExitCode, Failure> {
         terminal::remark(format_args!("recorded in {folder}: see it with `lfz trace {folder}`"));
     }
     Ok(ExitCode::from(ending.exit_code()))
+}
+
+/// Hands out the keys of a federation that asks for encryption: those of its folder, or else new ones.
+fn keys(built: &Built, arguments: &RunArgs) -> Result<Option<HandedOut>, Failure> {
+    let source = KeySource { file: &arguments.file, given: arguments.keys.as_deref(), deployment: None };
+    let rti = rti_name(&built.plan);
+    let names = std::iter::once(rti.as_str()).chain(built.programs.keys().map(String::as_str));
+    let keys = source.hand_out(&built.plan, &built.out, &names.collect::<Vec<_>>(), true)?;
+    match &keys {
+        Some(HandedOut { is_of_run: true, .. }) => {
+            terminal::remark("connections are encrypted with keys for this run; `lfz keys new` makes lasting ones");
+        }
+        Some(HandedOut { strangers, .. }) if !strangers.is_empty() => {
+            terminal::remark(format_args!("warning: nobody trusts {}, which has no key", strangers.join(", ")));
+        }
+        _ => {}
+    }
+    Ok(keys)
 }
 
 /// The folder of recordings, and their options.
@@ -77,10 +98,15 @@ impl Recording {
 }
 
 /// Returns the RTI and the federates; for a program that is not federated only itself, whose output is its own.
-fn federation(built: &Built, arguments: &RunArgs, recording: Option<&Recording>) -> Result<Federation, Failure> {
+fn federation(
+    built: &Built,
+    arguments: &RunArgs,
+    recording: Option<&Recording>,
+    keys: Option<&HandedOut>,
+) -> Result<Federation, Failure> {
     let planned = built.plan.rti.as_ref();
     let name = planned.map_or(&built.plan.name, |rti| &rti.federation_id);
-    let rti = planned.map(|rti| rti_process(built, rti, arguments, recording)).transpose()?;
+    let rti = planned.map(|rti| rti_process(built, rti, arguments, recording, keys)).transpose()?;
     if let Some(unknown) =
         arguments.without.iter().find(|name| planned.is_none() || !built.programs.contains_key(*name))
     {
@@ -100,6 +126,9 @@ fn federation(built: &Built, arguments: &RunArgs, recording: Option<&Recording>)
             let address = rti_address(planned, arguments);
             words.extend(["--rti".into(), Argument::known(address, LateValue::RtiPort)]);
             words.extend(["--id".into(), Argument::known("", LateValue::FederationId)]);
+        }
+        if let Some(keys) = keys {
+            words.extend(keys.options(name, true)?.into_iter().map(Argument::from));
         }
         words.extend(arguments.arguments.iter().map(Argument::from));
         words.extend(recording.into_iter().flat_map(|recording| recording.options(name)));
@@ -135,6 +164,7 @@ fn rti_process(
     rti: &Rti,
     arguments: &RunArgs,
     recording: Option<&Recording>,
+    keys: Option<&HandedOut>,
 ) -> Result<(Process, Option<u16>), Failure> {
     let is_any = rti.port == PORT_DEFAULT;
     let (mut words, port, is_told) = match &arguments.rti {
@@ -154,6 +184,10 @@ fn rti_process(
     ]);
     if let Some(recording) = recording.filter(|_| arguments.rti.is_none()) {
         words.extend(recording.options("RTI"));
+    }
+    if let Some(keys) = keys {
+        let options = keys.options(&rti_name(&built.plan), arguments.rti.is_none())?;
+        words.extend(options.into_iter().map(Argument::from));
     }
     words.extend(options_for(&built.plan, arguments.rti.is_none()).into_iter().map(Argument::from));
     Ok((Process { name: "RTI".to_owned(), words, ..Process::default() }, is_told))

@@ -30,7 +30,7 @@ use lf_compiler::plan::Plan;
 
 pub(crate) use clean::{clean_all, clean_program};
 pub(crate) use console::Console;
-pub(crate) use places::home;
+pub(crate) use places::{application, home};
 pub(crate) use source::{Files, Program, STANDARD_INPUT, compile, compile_input, count, read_text, standard_input};
 pub(crate) use store::Freed;
 pub(crate) use stored::{explain, name_lf_lines};

@@ -100,6 +100,21 @@ impl DeploymentChecker<'_> {
         }
     }
 
+    /// Returns the folder of the keys.
+    pub(super) fn keys(&mut self, raw: &Spanned<String>, plan: &Plan) -> Option<String> {
+        if raw.value.trim().is_empty() {
+            self.error(raw.referenced, "`keys`: a folder needs a name", Some("write its path, relative to this file"));
+            return None;
+        }
+        if plan.target.security.is_none() {
+            let message = format!("`keys`: the connections of {} are not encrypted", plan.name);
+            let hint = "write `security: noise` into the target declaration of the program, or remove `security` here";
+            self.error(raw.referenced, message, Some(hint));
+            return None;
+        }
+        Some(raw.value.clone())
+    }
+
     fn network(&mut self, name: &str, raw: &RawPlace) -> Option<BoardNetwork> {
         let Some(raw_ip) = &raw.ip else {
             let message = format!("{} runs on a board, so it needs an `ip`", called(name));

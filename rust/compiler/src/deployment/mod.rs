@@ -29,6 +29,8 @@
 //!   sender: { platform: qemu_cortex_m3, ip: 10.0.0.2, joint-rti: true }
 //! ```
 //!
+//! `security: { keys: FOLDER }` says where the keys of an encrypted federation are, relative to the file.
+//!
 //! Addresses are IPv4 or IPv6, and those of a board and of its RTI are of one family.
 //!
 //! Virtual boards (`native_sim` with `ip`, QEMU) that are given no `mac` have one that follows from their `ip`.
@@ -54,6 +56,8 @@ pub struct Deployment {
     pub rti: RtiPlace,
     /// The listed federates, by name.
     pub federates: BTreeMap<String, Place>,
+    /// The folder of the federation's keys, as it is written: relative to the file.
+    pub keys: Option<String>,
 }
 
 /// The place and the address of the RTI.

@@ -28,6 +28,9 @@ fn check(path: &str, raw: &RawDeployment, plan: &Plan) -> Result<Deployment, Vec
     if let Some(rti) = &raw.rti {
         deployment.rti = checker.rti(rti);
     }
+    if let Some(security) = &raw.security {
+        deployment.keys = checker.keys(&security.keys, plan);
+    }
     // The checks follow the order of the file, so that of two conflicting entries the later one is wrong.
     let mut federates: Vec<_> = raw.federates.iter().collect();
     federates.sort_by_key(|(_, spanned)| spanned.as_ref().map(|spanned| place(spanned.referenced)));

@@ -10,8 +10,15 @@ use serde_saphyr::Spanned;
 #[serde(deny_unknown_fields, rename_all = "kebab-case")]
 pub(super) struct RawDeployment {
     pub(super) rti: Option<RawRti>,
+    pub(super) security: Option<RawSecurity>,
     #[serde(default)]
     pub(super) federates: BTreeMap<String, Option<Spanned<RawPlace>>>,
+}
+
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields, rename_all = "kebab-case")]
+pub(super) struct RawSecurity {
+    pub(super) keys: Spanned<String>,
 }
 
 /// A key with a text, if it is present.

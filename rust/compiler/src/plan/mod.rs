@@ -99,6 +99,9 @@ pub struct Target {
     pub dnet: bool,
     /// `auth`: the RTI and the federates prove to each other that they know the federation id.
     pub authentication: bool,
+    /// `comm-type` and `security`: the encryption of all connections.
+    #[serde(default, skip_serializing_if = "Security::is_none")]
+    pub security: Security,
     /// `joint-rti`: the RTI is part of the image of a federate, if one is on a board.
     pub joint_rti: bool,
     /// `joint-rti-options: {federation-id}`, if given.
@@ -150,6 +153,7 @@ impl Default for Target {
             log_waits_ns: None,
             dnet: true,
             authentication: false,
+            security: Security::None,
             joint_rti: false,
             federation_id: None,
             rti_port: None,
@@ -171,6 +175,43 @@ pub enum Coordination {
     Centralized,
     /// Each federate by itself: messages go from federate to federate, and each waits as long as one may be in transit.
     Decentralized,
+}
+
+/// The encryption of the connections of a federation.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Security {
+    /// Everybody on the network can read and forge messages.
+    #[default]
+    None,
+    /// Noise, with a key for each participant.
+    Noise,
+    /// TLS, with a certificate for each participant.
+    Tls,
+    /// TLS as LF has it: encrypted, with whomever it is.
+    UnverifiedTls,
+}
+
+impl Security {
+    /// Returns whether connections are not encrypted.
+    #[expect(clippy::trivially_copy_pass_by_ref, reason = "serde gives a reference")]
+    pub fn is_none(&self) -> bool {
+        *self == Self::None
+    }
+
+    /// Returns whether connections are encrypted by TLS.
+    pub fn is_tls(self) -> bool {
+        matches!(self, Self::Tls | Self::UnverifiedTls)
+    }
+
+    /// Returns the target property that asks for it.
+    pub fn property(self) -> &'static str {
+        match self {
+            Self::None => "security: none",
+            Self::Noise => "security: noise",
+            Self::Tls | Self::UnverifiedTls => "comm-type: TLS",
+        }
+    }
 }
 
 /// The level of logging.

@@ -5,7 +5,7 @@ use core::fmt::{self, Display, Formatter};
 
 use super::{
     ADVANCE_INTERVAL_NS_DEFAULT, Argument, BANK_INDEX, Coordination, Federate, InputIndex, Language, NetworkInput,
-    NetworkOutput, Plan, Port, ReactionIndex, ReactionKind, ScheduledReaction, Serializer, Tardy, Target, Trigger,
+    NetworkOutput, Plan, Port, ReactionIndex, ReactionKind, ScheduledReaction, Security, Serializer, Tardy, Target, Trigger,
     TriggerKind, Value,
 };
 
@@ -116,6 +116,12 @@ fn render_target(target: &Target, language: Language, f: &mut Formatter<'_>) -> 
     }
     if target.authentication {
         words.push("authentication".to_owned());
+    }
+    match target.security {
+        Security::None => {}
+        Security::Noise => words.push("encrypted by noise".to_owned()),
+        Security::Tls => words.push("encrypted by TLS".to_owned()),
+        Security::UnverifiedTls => words.push("encrypted by TLS, unverified".to_owned()),
     }
     words.push(format!("logging {:?}", target.logging).to_lowercase());
     if target.advance_interval_ns != ADVANCE_INTERVAL_NS_DEFAULT {

@@ -85,6 +85,9 @@ const JOINT_RTI: &[(&str, Read)] = &[
     ("port", |reader, key, value| reader.target.rti_port = reader.count(key, value)),
 ];
 
+/// Alternatives to SST.
+const INSTEAD_OF_SST: &str = "remove it, and write `security: noise`, or `comm-type: TLS` for programs of Linux alone";
+
 fn is_forever(value: &PropertyValue) -> bool {
     matches!(value.kind, PropertyKind::Time(TimeValue::Forever))
 }
@@ -107,6 +110,35 @@ impl TargetReader<'_> {
 
     pub(super) fn joint_rti_options(&mut self, key: &Name, value: &PropertyValue) {
         self.options(key, value, JOINT_RTI, &[]);
+    }
+
+    pub(super) fn comm_type(&mut self, key: &Name, value: &PropertyValue) {
+        match text_of(value).map(|text| text.to_uppercase()).as_deref() {
+            Some("TCP") => {}
+            Some("TLS") => self.target.security = plan::Security::Tls,
+            Some("SST") => self.refuse_value(key, value, INSTEAD_OF_SST),
+            _ => self.bad(key, value, "TCP or TLS"),
+        }
+    }
+
+    /// Reads `security`, after `comm-type`.
+    pub(super) fn security(&mut self, key: &Name, value: &PropertyValue) {
+        use plan::Security::{None as Plain, Noise, Tls, UnverifiedTls};
+        let Some(word) = self.word(key, value, &["none", "noise", "unverified"]) else { return };
+        self.target.security = match (word, self.target.security) {
+            ("none", Plain) => Plain,
+            ("unverified", Tls) => UnverifiedTls,
+            ("noise", Plain) => Noise,
+            ("unverified", _) => {
+                let message = "`security: unverified` is about TLS, and the program has no `comm-type: TLS`";
+                let hint = "write `security: noise`, or both to talk with programs of LF's own compiler";
+                return self.found.push(Diagnostic::new(Code::BadPropertyValue, value.span, message).hint(hint));
+            }
+            _ => {
+                let message = format!("`security: {word}` contradicts `comm-type: TLS`, which encrypts connections");
+                return self.found.push(Diagnostic::new(Code::BadPropertyValue, value.span, message).hint("remove one"));
+            }
+        };
     }
 
     pub(super) fn logging(&mut self, key: &Name, value: &PropertyValue) {

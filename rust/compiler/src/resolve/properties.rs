@@ -5,7 +5,7 @@
     reason = "a method of a type with a lifetime is no function for every lifetime"
 )]
 
-use super::reader::{Read, TargetReader, text_of};
+use super::reader::{Read, TargetReader};
 use crate::lexical::Language;
 use crate::plan;
 use crate::syntax::ast::{Name, PropertyValue};
@@ -162,15 +162,19 @@ pub(super) const PROPERTIES: &[TargetProperty] = &[
     property(
         PropertyScope::Coordination,
         "comm-type",
-        &["TCP"],
-        "no effect: federates talk over TCP",
-        |reader, key, value| {
-            let is_tcp = text_of(value).is_some_and(|text| text.eq_ignore_ascii_case("TCP"));
-            if !is_tcp {
-                reader.refuse_value(key, value, "remove it; federates talk over TCP");
-            }
-        },
+        &["TCP", "TLS"],
+        "the connections of federates on Linux: TCP, or TLS over TCP, see [security](security.md)",
+        |reader, key, value| reader.comm_type(key, value),
     ),
+    property(
+        PropertyScope::Coordination,
+        "security",
+        &["none", "noise", "unverified"],
+        "the encryption of all connections: none, Noise with a key for each participant, or TLS that verifies nobody, \
+         as LF's does; see [security](security.md)",
+        |reader, key, value| reader.security(key, value),
+    )
+    .late(),
     property(
         PropertyScope::Coordination,
         "joint-rti",
@@ -434,7 +438,7 @@ pub(super) const REFUSED: &[(&str, &str)] = &[
     ("advance-message-interval", "write it as `coordination-options: { advance-message-interval: … }`"),
     ("cmake-init-include", "write what it says into a `cmake-include`"),
     ("protobufs", "remove it"),
-    ("sst", "remove it; `auth: true` has federates prove that they know the federation id"),
+    ("sst", "remove it; `security: noise` encrypts connections with keys of `lfz keys new`"),
     ("ros2", "remove it; messages of ROS 2 can be sent as structs or arrays of bytes"),
     ("ros2-dependencies", "remove it; a `cmake-include` can find packages of ROS 2"),
 ];

@@ -145,8 +145,8 @@ exchanges-per-interval 10 \\ 2>&1 | tee -a /dev/null' &";
 #[test]
 fn scripts_of_programs_with_secured_connections() {
     for (words, why) in [
-        ("-tls $HOME/rti.crt $HOME/rti.key", "encrypted connections (TLS) are not supported; take `comm-type: TLS`"),
-        ("-sst $HOME/rti.config", "connections that SST secures are not supported; take `comm-type: SST`"),
+        ("-tls $HOME/rti.crt $HOME/rti.key", "show no certificates, so that TLS keeps nobody out: say --unverified"),
+        ("-sst $HOME/rti.config", "connections that SST secures are not supported; write `security: noise`"),
     ] {
         let script = format!(
             "\

@@ -12,6 +12,7 @@ use std::path::PathBuf;
 
 use clap::Args;
 use clap::builder::RangedI64ValueParser;
+use lf_linux::Credentials;
 use lf_linux::model::time::Interval;
 use lf_linux::rti::{Options, TRACE_MIB, TRACE_UNLIMITED, Trace};
 
@@ -32,12 +33,15 @@ const TRACE_FILE: &str = "rti.lft";
 /// The warning about `-a` without `-i`.
 const PUBLIC_KEY: &str =
     "-a, --auth: the federation id is the key, and everybody knows the default one; choose another with -i";
-/// The answer to `-tls`.
-const TLS: &str = "-tls, --tls: encrypted connections (TLS) are not supported; take `comm-type: TLS` away from the \
-    program, and let the federation talk over a network that only its computers reach, such as a VPN";
+/// The answer to `-tls` alone.
+const VERIFIED: &str = "-tls, --tls: programs of LF's own compiler show no certificates, so that TLS keeps nobody out: \
+    say --unverified, too, to accept anybody; or start programs of lfz with --keys, by which all prove who they are";
 /// The answer to `-sst`.
-const SST: &str = "-sst, --sst: connections that SST secures are not supported; take `comm-type: SST` away from the \
-    program, and let the federation talk over a network that only its computers reach, such as a VPN";
+const SST: &str = "-sst, --sst: connections that SST secures are not supported; write `security: noise` in place of \
+    `comm-type: SST`, or `comm-type: TLS`";
+/// The warning about TLS without verification.
+const UNVERIFIED: &str = "--unverified: connections are encrypted, but anybody can make one, also from between this RTI \
+    and a federate";
 
 /// `lfz rti`
 #[derive(Debug, Args)]
@@ -85,9 +89,16 @@ pub struct RtiArgs {
     /// if --tracing or --trace-csv is given.
     #[arg(long, value_name = "MIB", value_parser = clap::value_parser!(u32).range(1..))]
     trace_limit: Option<u32>,
-    /// A certificate and its key.
-    #[arg(long, num_args = 0.., hide = true)]
-    tls: Option<Vec<String>>,
+    /// The folder with this RTI's keys and those of the federates, which `lfz build` makes: all connections are
+    /// encrypted, and all participants prove who they are.
+    #[arg(long, value_name = "DIR", conflicts_with = "tls")]
+    keys: Option<PathBuf>,
+    /// Encrypt all connections by TLS with this certificate and its key (-tls), as the stock RTI does.
+    #[arg(long, num_args = 2, value_names = ["CERT", "KEY"])]
+    tls: Vec<PathBuf>,
+    /// With --tls, accept federates without certificates: nobody proves who it is.
+    #[arg(long, requires = "tls")]
+    unverified: bool,
     /// A configuration of SST.
     #[arg(long, num_args = 0.., hide = true)]
     sst: Option<Vec<String>>,
@@ -159,6 +170,7 @@ impl RtiArgs {
             go_on_after_loss: self.go_on_after_loss,
             start_barrier_time_out: self.start_time_out.0,
             log_waits: self.log_waits,
+            credentials: self.credentials(warnings),
             trace: self.trace(),
             payload_bytes_max: match self.max_message {
                 None => Options::payload_bytes_max_default(),
@@ -169,9 +181,18 @@ impl RtiArgs {
 }
 
 impl RtiArgs {
+    /// Returns what encrypts the connections.
+    fn credentials(&self, warnings: &mut Vec<String>) -> Credentials {
+        if let [certificate, key] = &self.tls[..] {
+            warnings.push(UNVERIFIED.to_owned());
+            return Credentials::Unverified { certificate: certificate.clone(), key: key.clone() };
+        }
+        self.keys.clone().map_or(Credentials::None, Credentials::Keys)
+    }
+
     /// Refuses options of the stock RTI that ours does not support.
     fn refuse_what_is_missing(&self) -> Result<(), String> {
-        let refused = [(self.tls.is_some(), TLS), (self.sst.is_some(), SST)];
+        let refused = [(!self.tls.is_empty() && !self.unverified, VERIFIED), (self.sst.is_some(), SST)];
         refused.iter().find(|(is_asked, _)| *is_asked).map_or(Ok(()), |(_, why)| Err((*why).to_owned()))
     }
 

@@ -3,6 +3,7 @@
 
 use std::ffi::OsString;
 
+use lf_linux::Credentials;
 use lf_linux::model::time::Interval;
 use lf_linux::rti::{ClockSync, Options};
 
@@ -30,6 +31,22 @@ fn the_defaults_are_the_stock_rtis() {
     assert!(options.dnet && !options.authentication);
     assert_eq!(options.start_time_multiple, None);
     assert_eq!(options.start_barrier_time_out, Some(Interval::from_secs(60)));
+}
+
+#[test]
+fn tls_without_verification_needs_a_word_of_its_own_and_has_a_warning() {
+    let tls = ["-n", "2", "-tls", "rti.crt", "rti.key"];
+    assert!(options(&tls).expect_err("nobody is verified").contains("say --unverified, too"));
+    let mut warnings = Vec::new();
+    let words = [&["lfz", "rti"], &tls[..], &["--unverified"]].concat();
+    let read = parsed(&words).and_then(|arguments| arguments.options(&mut warnings)).expect("it is valid");
+    let (certificate, key) = ("rti.crt".into(), "rti.key".into());
+    assert_eq!(read.credentials, Credentials::Unverified { certificate, key });
+    assert!(warnings[0].contains("anybody can make one"), "{warnings:?}");
+    assert_eq!(options(&["-n", "2", "--keys", "k"]).map(|read| read.credentials), Ok(Credentials::Keys("k".into())));
+    for words in [&["-n", "2", "--unverified"][..], &["-n", "2", "--keys", "k", "-tls", "c", "k"], &["-n", "2", "-tls"]] {
+        assert!(options(words).is_err(), "{words:?}");
+    }
 }
 
 #[test]

@@ -6,7 +6,7 @@ use core::fmt::Write as _;
 use super::bodies::{Bodies, NativeParts};
 use super::sending;
 use crate::emit::{File, Job};
-use crate::plan::{BuildType, Cargo, Dependency, Federate, Plan};
+use crate::plan::{BuildType, Cargo, Dependency, Federate, Plan, Security};
 
 /// The edition of a program that sets none.
 const EDITION_DEFAULT: &str = "2024";
@@ -36,7 +36,9 @@ pub(super) fn of_crate(job: &Job<'_>, bodies: &dyn Bodies) -> String {
         let path = toml_text(job.settings.lf_linux);
         let workers = (job.workers() > 1).then_some("workers");
         let devices = bodies.uses_devices().then_some("devices");
-        let features = features(workers.into_iter().chain(sending::features(job.view)).chain(devices).chain(of_c(c)));
+        let security = security(job.plan());
+        let all = workers.into_iter().chain(sending::features(job.view)).chain(devices).chain(of_c(c));
+        let features = features(all.chain(security.iter().copied()));
         text = text + "[dependencies]\nlf = { package = \"lf-linux\", path = " + &path + &features + " }\n";
         text = text + &sending::dependencies(job) + &dependencies(job, cargo) + &build_dependencies(job, c);
     }
@@ -52,6 +54,16 @@ fn version(job: &Job<'_>, c: NativeParts) -> String {
     }
     let separator = if version.contains('+') { '.' } else { '+' };
     format!("{version}{separator}{}", job.folder.replace(|one: char| !one.is_ascii_alphanumeric(), "-"))
+}
+
+/// Returns the features of the runtime for encrypted connections.
+fn security(plan: &Plan) -> &'static [&'static str] {
+    match plan.target.security {
+        Security::None => &[],
+        _ if !plan.is_federated() => &[],
+        Security::Noise => &["encrypted"],
+        Security::Tls | Security::UnverifiedTls => &["encrypted", "tls"],
+    }
 }
 
 /// Returns the feature of the runtime for bodies in C.
