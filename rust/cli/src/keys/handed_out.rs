@@ -91,7 +91,12 @@ impl KeySource<'_> {
         for name in names {
             store.hand_out(plan, name, &folder.join(name), &mut strangers)?;
         }
-        Ok(Some(HandedOut { folder, security: plan.target.security, is_of_run, strangers: strangers.into_iter().collect() }))
+        Ok(Some(HandedOut {
+            folder,
+            security: plan.target.security,
+            is_of_run,
+            strangers: strangers.into_iter().collect(),
+        }))
     }
 }
 

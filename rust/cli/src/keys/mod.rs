@@ -162,7 +162,8 @@ impl KeyStore {
         }
         let same = |other: &KeyEntry<'_>| other.name != name && other.public.as_ref() == Some(&part);
         if let Some(other) = self.entries()?.iter().find(|other| same(other)) {
-            let message = format!("{} is the key of {}, and no two participants have one key", file.display(), other.name);
+            let message =
+                format!("{} is the key of {}, and no two participants have one key", file.display(), other.name);
             return Err(Failure::message(message));
         }
         private_files::create_if_missing(&self.public_file(name), &part.text())?;
