@@ -53,6 +53,8 @@ class Participant:
     overlay: Path | None = None
     # For a program of this computer, else None.
     program: Path | None = None
+    # By which that program finds its keys, if its connections are encrypted.
+    options: tuple[str, ...] = ()
     # Whether it is the RTI and no federate.
     is_rti: bool = False
     # Whether the RTI is part of the federate's image.
@@ -212,7 +214,8 @@ def _participant(item: Any) -> Participant:
     transient = not is_rti and _truth(item["transient"])
     if platform == "host":
         program, restarts = Path(_text(item["program"])), _truth(item["restarts"])
-        return Participant(name, crate, program=program, transient=transient, restarts=restarts)
+        options = tuple(_text(word) for word in item["options"])
+        return Participant(name, crate, program=program, options=options, transient=transient, restarts=restarts)
     return Participant(
         name,
         crate,

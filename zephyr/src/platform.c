@@ -12,12 +12,22 @@
 #include <nsi_host_trampolines.h>
 #endif
 
-#ifdef CONFIG_LF_AUTHENTICATION
+#if defined(CONFIG_LF_AUTHENTICATION) || defined(CONFIG_LF_SECURITY)
 #include <zephyr/random/random.h>
+#endif
+
+#ifdef CONFIG_LF_AUTHENTICATION
 
 BUILD_ASSERT(IS_ENABLED(CONFIG_ARCH_POSIX) || IS_ENABLED(CONFIG_CSPRNG_ENABLED) ||
 		     IS_ENABLED(CONFIG_TEST_CSPRNG_GENERATOR),
 	     "authentication needs random numbers: this board has no driver for its entropy source");
+#endif
+
+#ifdef CONFIG_LF_SECURITY
+BUILD_ASSERT(IS_ENABLED(CONFIG_ARCH_POSIX) || IS_ENABLED(CONFIG_LF_SECURITY_TEST_ENTROPY) ||
+		     (IS_ENABLED(CONFIG_CSPRNG_ENABLED) && !IS_ENABLED(CONFIG_TEST_CSPRNG_GENERATOR)),
+	     "encryption needs random numbers: this board has no driver for its entropy source. For tests only, "
+	     "CONFIG_LF_SECURITY_TEST_ENTROPY takes numbers that everybody can know");
 #endif
 
 LOG_MODULE_REGISTER(lf, CONFIG_LF_LOG_LEVEL);
@@ -204,7 +214,7 @@ int lf_random(uint8_t *buffer, size_t size)
 		(void)nsi_host_close(file);
 	}
 	return got == (long)size ? 0 : -EIO;
-#elif defined(CONFIG_LF_AUTHENTICATION)
+#elif defined(CONFIG_LF_AUTHENTICATION) || defined(CONFIG_LF_SECURITY)
 	return sys_csrand_get(buffer, size);
 #else
 	ARG_UNUSED(buffer);

@@ -15,7 +15,11 @@ mod cell;
 pub mod federate;
 mod outcome;
 pub mod rti;
+#[cfg(feature = "security")]
+mod security;
 mod text;
 
 pub use outcome::{in_words, status};
+#[cfg(feature = "security")]
+pub use security::SecureMemory;
 pub use text::{Text, whole_characters};

@@ -82,7 +82,9 @@ impl Credentials {
 fn verified(host: &mut Linux, folder: &Path, keys: TlsKeys) -> Result<(), CredentialsError> {
     use crate::tls::Tls;
     let tls = Tls::verified(keys);
-    host.encrypt(Box::new(tls.map_err(|error| CredentialsError::Tls { path: folder.to_owned(), reason: error.to_string() })?));
+    host.encrypt(Box::new(
+        tls.map_err(|error| CredentialsError::Tls { path: folder.to_owned(), reason: error.to_string() })?,
+    ));
     Ok(())
 }
 

@@ -376,9 +376,10 @@ impl Sockets {
             return false;
         }
         let unread = std::mem::take(&mut self.unread);
-        let (due, others) = unread.into_iter().filter(|id| self.socket(*id).is_ok()).partition(|id: &SocketId| {
-            self.socket(*id).is_ok_and(|socket| socket.interest.readable)
-        });
+        let (due, others) = unread
+            .into_iter()
+            .filter(|id| self.socket(*id).is_ok())
+            .partition(|id: &SocketId| self.socket(*id).is_ok_and(|socket| socket.interest.readable));
         let due: Vec<SocketId> = due;
         self.unread = others;
         due.iter().for_each(|id| ready(*id, Interest::READ));

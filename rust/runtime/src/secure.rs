@@ -35,7 +35,7 @@ const PIECE_BYTES: usize = 64;
 pub struct SecurePlatform<'k, P, B> {
     platform: P,
     keyring: Option<Keyring<'k>>,
-    /// The connections, by the indices of their sockets.
+    /// The connections, each at the index of its socket modulo their number, or at the next free place.
     slots: &'k mut [SecureSlot<B>],
     /// The port for datagrams, or 0.
     port: u16,
@@ -53,7 +53,7 @@ impl<P, B> fmt::Debug for SecurePlatform<'_, P, B> {
 }
 
 impl<'k, P: Platform, B: AsRef<[u8]> + AsMut<[u8]>> SecurePlatform<'k, P, B> {
-    /// Returns a platform with these keys. It needs a slot for each socket of the platform below.
+    /// Returns a platform with these keys. It needs a slot for each connection that is open at once.
     pub fn new(platform: P, keyring: Option<Keyring<'k>>, slots: &'k mut [SecureSlot<B>]) -> Self {
         let (insecure, forged) = (Tally::NOTHING, Tally::NOTHING);
         Self { platform, keyring, slots, port: 0, has_leftovers: false, insecure, forged }
@@ -64,8 +64,9 @@ impl<'k, P: Platform, B: AsRef<[u8]> + AsMut<[u8]>> SecurePlatform<'k, P, B> {
         &mut self.platform
     }
 
-    fn slot(&self, socket: SocketId) -> Option<&SecureSlot<B>> {
-        self.slots.get(usize::from(socket.index)).filter(|slot| slot.socket == Some(socket))
+    /// Returns the index of a connection's slot; `None` for other sockets, and without keys.
+    fn index_of(&self, socket: SocketId) -> Option<usize> {
+        index_of(self.slots, socket, Some(socket)).filter(|_| self.keyring.is_some())
     }
 
     /// Takes a slot for a new socket, if there are keys.
@@ -73,18 +74,19 @@ impl<'k, P: Platform, B: AsRef<[u8]> + AsMut<[u8]>> SecurePlatform<'k, P, B> {
         if self.keyring.is_none() {
             return Ok(());
         }
-        let Some(slot) = self.slots.get_mut(usize::from(socket.index)) else {
+        let Some(index) = index_of(self.slots, socket, None) else {
             self.platform.close(socket);
             return Err(NetError::NoSocketLeft);
         };
-        slot.open(socket, address);
+        self.slots[index].open(socket, address);
         Ok(())
     }
 
     /// Begins the handshake of a connection.
     fn begin(&mut self, socket: SocketId, role: Role) -> Result<(), NetError> {
+        let Some(index) = self.index_of(socket) else { return Ok(()) };
         let Self { platform, keyring: Some(keyring), slots, port, .. } = self else { return Ok(()) };
-        let Some(slot) = slots.get_mut(usize::from(socket.index)) else { return Ok(()) };
+        let slot = &mut slots[index];
         let mut ephemeral = [0; 32];
         if let Err(error) = platform.random(&mut ephemeral) {
             report(Level::Error, &SecurityEvent::NoRandom(error));
@@ -197,6 +199,14 @@ impl<'k, P: Platform, B: AsRef<[u8]> + AsMut<[u8]>> SecurePlatform<'k, P, B> {
     }
 }
 
+/// Returns the first place, from that of a socket's index on, that has this socket or, with `None`, is free.
+fn index_of<B>(slots: &[SecureSlot<B>], socket: SocketId, wanted: Option<SocketId>) -> Option<usize> {
+    let (before, behind) = slots.split_at(usize::from(socket.index) % slots.len().max(1));
+    let is_it = |slot: &SecureSlot<B>| slot.socket == wanted;
+    let found = behind.iter().position(is_it).map(|index| before.len() + index);
+    found.or_else(|| before.iter().position(is_it))
+}
+
 /// Returns the name of a connection in datagrams for it.
 fn name_of(socket: SocketId) -> u32 {
     u32::from(socket.index) << 16 | u32::from(socket.generation)
@@ -286,10 +296,7 @@ impl<P: Platform, B: AsRef<[u8]> + AsMut<[u8]>> Platform for SecurePlatform<'_, 
     }
 
     fn read(&mut self, socket: SocketId, buffer: &mut [u8]) -> Result<Transfer, NetError> {
-        if self.slot(socket).is_none() {
-            return self.platform.read(socket, buffer);
-        }
-        let index = usize::from(socket.index);
+        let Some(index) = self.index_of(socket) else { return self.platform.read(socket, buffer) };
         let mut transfer = Transfer::WouldBlock;
         if !self.slots[index].channel.has_content() {
             match self.pump(index) {
@@ -317,11 +324,9 @@ impl<P: Platform, B: AsRef<[u8]> + AsMut<[u8]>> Platform for SecurePlatform<'_, 
     }
 
     fn write(&mut self, socket: SocketId, bytes: &[u8]) -> Result<Transfer, NetError> {
-        if self.slot(socket).is_none() {
-            return self.platform.write(socket, bytes);
-        }
+        let Some(index) = self.index_of(socket) else { return self.platform.write(socket, bytes) };
         let Self { platform, slots, .. } = self;
-        let slot = &mut slots[usize::from(socket.index)];
+        let slot = &mut slots[index];
         loop {
             match slot.flush(platform)? {
                 Transfer::WouldBlock => return Ok(Transfer::WouldBlock),
@@ -342,17 +347,22 @@ impl<P: Platform, B: AsRef<[u8]> + AsMut<[u8]>> Platform for SecurePlatform<'_, 
     }
 
     fn require(&mut self, socket: SocketId, participant: Participant) {
-        if let Some(slot) = self.slots.get_mut(usize::from(socket.index)).filter(|slot| slot.socket == Some(socket)) {
-            slot.expected = Some(participant);
+        match self.index_of(socket) {
+            Some(index) => self.slots[index].expected = Some(participant),
+            None => self.platform.require(socket, participant),
         }
     }
 
     fn peer(&self, socket: SocketId) -> Option<Participant> {
-        self.slot(socket)?.channel.peer()
+        match self.index_of(socket) {
+            Some(index) => self.slots[index].channel.peer(),
+            None => self.platform.peer(socket),
+        }
     }
 
     fn failure(&self, socket: SocketId) -> Option<NetError> {
-        self.slot(socket).filter(|slot| slot.soundness != Soundness::Sound).map(|_| NetError::Insecure)
+        let Some(index) = self.index_of(socket) else { return self.platform.failure(socket) };
+        (self.slots[index].soundness != Soundness::Sound).then_some(NetError::Insecure)
     }
 
     fn shut_down_writing(&mut self, socket: SocketId) {
@@ -360,17 +370,17 @@ impl<P: Platform, B: AsRef<[u8]> + AsMut<[u8]>> Platform for SecurePlatform<'_, 
     }
 
     fn close(&mut self, socket: SocketId) {
-        if let Some(slot) = self.slots.get_mut(usize::from(socket.index)).filter(|slot| slot.socket == Some(socket)) {
-            slot.close();
+        if let Some(index) = self.index_of(socket) {
+            self.slots[index].close();
         }
         self.platform.close(socket);
     }
 
     fn set_interest(&mut self, socket: SocketId, interest: Interest) {
         let mut effective = interest;
-        if let Some(slot) = self.slots.get_mut(usize::from(socket.index)).filter(|slot| slot.socket == Some(socket)) {
-            slot.interest = interest;
-            effective = slot.effective_interest();
+        if let Some(index) = self.index_of(socket) {
+            self.slots[index].interest = interest;
+            effective = self.slots[index].effective_interest();
         }
         self.platform.set_interest(socket, effective);
     }
@@ -392,12 +402,13 @@ impl<P: Platform, B: AsRef<[u8]> + AsMut<[u8]>> Platform for SecurePlatform<'_, 
         }
         let Self { platform, slots, .. } = self;
         let mut shakes_hands = false;
-        platform.wait(until, &mut |socket, interest| {
-            let slot = slots.get_mut(usize::from(socket.index)).filter(|slot| slot.socket == Some(socket));
-            match slot.filter(|slot| slot.channel.stage() == ChannelStage::Handshake) {
-                Some(slot) => (slot.is_ready, shakes_hands) = (true, true),
-                None => ready(socket, interest),
+        platform.wait(until, &mut |socket, interest| match index_of(slots, socket, Some(socket))
+            .map(|index| &mut slots[index])
+        {
+            Some(slot) if slot.channel.stage() == ChannelStage::Handshake => {
+                (slot.is_ready, shakes_hands) = (true, true);
             }
+            _ => ready(socket, interest),
         });
         if shakes_hands {
             self.advance(ready);

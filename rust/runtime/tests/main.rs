@@ -15,6 +15,7 @@ mod raw;
 mod recordings;
 mod releases;
 mod secure;
+mod secure_datagrams;
 mod strangers;
 mod support;
 mod traces;

@@ -23,7 +23,8 @@ impl fmt::Display for Participant {
     }
 }
 
-/// A federate and its public key.
+/// A federate and its public key, as C has them in `lf/keys.h`.
+#[repr(C)]
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub struct Member {
     /// The federate's id.

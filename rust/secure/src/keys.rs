@@ -61,6 +61,7 @@ impl fmt::Debug for StaticSecret {
 }
 
 /// The public half of a participant's identity, which everybody may know. It is displayed as 64 hexadecimal digits.
+#[repr(transparent)]
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct PublicKey([u8; KEY_BYTES]);
 

@@ -10,9 +10,9 @@ use lf_embedded::{Text, in_words, status};
 use lf_runtime::{ImageError, LogEvent};
 use log::LevelFilter;
 
-use crate::ZephyrPlatform;
 use crate::kconfig::LF_LINE_SIZE;
 use crate::recording::RecordedParticipant;
+use crate::{FederatePlatform, ZephyrPlatform};
 
 /// Called with a zero-terminated sentence when the federate or the RTI ends early, before the program stops.
 #[expect(non_camel_case_types, reason = "the name is the one that C sees")]
@@ -31,7 +31,11 @@ impl Federate<'_> {
     /// Runs the federate on Zephyr, with the log level that both `logging` and Kconfig allow.
     ///
     /// The outcome becomes the status that `lf_main()` returns; an error is logged, and passed to the fatal hook.
-    pub fn run(self, logging: LevelFilter, run: impl FnOnce(&mut ZephyrPlatform) -> Result<(), ImageError>) {
+    pub fn run(self, logging: LevelFilter, run: impl FnOnce(&mut FederatePlatform) -> Result<(), ImageError>) {
+        #[cfg(CONFIG_LF_SECURITY)]
+        let run = |platform: ZephyrPlatform| run(&mut crate::security::of_federate(platform));
+        #[cfg(not(CONFIG_LF_SECURITY))]
+        let run = |mut platform: ZephyrPlatform| run(&mut platform);
         self.run_and(logging, run, report);
     }
 
@@ -41,18 +45,18 @@ impl Federate<'_> {
         logging: LevelFilter,
         run: impl FnOnce(&mut ZephyrPlatform) -> Result<(), E>,
     ) {
-        self.run_and(logging, run, |error| report_words(format_args!("{error}")));
+        self.run_and(logging, |mut platform| run(&mut platform), |error| report_words(format_args!("{error}")));
     }
 
     fn run_and<E>(
         self,
         logging: LevelFilter,
-        run: impl FnOnce(&mut ZephyrPlatform) -> Result<(), E>,
+        run: impl FnOnce(ZephyrPlatform) -> Result<(), E>,
         report_error: impl FnOnce(&E),
     ) {
         crate::logger::install(logging);
         *self.status = match ZephyrPlatform::new() {
-            Ok(mut platform) => status(run(&mut platform), report_error),
+            Ok(platform) => status(run(platform), report_error),
             Err(_) => status(Err(ImageError::Descriptor), report),
         };
     }

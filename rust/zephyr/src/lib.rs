@@ -34,6 +34,8 @@ pub mod recording;
 #[cfg(CONFIG_LF_RTI)]
 #[doc(hidden)]
 pub mod rti;
+#[cfg(CONFIG_LF_SECURITY)]
+mod security;
 pub mod settings;
 pub mod thread;
 #[cfg(feature = "traces")]
@@ -52,6 +54,11 @@ pub use local::LocalPlatform as ZephyrPlatform;
 pub use log;
 #[cfg(CONFIG_LF_NETWORK)]
 pub use platform::ZephyrPlatform;
+#[cfg(CONFIG_LF_SECURITY)]
+pub use security::FederatePlatform;
+/// The platform of the federate of an image.
+#[cfg(not(CONFIG_LF_SECURITY))]
+pub type FederatePlatform = ZephyrPlatform;
 pub use thread::SpawnPhysicalThread;
 pub use wake::wake;
 
@@ -80,7 +87,7 @@ macro_rules! main {
     ($module:ident::$program:ident) => {
         $crate::main!(
             @run
-            |platform: &mut $crate::ZephyrPlatform| {
+            |platform: &mut $crate::FederatePlatform| {
                 let mut participant = $crate::recording::RecordedParticipant::Federate;
                 let recording = participant.recording();
                 $crate::run!($module::$program, platform, recording, $crate::settings::join, $crate::settings::BUFFERS)

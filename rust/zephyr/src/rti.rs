@@ -15,6 +15,10 @@ use crate::settings;
 const SOCKETS: usize = LF_RTI_CONNECTIONS + 1 + if cfg!(CONFIG_NET_UDP) { 1 } else { 0 };
 
 /// The platform of an RTI.
+#[cfg(CONFIG_LF_SECURITY)]
+type RtiPlatform = crate::security::EncryptedPlatform<SOCKETS>;
+/// The platform of an RTI.
+#[cfg(not(CONFIG_LF_SECURITY))]
 type RtiPlatform = ZephyrPlatform<SOCKETS>;
 
 /// The static memory of an RTI with buffers of this size.
@@ -35,7 +39,10 @@ pub const fn buffer_bytes(description: &Description) -> usize {
 /// Accepts federates; prints the port on the console.
 pub(crate) fn listen(rti: &'static dyn ImageRti<RtiPlatform>, description: &Description) -> Result<(), RtiError> {
     let port = settings::own_rti_port().map_err(RtiError::Settings)?;
-    let port = rti.listen(description, RtiPlatform::without_wake(), port, settings::federation_id())?;
+    let platform = ZephyrPlatform::without_wake();
+    #[cfg(CONFIG_LF_SECURITY)]
+    let platform = crate::security::of_rti(platform);
+    let port = rti.listen(description, platform, port, settings::federation_id())?;
     settings::set_own_rti_port(port);
     crate::println!("listening on TCP port {port}");
     Ok(())

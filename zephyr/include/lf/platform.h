@@ -52,6 +52,25 @@ int lf_poll(struct zsock_pollfd *sockets, int count, int64_t timeout_ticks);
  */
 int lf_random(uint8_t *buffer, size_t size);
 
+/* The public key of a federate. */
+struct lf_member {
+	uint16_t federate;
+	uint8_t key[32];
+};
+
+/* The keys of an image. The own secret of a participant that it does not have is all zero. */
+struct lf_keys {
+	uint8_t own[32];
+	uint8_t rti_own[32];
+	uint8_t federation[32];
+	uint8_t rti[32];
+	const struct lf_member *federates;
+	size_t federates_count;
+};
+
+/* Returns the keys of the image, with CONFIG_LF_SECURITY. */
+const struct lf_keys *lf_keys(void);
+
 /* Returns the number of bytes that zsock_send() may take now, so that TCP keeps the buffers to send them. */
 size_t lf_send_room(void);
 

@@ -6,10 +6,11 @@ use std::ffi::OsString;
 use std::fs;
 use std::path::{Path, PathBuf};
 
+use lf_compiler::KEYS_HEADER;
 use lf_compiler::plan::{Plan, Security};
 use lf_linux::keys::{self, KeyFault};
 
-use super::{FOLDER, KeyKind, KeyStore, refusal};
+use super::{FOLDER, KeyKind, KeyStore, header, refusal};
 use crate::failure::Failure;
 use crate::private_files;
 
@@ -90,11 +91,26 @@ impl KeySource<'_> {
         for name in names {
             store.hand_out(plan, name, &folder.join(name), &mut strangers)?;
         }
-        Ok(Some(HandedOut { folder, security: plan.target.security, is_of_run, strangers: strangers.into_iter().collect() }))
+        Ok(Some(HandedOut {
+            folder,
+            security: plan.target.security,
+            is_of_run,
+            strangers: strangers.into_iter().collect(),
+        }))
     }
 }
 
 impl HandedOut {
+    /// Writes the header with the keys of an image, into its folder: of a federate, of the RTI, or of both.
+    ///
+    /// # Errors
+    /// When keys are wrong, or the file cannot be written.
+    pub(crate) fn write_header(&self, image: &str, federate: Option<&str>, rti: Option<&str>) -> Result<(), Failure> {
+        let read = |name: Option<&str>| name.map(|name| header::noise_keys(&self.folder.join(name))).transpose();
+        let text = header::text(read(federate)?.as_ref(), read(rti)?.as_ref());
+        Ok(private_files::replace(&self.folder.join(image).join(KEYS_HEADER), &text)?)
+    }
+
     /// Returns the options by which a program finds its keys. Programs of LF's own compiler, and its RTI, have only
     /// those for their own certificate.
     ///
@@ -152,7 +168,8 @@ impl KeyStore {
         // What is not trusted any more must not stay.
         for entry in fs::read_dir(folder)? {
             let entry = entry?;
-            if !files.iter().any(|(file, _)| entry.file_name() == file.as_str()) {
+            let stays = |(file, _): &(String, String)| entry.file_name() == file.as_str();
+            if entry.file_name() != KEYS_HEADER && !files.iter().any(stays) {
                 private_files::remove(&entry.path())?;
             }
         }

@@ -6,6 +6,7 @@
 
 mod certificate;
 mod handed_out;
+mod header;
 mod pair;
 
 use std::fs;
@@ -24,7 +25,7 @@ use crate::failure::Failure;
 use crate::private_files;
 
 /// The folder of all keys, beside the program's `src`.
-const FOLDER: &str = "keys";
+pub(crate) const FOLDER: &str = "keys";
 /// The file that keeps git from the others.
 const IGNORE: &str = ".gitignore";
 const IGNORED: &str = "# Secrets do not belong into a repository.\n*\n";
@@ -161,7 +162,8 @@ impl KeyStore {
         }
         let same = |other: &KeyEntry<'_>| other.name != name && other.public.as_ref() == Some(&part);
         if let Some(other) = self.entries()?.iter().find(|other| same(other)) {
-            let message = format!("{} is the key of {}, and no two participants have one key", file.display(), other.name);
+            let message =
+                format!("{} is the key of {}, and no two participants have one key", file.display(), other.name);
             return Err(Failure::message(message));
         }
         private_files::create_if_missing(&self.public_file(name), &part.text())?;

@@ -172,7 +172,10 @@ impl Secured for Session {
 
 impl fmt::Debug for Session {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.debug_struct("Session").field("accepted", &self.accepted).field("failed", &self.failed).finish_non_exhaustive()
+        f.debug_struct("Session")
+            .field("accepted", &self.accepted)
+            .field("failed", &self.failed)
+            .finish_non_exhaustive()
     }
 }
 
