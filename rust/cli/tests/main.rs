@@ -3,6 +3,7 @@
 
 #![allow(clippy::unwrap_used, reason = "a failed unwrap in a helper is that test's failure")]
 
+mod add;
 mod advice;
 mod bodies;
 mod c_code;
@@ -15,9 +16,11 @@ mod debugging;
 mod descendants;
 mod doctor;
 mod fmt;
+mod graph;
 mod lsp;
 mod micro;
 mod new;
+mod output;
 mod package;
 mod paths;
 mod side_by_side;
@@ -26,3 +29,4 @@ mod supervise;
 mod support;
 mod test_command;
 mod trace_memory;
+mod watch;

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //! The commands of `lfz`, one module each.
 
+mod add;
 mod build;
 mod check;
 mod clean;
@@ -9,6 +10,7 @@ mod debug;
 mod doctor;
 mod explain;
 mod fmt;
+mod graph;
 mod manual;
 mod new;
 mod package;
@@ -37,7 +39,10 @@ pub(crate) use rti::listening_port;
 /// Runs the command that a command line asks for, and returns this program's exit status.
 pub fn execute(read: Result<Cli, clap::Error>) -> ExitCode {
     let result = match read {
-        Ok(cli) => execute_command(cli.command),
+        Ok(cli) => {
+            terminal::set(cli.output);
+            execute_command(cli.command)
+        }
         // It may also be help, or the version, at the user's request.
         Err(error) => match error.print() {
             Ok(()) => Ok(ExitCode::from(u8::try_from(error.exit_code()).unwrap_or(u8::MAX))),
@@ -56,10 +61,12 @@ fn execute_command(command: Command) -> Result<ExitCode, Failure> {
     match command {
         Command::Check(arguments) => check::check(&arguments),
         Command::Plan(arguments) => plan::plan(&arguments),
+        Command::Graph(arguments) => graph::graph(&arguments),
         Command::Build(arguments) => build::build(&arguments),
         Command::Run(arguments) => run::run(&arguments),
         Command::Debug(arguments) => debug::debug(&arguments),
         Command::Fmt(arguments) => Ok(fmt::fmt(&arguments)),
+        Command::Add(arguments) => add::add(&arguments),
         Command::Package(command) => package::package(&command),
         Command::West { arguments } => west::west(&arguments),
         Command::Home(arguments) => {
