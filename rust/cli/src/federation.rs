@@ -4,10 +4,8 @@
 //! `lfz run` makes one for a program that it has built; `lfz supervise` reads it as JSON, in the form of these types,
 //! from other programs. Times are in nanoseconds.
 
-use std::borrow::Cow;
 use std::collections::{BTreeMap, BTreeSet};
 use std::ffi::OsString;
-use std::os::unix::ffi::OsStrExt;
 use std::path::PathBuf;
 use std::time::{Duration, SystemTime, UNIX_EPOCH};
 
@@ -21,6 +19,7 @@ use crate::descendants::Descendants;
 use crate::failure::Failure;
 use crate::pins::PinRecording;
 use crate::supervisor::{Ending, Interrupts, Launch, Limits, Output, Role, Streams, Supervisor};
+use crate::terminal;
 
 /// The processes of one run. The RTI is the first, and the others start when it listens.
 #[derive(Debug, Deserialize)]
@@ -247,7 +246,7 @@ impl Federation {
             }
         }
         for federate in &self.left_out {
-            let command = shown_command(federate.words.iter().map(|word| word.text(&id, port)));
+            let command = terminal::command_line(federate.words.iter().map(|word| word.text(&id, port)));
             supervisor.note(&format!("{} takes part when you start it: {command}", federate.name));
             supervisor.leave_out(federate.launch(&descendants, federate.role(), &id, port));
         }
@@ -308,17 +307,10 @@ impl Process {
     }
 
     fn start(&self, supervisor: &mut Supervisor, launch: Launch) -> Result<(), Failure> {
+        terminal::tell_command(launch.words.iter().cloned());
         let started = supervisor.launch(launch);
         started.map_err(|error| Failure::message(format!("{} cannot be started: {error}", self.name)))
     }
-}
-
-/// Returns a command line as a shell reads it.
-fn shown_command(words: impl Iterator<Item = OsString>) -> String {
-    // A word with a zero byte is none, and cannot come from a command line.
-    let quoted = |word: OsString| shlex::bytes::try_quote(word.as_bytes()).map(Cow::into_owned);
-    let words: Vec<Vec<u8>> = words.filter_map(|word| quoted(word).ok()).collect();
-    String::from_utf8_lossy(&words.join(&b' ')).into_owned()
 }
 
 fn os_string<'de, D: Deserializer<'de>>(deserializer: D) -> Result<OsString, D::Error> {

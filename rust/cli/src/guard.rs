@@ -16,6 +16,9 @@ use rustix::process::{Signal, getppid, set_parent_process_death_signal};
 /// or deleted.
 pub(crate) const THIS_PROGRAM: &str = "/proc/self/exe";
 
+/// The number of arguments of such a command before the program.
+pub(crate) const WORDS: usize = 4;
+
 /// Returns a command that runs a program under the guard. The thread that lives longest has to start it, because the
 /// kernel watches the thread.
 pub(crate) fn command(program: impl AsRef<OsStr>) -> Command {

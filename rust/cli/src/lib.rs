@@ -3,7 +3,8 @@
 //!
 //! `args` is the command line, `commands` implements each command, `compile` makes executables from an LF file,
 //! `debug_info` leads debuggers from them to it, `federation` describes a run of them, and `supervisor` runs and ends
-//! its processes together, as `control` asks; `trace` converts recordings of runs, and `lsp` serves editors.
+//! its processes together, as `control` asks; `trace` converts recordings of runs, `graph` draws programs, and `lsp`
+//! serves editors.
 #![forbid(unsafe_code)]
 
 pub mod args;
@@ -16,6 +17,7 @@ mod descendants;
 mod edges;
 mod failure;
 mod federation;
+mod graph;
 mod guard;
 mod home;
 mod keys;
@@ -27,5 +29,6 @@ mod supervisor;
 mod terminal;
 mod time;
 mod trace;
+mod watch;
 
 pub use commands::execute;

@@ -3,6 +3,7 @@
 
 #![allow(clippy::unwrap_used, reason = "a failed unwrap in a helper is that test's failure")]
 
+mod add;
 mod advice;
 mod bodies;
 mod c_code;
@@ -15,11 +16,13 @@ mod debugging;
 mod descendants;
 mod doctor;
 mod fmt;
+mod graph;
 mod keys;
 mod lsp;
 mod lsp_features;
 mod micro;
 mod new;
+mod output;
 mod package;
 mod paths;
 mod protobufs;
@@ -29,3 +32,4 @@ mod supervise;
 mod support;
 mod test_command;
 mod trace_memory;
+mod watch;

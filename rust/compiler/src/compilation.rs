@@ -3,6 +3,7 @@
 
 use crate::analysis;
 use crate::diagnostics::{Code, Diagnostics};
+use crate::diagram::{self, BankView, Diagram};
 use crate::elaborated::Elaborated;
 use crate::plan::Plan;
 use crate::resolve::{self, SourceProvider};
@@ -22,11 +23,40 @@ pub struct Compilation {
 ///
 /// All errors of a stage are reported together; a stage runs if the previous one left a usable result.
 pub fn compile(main_path: &str, sources: &dyn SourceProvider) -> Compilation {
-    let mut diagnostics = Diagnostics::default();
-    let plan = with_stack(|| stages(main_path, sources, &mut diagnostics));
-    diagnostics.sort();
-    let plan = plan.filter(|_| !diagnostics.has_errors());
+    let (plan, diagnostics) = through(main_path, sources, |_, plan| plan);
     Compilation { plan, diagnostics }
+}
+
+/// The results of compiling a program, and its diagram.
+#[derive(Debug)]
+pub struct DrawnCompilation {
+    /// The same as without a diagram.
+    pub compilation: Compilation,
+    /// The diagram; it exists exactly if there is a plan.
+    pub diagram: Option<Diagram>,
+}
+
+/// Compiles the program whose main file is `main_path`, and describes what a picture of it shows.
+pub fn diagram(main_path: &str, sources: &dyn SourceProvider, banks: BankView) -> DrawnCompilation {
+    let (both, diagnostics) = through(main_path, sources, |elaborated, plan| {
+        let drawn = diagram::diagram_of(elaborated, &plan, banks);
+        (plan, drawn)
+    });
+    let (plan, drawn) = both.unzip();
+    DrawnCompilation { compilation: Compilation { plan, diagnostics }, diagram: drawn }
+}
+
+/// Runs all stages, and the work on the instances and the plan of a program without errors.
+fn through<T: Send>(
+    main_path: &str,
+    sources: &dyn SourceProvider,
+    work: impl FnOnce(&Elaborated<'_>, Plan) -> T + Send,
+) -> (Option<T>, Diagnostics) {
+    let mut diagnostics = Diagnostics::default();
+    let result = with_stack(|| stages(main_path, sources, &mut diagnostics, work));
+    diagnostics.sort();
+    let result = result.filter(|_| !diagnostics.has_errors());
+    (result, diagnostics)
 }
 
 /// The tree of one file.
@@ -50,7 +80,12 @@ pub fn parse(path: &str, text: &str) -> SyntaxTree {
     SyntaxTree { unit, diagnostics }
 }
 
-fn stages(main_path: &str, sources: &dyn SourceProvider, diagnostics: &mut Diagnostics) -> Option<Plan> {
+fn stages<T>(
+    main_path: &str,
+    sources: &dyn SourceProvider,
+    diagnostics: &mut Diagnostics,
+    work: impl FnOnce(&Elaborated<'_>, Plan) -> T,
+) -> Option<T> {
     let program = resolve::load(main_path, sources, diagnostics)?;
     let incomplete = diagnostics.iter().any(|entry| leaves_gaps(entry.code));
     let target = resolve::check_target(&program, sources, diagnostics);
@@ -70,7 +105,8 @@ fn stages(main_path: &str, sources: &dyn SourceProvider, diagnostics: &mut Diagn
         return None;
     }
     let elaborated = Elaborated::new(&classes, main, diagnostics)?;
-    analysis::analyse(&program, &elaborated, target, diagnostics)
+    let plan = analysis::analyse(&program, &elaborated, target, diagnostics)?;
+    Some(work(&elaborated, plan))
 }
 
 /// Returns whether the parser skips text at an error of this kind.

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Compiles Lingua Franca sources to a plan, and the plan to Rust crates, Kconfig fragments and overlays.
 //!
-//! Four functions answer questions about a program:
+//! Five functions answer questions about a program:
 //!
 //! - [`parse`] returns the tree of one file with all its errors. It never fails: unreadable code becomes a diagnostic,
 //!   and the tree has the rest.
@@ -9,6 +9,7 @@
 //!   may have any errors.
 //! - [`format`] returns the text of a file as others are written.
 //! - [`compile`] returns the [`plan`] of a correct program, and all diagnostics of an incorrect one.
+//! - [`diagram()`] returns also what a picture of the program shows.
 //!
 //! The stages of a program: `syntax` parses, `resolve` follows imports and checks every reactor by itself, `instances`
 //! builds the tree of instances, `federates` partitions it, `analysis` computes orders and capacities, and the result
@@ -22,6 +23,7 @@ pub mod characters;
 mod compilation;
 pub mod deployment;
 pub mod diagnostics;
+pub mod diagram;
 mod elaborated;
 pub mod emit;
 mod federates;
@@ -41,7 +43,7 @@ mod yaml;
 mod zephyr;
 
 pub use analysis::NETWORK_CAPACITY;
-pub use compilation::{Compilation, SyntaxTree, compile, parse};
+pub use compilation::{Compilation, DrawnCompilation, SyntaxTree, compile, diagram, parse};
 pub use diagnostics::{Code, Diagnostic, Diagnostics, Severity, Style};
 pub use format::format;
 pub use names::{Declaration, NameKind, ResolvedNames, names};

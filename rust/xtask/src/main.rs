@@ -6,6 +6,7 @@
 #![forbid(unsafe_code)]
 
 mod bless;
+mod book;
 mod c;
 mod counts;
 mod dependencies;
@@ -95,6 +96,8 @@ enum Command {
     },
     /// Make what people install, in `target/dist`: the packages of all crates for cargo, and a wheel for pip.
     Dist,
+    /// Make the site of the guide in `target/guide`, with mdBook.
+    Book,
     /// Measure RTIs, applications and images on this computer, beside the thesis's numbers and the stock RTI if its
     /// path is given; `--report FOLDER` writes a page of it, and `--help` lists the options.
     #[command(disable_help_flag = true)]
@@ -114,6 +117,7 @@ const STEPS: &[(&str, Step)] = &[
     ("fmt", host::fmt),
     ("clippy", host::clippy),
     ("dependencies", dependencies::check),
+    ("book", book::step),
     ("c", c::step),
     ("host", host::test),
     ("python", python::step),
@@ -152,6 +156,11 @@ fn main() -> ExitCode {
                 ExitCode::FAILURE
             }
         },
+        Command::Book => {
+            let mut report = Report::new(None);
+            book::step(&repository, &mut report);
+            report.finish()
+        }
         Command::ModelCheck { arguments } => model_check(&repository, &arguments),
         Command::Simulate { arguments } => simulate(&repository, &arguments),
         Command::Bless { package, filter } => bless::run(&repository, package.as_deref(), filter.as_deref()),

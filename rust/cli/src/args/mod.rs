@@ -2,7 +2,9 @@
 //! The command line.
 
 mod ctl;
+mod graph;
 mod keys;
+mod output;
 mod project;
 mod rti;
 mod scope;
@@ -21,8 +23,10 @@ use lf_linux::devices::moves::Reader;
 use lf_linux::rti::TRACE_MIB;
 
 pub use ctl::{CtlArgs, CtlVerb};
+pub use graph::{GraphArgs, GraphTheme};
 pub use keys::{KeyFolder, KeysCommand};
-pub use project::{DoctorArgs, HomeArgs, NewArgs, NewLanguage, PackageCommand, TestArgs};
+pub use output::{ColorChoice, OutputArgs};
+pub use project::{AddArgs, DoctorArgs, HomeArgs, NewArgs, NewLanguage, PackageCommand, TestArgs};
 pub use rti::{PORT_DEFAULT, RtiArgs};
 pub use scope::{EdgeKind, ScopeArgs};
 
@@ -40,6 +44,9 @@ const LONG_VERSION: &str = concat!(
 #[command(name = "lfz", version, long_version = LONG_VERSION, propagate_version = false, max_term_width = 100)]
 #[command(after_help = "`lfz help COMMAND` says more about a command.")]
 pub struct Cli {
+    /// The options of all commands.
+    #[command(flatten)]
+    pub output: OutputArgs,
     /// The command to run.
     #[command(subcommand)]
     pub command: Command,
@@ -54,7 +61,8 @@ impl Cli {
     pub fn read(words: impl IntoIterator<Item = OsString>) -> Result<Self, clap::Error> {
         let mut words = words.into_iter().peekable();
         if words.peek().is_some_and(|name| rti::is_rti(name)) {
-            return Ok(Self { command: Command::Rti(RtiAlone::try_parse_from(rti::readable(words))?.arguments) });
+            let command = Command::Rti(RtiAlone::try_parse_from(rti::readable(words))?.arguments);
+            return Ok(Self { output: OutputArgs::default(), command });
         }
         let words: Vec<OsString> = words.collect();
         match words.split_at_checked(2) {
@@ -92,6 +100,14 @@ With --stp or one of the bounds, print instead how long each federate of a decen
 messages (`@maxwait`) so that none is late, with the connections that demand it; the waits of the program itself that
 are too short; and the remaining time of deadlines. Options override the values in the file.")]
     Plan(PlanArgs),
+    /// Draw a program: reactors, ports, reactions, and the connections between them, as SVG.
+    #[command(long_about = "\
+Draw a program: reactors, ports, reactions, and the connections between them, as SVG.
+
+The picture has the reactors in each other, with modes, timers and actions, and the delays on the connections; of a
+federation also the coordination and, with --deployment, the board of each federate. A bank is one reactor with the
+number of its members. The guide explains the signs.")]
+    Graph(GraphArgs),
     /// Generate the Rust crates of a program and compile them, without running them.
     Build(BuildArgs),
     /// Build all federates for this computer and run them together with their RTI.
@@ -161,6 +177,13 @@ Each participant has a secret key, and the others have its public one. They are 
 and `lfz build` give each participant its own secret key only."
     )]
     Keys(KeysCommand),
+    /// Add crates to a program, for its bodies: an entry in `cargo-dependencies` of its target declaration.
+    #[command(long_about = "\
+Add crates to a program, for its bodies: an entry in `cargo-dependencies` of its target declaration.
+
+Cargo finds the newest version, as `cargo add` does. An entry that is there already is replaced; the rest of the file
+stays as it is.")]
+    Add(AddArgs),
     /// Tell which programs in a folder work, what has no effect, and what to change.
     #[command(long_about = "\
 Tell which programs in a folder work, what has no effect, and what to change: for programs that were written for another
@@ -417,7 +440,7 @@ pub struct BuildArgs {
 }
 
 /// `lfz run`
-#[derive(Debug, Args)]
+#[derive(Clone, Debug, Args)]
 pub struct RunArgs {
     /// The main LF file.
     #[arg(value_name = "FILE.lf")]
@@ -455,6 +478,10 @@ pub struct RunArgs {
     /// Build these federates and leave their start to you: the command line of each is printed.
     #[arg(long, value_name = "FEDERATE", num_args = 1..)]
     pub without: Vec<String>,
+    /// Build and start the program again whenever one of its files changes. While a program has errors, its last
+    /// version goes on.
+    #[arg(long)]
+    pub watch: bool,
     /// The folders for generated and compiled files.
     #[command(flatten)]
     pub places: Places,
@@ -532,7 +559,7 @@ pub struct TraceArgs {
 }
 
 /// The folders for generated and compiled files, and the mode of compilation.
-#[derive(Debug, Default, Args)]
+#[derive(Clone, Debug, Default, Args)]
 pub struct Places {
     /// Compile with optimizations.
     #[arg(long)]

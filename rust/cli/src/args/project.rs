@@ -58,6 +58,38 @@ pub struct TestArgs {
     pub release: bool,
 }
 
+/// `lfz add`
+#[derive(Debug, Args)]
+pub struct AddArgs {
+    /// The main LF file.
+    #[arg(value_name = "FILE.lf")]
+    pub file: PathBuf,
+    /// Crates, each with the accepted versions if they are not those that fit the newest one: `libm` or `libm@0.2`.
+    #[arg(value_name = "CRATE", required_unless_present_any = ["path", "git"])]
+    pub crates: Vec<String>,
+    /// Features of the crates to enable.
+    #[arg(long, value_name = "FEATURE", value_delimiter = ',')]
+    pub features: Vec<String>,
+    /// Leave out the features that the crates have by default; images need that of many crates.
+    #[arg(long)]
+    pub no_default_features: bool,
+    /// The folder of the crate.
+    #[arg(long, value_name = "DIR", conflicts_with = "git")]
+    pub path: Option<PathBuf>,
+    /// The repository of the crate.
+    #[arg(long, value_name = "URL")]
+    pub git: Option<String>,
+    /// A branch of the repository.
+    #[arg(long, value_name = "NAME", requires = "git", group = "revision")]
+    pub branch: Option<String>,
+    /// A tag of the repository.
+    #[arg(long, value_name = "NAME", requires = "git", group = "revision")]
+    pub tag: Option<String>,
+    /// A commit of the repository.
+    #[arg(long, value_name = "COMMIT", requires = "git", group = "revision")]
+    pub rev: Option<String>,
+}
+
 /// `lfz package`
 #[derive(Debug, Subcommand)]
 pub enum PackageCommand {

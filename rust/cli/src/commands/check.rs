@@ -22,6 +22,7 @@ pub(super) fn check(arguments: &CheckArgs) -> Result<ExitCode, Failure> {
     for file in &arguments.files {
         let name = if is_standard_input(file) { "standard input".into() } else { file.to_string_lossy() };
         match checked(file, arguments) {
+            Ok(_) if terminal::is_quiet() => {}
             Ok(Checked { counts: (errors, warnings), cmake }) => {
                 terminal::print(format_args!("{name}: {}{}", count(errors, warnings), only_built(&cmake)))?;
             }

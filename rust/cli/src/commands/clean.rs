@@ -16,7 +16,7 @@ pub(super) fn clean(arguments: &CleanArgs) -> Result<ExitCode, Failure> {
         None => clean_all(&arguments.places, &mut freed)?,
     }
     for folder in &freed.busy {
-        terminal::remark(format_args!("{} is left: a build uses it", folder.display()));
+        terminal::inform(format_args!("{} is left: a build uses it", folder.display()));
     }
     terminal::print(format_args!("{} freed", size(freed.size)))?;
     Ok(ExitCode::SUCCESS)

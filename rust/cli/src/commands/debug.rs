@@ -10,6 +10,7 @@ use std::process::{Command, ExitCode};
 use crate::args::{DebugArgs, Platform};
 use crate::compile::{Built, Request};
 use crate::failure::Failure;
+use crate::terminal;
 
 /// The debuggers that are looked for in PATH. The first one is gdb, too, and shows values of Rust's types.
 const DEBUGGERS: &[&str] = &["rust-gdb", "gdb", "gdb-multiarch", "rust-lldb", "lldb"];
@@ -28,7 +29,9 @@ pub(super) fn debug(arguments: &DebugArgs) -> Result<ExitCode, Failure> {
     }
     .build()?;
     let program = program(&built, arguments.federate.as_deref())?;
-    let mut words = command(&debugger, program, &arguments.arguments).into_iter();
+    let words = command(&debugger, program, &arguments.arguments);
+    terminal::tell_command(words.iter().cloned());
+    let mut words = words.into_iter();
     let error = Command::new(words.next().unwrap_or_default()).args(words).exec();
     Err(Failure::message(format!("the debugger {} cannot be run: {error}", debugger.display())))
 }

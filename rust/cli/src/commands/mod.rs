@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //! The commands of `lfz`, one module each.
 
+mod add;
 mod build;
 mod check;
 mod clean;
@@ -10,6 +11,7 @@ mod debug;
 mod doctor;
 mod explain;
 mod fmt;
+mod graph;
 mod keys;
 mod manual;
 mod new;
@@ -39,7 +41,10 @@ pub(crate) use rti::listening_port;
 /// Runs the command that a command line asks for, and returns this program's exit status.
 pub fn execute(read: Result<Cli, clap::Error>) -> ExitCode {
     let result = match read {
-        Ok(cli) => execute_command(cli.command),
+        Ok(cli) => {
+            terminal::set(cli.output);
+            execute_command(cli.command)
+        }
         // It may also be help, or the version, at the user's request.
         Err(error) => match error.print() {
             Ok(()) => Ok(ExitCode::from(u8::try_from(error.exit_code()).unwrap_or(u8::MAX))),
@@ -58,11 +63,13 @@ fn execute_command(command: Command) -> Result<ExitCode, Failure> {
     match command {
         Command::Check(arguments) => check::check(&arguments),
         Command::Plan(arguments) => plan::plan(&arguments),
+        Command::Graph(arguments) => graph::graph(&arguments),
         Command::Build(arguments) => build::build(&arguments),
         Command::Run(arguments) => run::run(&arguments),
         Command::Ctl(arguments) => ctl::ctl(&arguments),
         Command::Debug(arguments) => debug::debug(&arguments),
         Command::Fmt(arguments) => Ok(fmt::fmt(&arguments)),
+        Command::Add(arguments) => add::add(&arguments),
         Command::Package(command) => package::package(&command),
         Command::West { arguments } => west::west(&arguments),
         Command::Home(arguments) => {

@@ -128,7 +128,7 @@ fn fetch(name: &str, LockedPackage { git, commit }: &LockedPackage) -> Result<()
         run(&folder, &["fetch", "--quiet", "origin"])?;
         checkout(&folder, commit)?;
     }
-    terminal::remark(format_args!("{name} is at {commit}"));
+    terminal::inform(format_args!("{name} is at {commit}"));
     Ok(())
 }
 

@@ -19,7 +19,7 @@ pub(super) fn trace(arguments: &TraceArgs) -> Result<ExitCode, Failure> {
     }
     if let Some(file) = bounds {
         let messages = write_bounds(folder, names.as_deref(), file)?;
-        terminal::remark(format_args!("{messages} messages measured: {}", file.display()));
+        terminal::inform(format_args!("{messages} messages measured: {}", file.display()));
     }
     if output.is_none() && (bounds.is_some() || !tables.is_empty()) {
         return Ok(ExitCode::SUCCESS);
@@ -27,7 +27,7 @@ pub(super) fn trace(arguments: &TraceArgs) -> Result<ExitCode, Failure> {
     let output = arguments.output.clone().unwrap_or_else(|| arguments.folder.join("trace.perfetto-trace"));
     let outcome = convert(&arguments.folder, arguments.names.as_deref(), &output)?;
     terminal::print(outcome.table.trim_end())?;
-    terminal::remark(format_args!(
+    terminal::inform(format_args!(
         "{} participants and {} arrows in {}: open it at https://ui.perfetto.dev",
         outcome.participants,
         outcome.arrows,

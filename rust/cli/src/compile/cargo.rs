@@ -57,8 +57,10 @@ impl Job<'_> {
     pub(crate) fn run(&self, progress: &Progress) -> io::Result<BuildOutcome> {
         let mut command = self.command();
         command.stdin(Stdio::null()).stdout(Stdio::piped()).stderr(Stdio::piped());
+        let words = command.get_args().skip(guard::WORDS).map(ToOwned::to_owned);
+        progress.tell_command(words);
         let mut child = command.spawn().map_err(|error| {
-            let cargo = cargo();
+            let cargo = cargo_program();
             io::Error::new(error.kind(), format!("{} cannot be run: {error}", Path::new(&cargo).display()))
         })?;
         let (stdout, stderr) = (child.stdout.take(), child.stderr.take());
@@ -77,7 +79,7 @@ impl Job<'_> {
     }
 
     fn command(&self) -> std::process::Command {
-        let mut command = guard::command(cargo());
+        let mut command = guard::command(cargo_program());
         command.current_dir(self.current).args([if self.checks_only { "check" } else { "build" }, "--keep-going"]);
         command.arg("--manifest-path").arg(self.workspace.join("Cargo.toml"));
         let format = if self.coloured { "json-diagnostic-rendered-ansi" } else { "json" };
@@ -132,7 +134,7 @@ impl Job<'_> {
 }
 
 /// Returns the path of cargo, which cargo itself passes to its subcommands.
-fn cargo() -> OsString {
+pub(crate) fn cargo_program() -> OsString {
     std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into())
 }
 

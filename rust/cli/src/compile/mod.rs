@@ -28,6 +28,7 @@ use lf_compiler::deployment::{Deployment, Place, Platform as PlacePlatform, RtiH
 use lf_compiler::emit::{Artifact, Emitted, Participant, Settings, emit, rti_name};
 use lf_compiler::plan::Plan;
 
+pub(crate) use cargo::cargo_program;
 pub(crate) use clean::{clean_all, clean_program};
 pub(crate) use console::Console;
 pub(crate) use places::{application, home};
@@ -66,6 +67,8 @@ pub(crate) struct Request<'a> {
     pub(crate) places: &'a Places,
     /// Whether rustc only checks the programs for this computer.
     pub(crate) checks_only: bool,
+    /// Whether a program runs meanwhile, whose output a moving line would disturb.
+    pub(crate) is_beside_run: bool,
 }
 
 /// The results of a build.
@@ -90,7 +93,16 @@ pub(crate) struct Built {
 impl<'a> Request<'a> {
     /// Returns a request for all participants, with the program's settings.
     pub(crate) fn new(file: &'a Path, places: &'a Places) -> Self {
-        Self { file, platform: None, board: None, federates: &[], deployment: None, places, checks_only: false }
+        Self {
+            file,
+            platform: None,
+            board: None,
+            federates: &[],
+            deployment: None,
+            places,
+            checks_only: false,
+            is_beside_run: false,
+        }
     }
 
     /// Generates the requested participants and compiles those for this computer.
@@ -203,7 +215,7 @@ impl<'a> Request<'a> {
             coloured,
         };
         let begun = if self.checks_only { ["Checking", "Checked"] } else { ["Compiling", "Compiled"] };
-        let progress = Progress::begin(begun, &what(&program.plan, on_host.len()));
+        let progress = Progress::begin(begun, &what(&program.plan, on_host.len()), !self.is_beside_run);
         let runtime = Runtime::of(&folders.out, &folders.home, &on_host)?;
         let compiled = folders.store.runtime(&runtime.needs())?;
         runtime.prepare(&folders.home, &compiled, &job, &progress)?;

@@ -2,6 +2,7 @@
 //! The progress of cargo for the user: a moving line on a terminal, otherwise a line at the start, at the end, and now
 //! and then.
 
+use std::ffi::OsString;
 use std::io::{self, IsTerminal};
 use std::sync::{Mutex, PoisonError};
 use std::time::{Duration, Instant};
@@ -31,9 +32,10 @@ struct Told {
 const INTERVAL: Duration = Duration::from_secs(10);
 
 impl Progress {
-    /// Begins the progress; `what` completes the two verbs to sentences.
-    pub(crate) fn begin([doing, done]: [&str; 2], what: &str) -> Self {
-        let bar = io::stderr().is_terminal().then(|| {
+    /// Begins the progress; `what` completes the two verbs to sentences. A line moves on a terminal, if it may.
+    pub(crate) fn begin([doing, done]: [&str; 2], what: &str, may_move: bool) -> Self {
+        let moves = may_move && io::stderr().is_terminal() && !terminal::is_quiet();
+        let bar = moves.then(|| {
             let bar = ProgressBar::new_spinner();
             // The template is fixed, and the tests use it.
             bar.set_style(ProgressStyle::with_template(TEMPLATE).unwrap_or_else(|_| ProgressStyle::default_spinner()));
@@ -42,7 +44,7 @@ impl Progress {
             bar
         });
         if bar.is_none() {
-            terminal::remark(format_args!("{doing} {what}"));
+            terminal::inform(format_args!("{doing} {what}"));
         }
         let now = Instant::now();
         Self { bar, done: format!("{done} {what}"), started: now, told: Mutex::new(Told { crates: 0, at: now }) }
@@ -62,14 +64,22 @@ impl Progress {
         } else if told.at.elapsed() >= INTERVAL {
             told.at = Instant::now();
             let seconds = self.started.elapsed().as_secs();
-            terminal::remark(format_args!("{text} (crate {}, after {seconds} s)", told.crates));
+            terminal::inform(format_args!("{text} (crate {}, after {seconds} s)", told.crates));
+        }
+    }
+
+    /// Shows a command to those who want to know it.
+    pub(crate) fn tell_command(&self, words: impl IntoIterator<Item = OsString>) {
+        match &self.bar {
+            Some(bar) => bar.suspend(|| terminal::tell_command(words)),
+            None => terminal::tell_command(words),
         }
     }
 
     /// Shows that cargo waits, in its words, also without a moving line.
     pub(crate) fn wait(&self, text: &str) {
         if self.bar.is_none() {
-            terminal::remark(text.trim());
+            terminal::inform(text.trim());
         }
     }
 
@@ -80,7 +90,7 @@ impl Progress {
         }
         if success {
             let seconds = self.started.elapsed().as_secs_f64();
-            terminal::remark(format_args!("{} in {seconds:.1} s", self.done));
+            terminal::inform(format_args!("{} in {seconds:.1} s", self.done));
         }
     }
 }

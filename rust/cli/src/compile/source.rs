@@ -7,8 +7,9 @@ use std::io::{ErrorKind, Read as _};
 use std::path::{Path, PathBuf};
 
 use lf_compiler::characters::{SOURCE_BYTES_MAX, check_size, decode};
+use lf_compiler::diagram::{BankView, Diagram};
 use lf_compiler::plan::Plan;
-use lf_compiler::{Compilation, Diagnostics, SourceProvider};
+use lf_compiler::{Compilation, Diagnostics, DrawnCompilation, SourceProvider};
 
 use super::places::{from_root, text_of};
 use crate::failure::Failure;
@@ -125,6 +126,22 @@ impl Program {
         Self::of(compile(file)?, text_of(file)?)
     }
 
+    /// Compiles a main file, or the standard input, to a plan and a diagram; prints the diagnostics to standard error.
+    ///
+    /// # Errors
+    /// When it has no plan; the user has seen the reasons.
+    pub(crate) fn drawn(file: &Path, banks: BankView) -> Result<(Self, Diagram), Failure> {
+        let (DrawnCompilation { compilation, diagram }, name) = if file == Path::new(STANDARD_INPUT) {
+            (lf_compiler::diagram(INPUT_FILE, &Input(input_text()?), banks), "standard input")
+        } else {
+            let path = text_of(file)?;
+            from_root(file)?;
+            (lf_compiler::diagram(path, &Files, banks), path)
+        };
+        let program = Self::of(compilation, name)?;
+        diagram.map(|diagram| (program, diagram)).ok_or(Failure::Reported)
+    }
+
     /// Returns the program that was compiled from a file of this path; prints the diagnostics to standard error.
     ///
     /// # Errors
@@ -158,9 +175,11 @@ pub(crate) fn compile(file: &Path) -> Result<Compilation, Failure> {
 /// # Errors
 /// When it cannot be read.
 pub(crate) fn compile_input() -> Result<Compilation, Failure> {
-    let text =
-        standard_input().map_err(|error| Failure::message(format!("the standard input cannot be read: {error}")))?;
-    Ok(lf_compiler::compile(INPUT_FILE, &Input(text)))
+    Ok(lf_compiler::compile(INPUT_FILE, &Input(input_text()?)))
+}
+
+fn input_text() -> Result<String, Failure> {
+    standard_input().map_err(|error| Failure::message(format!("the standard input cannot be read: {error}")))
 }
 
 /// Formats the numbers: `2 errors and 1 warning`.

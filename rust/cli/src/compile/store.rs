@@ -105,7 +105,7 @@ impl Store {
         let path = lock_of(&folder);
         let lock = File::create(&path).map_err(|error| not_written(&path, &error))?;
         if flock(&lock, FlockOperation::NonBlockingLockExclusive).is_err() {
-            terminal::remark(format_args!("Waiting until another lfz has compiled {what}"));
+            terminal::inform(format_args!("Waiting until another lfz has compiled {what}"));
             flock(&lock, FlockOperation::LockExclusive)?;
         }
         // Another process may have removed it before it was locked.

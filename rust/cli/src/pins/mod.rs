@@ -92,7 +92,7 @@ impl PinRecording {
             .and_then(|file| recording::write(BufWriter::new(file), &recordings))
             .map_err(|error| Failure::message(format!("cannot write {to}: {error}")))?;
         let pins: usize = recordings.iter().map(|recording| recording.pins.len()).sum();
-        terminal::remark(format_args!("{pins} pins recorded: {to}"));
+        terminal::inform(format_args!("{pins} pins recorded: {to}"));
         Ok(())
     }
 }

@@ -5,7 +5,12 @@ use std::io::{self, Read};
 use std::os::fd::{AsFd, BorrowedFd};
 use std::os::unix::net::UnixStream;
 
+use rustix::event::{PollFd, PollFlags, poll};
+use rustix::io::Errno;
 use signal_hook::consts::{SIGHUP, SIGINT, SIGQUIT, SIGTERM, SIGTSTP};
+
+/// The number that stands for a new version of the program instead of a signal: no signal has it.
+pub(crate) const NEW_VERSION: u8 = 0;
 
 /// The signals that concern all participants, too.
 pub(crate) struct Interrupts {
@@ -33,6 +38,48 @@ impl Interrupts {
             sources.push((u8::try_from(signal).unwrap_or(u8::MAX), read));
         }
         Ok(Self { sources })
+    }
+
+    /// Adds a stream, each byte of which says that there is a new version of the program.
+    ///
+    /// # Errors
+    /// When the stream cannot be set up.
+    pub(crate) fn with_versions(mut self, stream: UnixStream) -> io::Result<Self> {
+        stream.set_nonblocking(true)?;
+        self.sources.push((NEW_VERSION, stream));
+        Ok(self)
+    }
+
+    /// Returns the same signals for another run. Each signal reaches one of them.
+    ///
+    /// # Errors
+    /// When the system has no descriptors left.
+    pub(crate) fn again(&self) -> io::Result<Self> {
+        let sources = self.sources.iter().map(|(signal, stream)| Ok((*signal, stream.try_clone()?)));
+        Ok(Self { sources: sources.collect::<io::Result<_>>()? })
+    }
+
+    /// Waits for a signal that does not ask to stop for a while only.
+    ///
+    /// # Errors
+    /// When the system's call fails.
+    pub(crate) fn wait(&self) -> io::Result<u8> {
+        let mut again = self.again()?;
+        loop {
+            let signals = again.take();
+            if let Some(signal) = signals.iter().find(|signal| !Self::is_suspension(**signal)) {
+                return Ok(*signal);
+            }
+            if !signals.is_empty() {
+                Self::suspend();
+            }
+            let mut descriptors: Vec<_> =
+                again.descriptors().map(|descriptor| PollFd::from_borrowed_fd(descriptor, PollFlags::IN)).collect();
+            match poll(&mut descriptors, None) {
+                Ok(_) | Err(Errno::INTR) => {}
+                Err(error) => return Err(error.into()),
+            }
+        }
     }
 
     /// Returns whether a signal asks to stop for a while.

@@ -19,7 +19,7 @@ use rustix::event::{PollFd, PollFlags, Timespec, poll};
 use rustix::process::Signal;
 
 pub(crate) use ending::{Ending, Limits};
-pub(crate) use interrupts::Interrupts;
+pub(crate) use interrupts::{Interrupts, NEW_VERSION};
 pub(crate) use launch::Launch;
 pub(crate) use output::Output;
 
@@ -160,7 +160,8 @@ impl Supervisor {
                     continue;
                 }
                 if !self.plan.is_stopping() {
-                    self.output.note("interrupted; stopping all participants");
+                    let cause = if signal == NEW_VERSION { "there is a new version" } else { "interrupted" };
+                    self.output.note(&format!("{cause}; stopping all participants"));
                 }
                 let action = self.plan.interrupted(signal, Instant::now());
                 self.act(action);

@@ -2,10 +2,11 @@
 //! The participants' output, each line with its participant's name before it.
 
 use std::collections::BTreeMap;
-use std::io::{self, IsTerminal, Write};
+use std::io::{self, Write};
 
 use crate::codes::with_sentences;
 use crate::compile::Console;
+use crate::terminal::has_colours;
 
 /// The output stream of a participant.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -38,8 +39,7 @@ pub(crate) struct Output {
 impl Output {
     /// Returns the output to the standard streams of this process, with room for these names.
     pub(crate) fn of_this_process<'a>(speaker: Option<&'a str>, names: impl IntoIterator<Item = &'a str>) -> Self {
-        let colours = std::env::var_os("NO_COLOR").is_none();
-        let coloured = (colours && io::stdout().is_terminal(), colours && io::stderr().is_terminal());
+        let coloured = (has_colours(&io::stdout()), has_colours(&io::stderr()));
         Self::new(Box::new(io::stdout()), Box::new(io::stderr()), coloured, speaker, names)
     }
 

@@ -112,6 +112,9 @@ pub struct RtiArgs {
     /// Print the version and exit.
     #[arg(short = 'v', long = "version")]
     pub version: bool,
+    /// Say which commands are run, too: the option of all commands, whose letter is another one's here.
+    #[arg(long, hide = true)]
+    pub verbose: bool,
     /// The longest message payload that the RTI forwards; it drops a federate that sends a longer one. Default: an
     /// eighth of this computer's memory, at most 4 GiB. Buffers grow with their contents, not with this limit.
     #[arg(long, value_name = "BYTES", value_parser = clap::value_parser!(u32).range(1..))]

@@ -1,31 +1,37 @@
 // SPDX-License-Identifier: Apache-2.0
-//! `lfz run`
+//! One run of a program that is built.
 
 use std::io;
 use std::net::{Ipv4Addr, TcpListener};
 use std::path::PathBuf;
-use std::process::ExitCode;
 
 use lf_compiler::emit::rti_name;
 use lf_compiler::plan::Rti;
 use lf_linux::rti::TRACE_UNLIMITED;
 
-use super::rti::options_for;
 use crate::args::{PORT_DEFAULT, Platform, RunArgs};
+use crate::commands::rti::options_for;
 use crate::compile::{Built, Request};
 use crate::failure::Failure;
 use crate::federation::{Argument, Federation, FederationId, LateValue, Process, Version};
 use crate::guard;
 use crate::keys::{HandedOut, KeySource};
 use crate::pins::{self, PinRecording};
-use crate::supervisor::Interrupts;
+use crate::supervisor::{Ending, Interrupts};
 use crate::terminal;
 use crate::trace;
 
-/// Builds all participants for this computer and runs them to their end.
-pub(super) fn run(arguments: &RunArgs) -> Result<ExitCode, Failure> {
-    let request = Request { platform: Some(Platform::Host), ..Request::new(&arguments.file, &arguments.places) };
-    let built = request.build()?;
+/// Returns the request to build the program for this computer.
+pub(super) fn request(arguments: &RunArgs) -> Request<'_> {
+    Request { platform: Some(Platform::Host), ..Request::new(&arguments.file, &arguments.places) }
+}
+
+/// Runs a program to its end.
+pub(super) fn run_once(
+    built: &Built,
+    arguments: &RunArgs,
+    interrupts: impl FnOnce() -> io::Result<Interrupts>,
+) -> Result<Ending, Failure> {
     if arguments.measure.is_some() && !built.plan.is_decentralized() {
         let name = &built.plan.name;
         return Err(Failure::message(format!(
@@ -35,22 +41,22 @@ pub(super) fn run(arguments: &RunArgs) -> Result<ExitCode, Failure> {
     if let Some(script) = &arguments.devices {
         pins::check_script(script, &built.plan)?;
     }
-    let recording = Recording::of(&built, arguments);
+    let recording = Recording::of(built, arguments);
     if let Some(recording) = &recording {
         trace::prepare(&built.plan, &recording.folder)?;
     }
-    let keys = keys(&built, arguments)?;
-    let interrupts = Interrupts::of_this_process()?;
-    let ending = federation(&built, arguments, recording.as_ref(), keys.as_ref())?.run(interrupts)?;
+    let keys = keys(built, arguments)?;
+    let interrupts = interrupts()?;
+    let ending = federation(built, arguments, recording.as_ref(), keys.as_ref())?.run(interrupts)?;
     if let (Some(bounds), Some(Recording { folder, .. })) = (&arguments.measure, &recording) {
         let messages = trace::write_bounds(folder, None, bounds)?;
-        terminal::remark(format_args!("{messages} messages measured: {}", bounds.display()));
+        terminal::inform(format_args!("{messages} messages measured: {}", bounds.display()));
     }
     if let Some(folder) = &arguments.trace {
         let folder = folder.display();
-        terminal::remark(format_args!("recorded in {folder}: see it with `lfz trace {folder}`"));
+        terminal::inform(format_args!("recorded in {folder}: see it with `lfz trace {folder}`"));
     }
-    Ok(ExitCode::from(ending.exit_code()))
+    Ok(ending)
 }
 
 /// Hands out the keys of a federation that asks for encryption: those of its folder, or else new ones.
