@@ -6,10 +6,7 @@ mod shape;
 mod types;
 mod values;
 
-pub(crate) use types::{INTERVAL, TYPE_OF, literals};
-
-/// The serializer of messages of Protocol Buffers, which are pointers to what protobuf-c generates.
-pub(crate) const PROTO: &str = "proto";
+pub(crate) use types::{INTERVAL, PROTO, TYPE_OF, literals};
 
 use super::facts::Facts;
 use crate::diagnostics::Code;

@@ -118,14 +118,16 @@ pub(super) fn representation(ty: &str) -> String {
 /// The operator by which a pointer is a type without an asterisk at its end, and so a value that no token has.
 pub(crate) const TYPE_OF: &str = "__typeof__";
 
+/// The serializer of messages of Protocol Buffers, which are pointers to what protobuf-c generates.
+pub(crate) const PROTO: &str = "proto";
+
 /// Returns the reason why values cannot be sent: a pointer refers to the sender's memory, or the serializer is one of
 /// other types.
 pub(super) fn unsendable(ty: &str, serializer: Option<&Serializer>) -> Option<Unsendable> {
     let ty = spelled(ty);
-    if serializer.is_some_and(|by| by.name.as_deref() == Some(super::PROTO)) {
+    if serializer.is_some_and(|by| by.name.as_deref() == Some(PROTO)) {
         let is_word = |ty: &str| ty.chars().all(|one| one.is_ascii_alphanumeric() || one == '_');
-        let message =
-            format!("`{ty}` is no pointer to a message, so the serializer \"{}\" cannot send it", super::PROTO);
+        let message = format!("`{ty}` is no pointer to a message, so the serializer \"{}\" cannot send it", PROTO);
         let hint = "give the port the type `Message*`, with the name that the file of `protobufs` gives the message";
         let is_message = ty.strip_suffix('*').is_some_and(is_word);
         return (!is_message).then(|| Unsendable { message, hint: hint.into(), place: None });

@@ -138,7 +138,8 @@ pub(in crate::lexical) fn problem(name: &str, in_bodies: bool, is_cpp: bool) -> 
         return Some("`self->base` is what the runtime knows of a reactor");
     }
     // Macros are in capitals; other names with one underscore are seldom C's.
-    let is_macro = |rest: &str| rest.starts_with(|c: char| c.is_uppercase()) && !rest.contains(|c: char| c.is_lowercase());
+    let is_macro =
+        |rest: &str| rest.starts_with(|c: char| c.is_uppercase()) && !rest.contains(|c: char| c.is_lowercase());
     if name.starts_with("__") || name.strip_prefix('_').is_some_and(is_macro) {
         return Some("names that begin so are C's own");
     }
