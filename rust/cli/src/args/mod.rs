@@ -8,17 +8,17 @@ mod output;
 mod project;
 mod rti;
 mod scope;
+mod source;
 
 use std::ffi::OsString;
 use std::path::PathBuf;
 use std::time::Duration;
 
-use clap::{Args, Parser, Subcommand, ValueEnum};
+use clap::{Args, Parser, Subcommand};
 use clap_complete::Shell;
 
 use crate::pins;
 use crate::time;
-use lf_compiler::maxwait::parse_time;
 use lf_linux::devices::moves::Reader;
 use lf_linux::rti::TRACE_MIB;
 
@@ -29,6 +29,7 @@ pub use output::{ColorChoice, OutputArgs};
 pub use project::{AddArgs, DoctorArgs, HomeArgs, NewArgs, NewLanguage, PackageCommand, TestArgs};
 pub use rti::{PORT_DEFAULT, RtiArgs};
 pub use scope::{EdgeKind, ScopeArgs};
+pub use source::{CheckArgs, FmtArgs, Places, PlanArgs, Platform};
 
 /// The text that `lfz --version` prints behind the name; `-V` prints the number alone.
 const LONG_VERSION: &str = concat!(
@@ -173,8 +174,8 @@ Make, show, trust and distrust the keys of a federation whose connections are en
 
 Each participant has a secret key, and the others have its public one. They are in `keys/PROGRAM` beside the program's
 `src` folder, or where --keys or `security: { keys: FOLDER }` of the deployment file says: `NAME.key` is secret,
-`NAME.pub` (with TLS a certificate, `NAME.crt`) is not. Only this user can read the folder, and git ignores it. `lfz run`
-and `lfz build` give each participant its own secret key only."
+`NAME.pub` (with TLS a certificate, `NAME.crt`) is not. Only this user can read the folder, and git ignores it.
+`lfz run` and `lfz build` give each participant its own secret key only."
     )]
     Keys(KeysCommand),
     /// Add crates to a program, for its bodies: an entry in `cargo-dependencies` of its target declaration.
@@ -282,9 +283,8 @@ SIGTERM, then SIGKILL.
 The description is JSON: { version: 1, speaker: NAME, id: { exactly: ID } or { begins_with: ID }, timeout_ns,
 grace_ns, terminate_ns, rti: PROCESS, rti_port, federates: [PROCESS, ...], oscilloscope }. The oscilloscope is
 { file, parts: [{ name, file, is_trace }] }: what is to be one file, recordings of participants and traces of QEMU. A
-PROCESS is { name, words: [WORD, ...],
-environment: { NAME: TEXT }, folder, crate, status_line, transient, restarts }, a WORD a text or { before: TEXT, known: rti_port or
-federation_id }.
+PROCESS is { name, words: [WORD, ...], environment: { NAME: TEXT }, folder, crate, status_line, transient, restarts },
+a WORD a text or { before: TEXT, known: rti_port or federation_id }.
 
 Exit status: that of the first participant that failed; 124 after the time limit; 130 after ^C."
     )]
@@ -348,65 +348,6 @@ that do not say whose pin they mean although an image may have it, are errors."
         /// The mark of the run's processes.
         mark: String,
     },
-}
-
-/// `lfz check`
-#[derive(Debug, Args)]
-pub struct CheckArgs {
-    /// The main LF files; `-` is the standard input, whose imports are in the current folder.
-    #[arg(value_name = "FILE.lf", required = true)]
-    pub files: Vec<PathBuf>,
-    /// Let rustc check bodies, preambles and values.
-    #[arg(long)]
-    pub bodies: bool,
-    /// Print the diagnostics as a list in JSON, for other programs.
-    #[arg(long, conflicts_with_all = ["bodies", "deployment"])]
-    pub json: bool,
-    /// Check the deployment of the program, too (deployment.yaml).
-    #[arg(long, value_name = "FILE")]
-    pub deployment: Option<PathBuf>,
-    /// The folders for generated and compiled files, with --bodies.
-    #[command(flatten)]
-    pub places: Places,
-}
-
-/// `lfz plan`
-#[derive(Debug, Args)]
-pub struct PlanArgs {
-    /// The main LF file.
-    #[arg(value_name = "FILE.lf")]
-    pub file: PathBuf,
-    /// Print JSON, for other programs.
-    #[arg(long)]
-    pub json: bool,
-    /// Print the smallest safe offsets for the bounds in this file (bounds.yaml).
-    #[arg(long, value_name = "BOUNDS")]
-    pub stp: Option<PathBuf>,
-    /// A bound of the time from sending a message to its arrival: `5ms`.
-    #[arg(long, value_name = "TIME", value_parser = parse_time)]
-    pub latency: Option<i64>,
-    /// A bound of the difference between any two clocks: `100us`.
-    #[arg(long, value_name = "TIME", value_parser = parse_time)]
-    pub clock_error: Option<i64>,
-    /// A bound of the time that a reaction takes: `200us`.
-    #[arg(long, value_name = "TIME", value_parser = parse_time)]
-    pub execution: Option<i64>,
-}
-
-impl PlanArgs {
-    /// Returns whether the user asks for offsets instead of the plan.
-    pub fn wants_offsets(&self) -> bool {
-        self.stp.is_some() || self.latency.is_some() || self.clock_error.is_some() || self.execution.is_some()
-    }
-}
-
-/// The platform of the generated programs.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-pub enum Platform {
-    /// Programs for this computer.
-    Host,
-    /// Zephyr images: crates, Kconfig fragments and overlays, which the west commands compile.
-    Zephyr,
 }
 
 /// `lfz build`
@@ -490,17 +431,6 @@ pub struct RunArgs {
     pub arguments: Vec<OsString>,
 }
 
-/// `lfz fmt`
-#[derive(Debug, Args)]
-pub struct FmtArgs {
-    /// The files; `-` reads the standard input, and writes the standard output.
-    #[arg(value_name = "FILE.lf", required = true)]
-    pub files: Vec<PathBuf>,
-    /// Print the differences, and change nothing.
-    #[arg(long)]
-    pub check: bool,
-}
-
 /// `lfz debug`
 #[derive(Debug, Args)]
 pub struct DebugArgs {
@@ -556,23 +486,6 @@ pub struct TraceArgs {
     /// Write the measured bounds of a decentralized program into this file, for `lfz plan --stp`.
     #[arg(long, value_name = "FILE")]
     pub bounds: Option<PathBuf>,
-}
-
-/// The folders for generated and compiled files, and the mode of compilation.
-#[derive(Clone, Debug, Default, Args)]
-pub struct Places {
-    /// Compile with optimizations.
-    #[arg(long)]
-    pub release: bool,
-    /// The folder for generated crates, instead of `build/lfz/PROGRAM/PLATFORM` beside the program's `src` folder.
-    #[arg(long, value_name = "DIR")]
-    pub out: Option<PathBuf>,
-    /// The folder for cargo's compiled files, shared by all programs.
-    #[arg(long, value_name = "DIR", env = "LFZ_TARGET_DIR")]
-    pub target_dir: Option<PathBuf>,
-    /// The lf-zephyr-rs repository with the runtime crates.
-    #[arg(long, value_name = "DIR", env = "LFZ_HOME")]
-    pub home: Option<PathBuf>,
 }
 
 #[cfg(test)]

@@ -28,8 +28,8 @@ pub(super) fn emit(view: &View<'_>, folder: &str) -> Vec<File> {
     headers.chain((count > 0).then_some(place)).collect()
 }
 
-/// The include folders of a crate: code includes headers without a folder, by `"include/…"`, by `"../include/…"`, and by
-/// longer forms of that. LF's compiler has generated files in `src-gen/PROGRAM`, deeper for programs in folders, and
+/// The include folders of a crate: code includes headers without a folder, by `"include/…"`, by `"../include/…"`, and
+/// by longer forms of that. LF's compiler has generated files in `src-gen/PROGRAM`, deeper for programs in folders, and
 /// `include` beside `src-gen`.
 pub(super) const FOLDERS: [&str; 5] = ["include", ".", "src-gen", "src-gen/program", PLACE];
 
