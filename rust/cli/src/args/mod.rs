@@ -246,8 +246,8 @@ The description is JSON: { version: 1, speaker: NAME, id: { exactly: ID } or { b
 grace_ns, terminate_ns, rti: PROCESS, rti_port, federates: [PROCESS, ...], oscilloscope }. The oscilloscope is
 { file, parts: [{ name, file, is_trace }] }: what is to be one file, recordings of participants and traces of QEMU. A
 PROCESS is { name, words: [WORD, ...],
-environment: { NAME: TEXT }, folder, crate, status_line, transient, restarts }, a WORD a text or { before: TEXT, known: rti_port or
-federation_id }.
+environment: { NAME: TEXT }, folder, crate, status_line, transient, restarts }, a WORD a text or { before: TEXT,
+known: rti_port or federation_id }.
 
 Exit status: that of the first participant that failed; 124 after the time limit; 130 after ^C."
     )]
