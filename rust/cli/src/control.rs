@@ -2,7 +2,7 @@
 //! The control of a run from another terminal: a socket of the run, over which one line asks and the rest answers.
 //!
 //! The socket lies in a folder that only this user can enter, under the process id of the run. It goes with the run;
-//! one of a run that was killed is removed when somebody looks for runs.
+//! one of a run that was killed is removed when its user looks for runs.
 
 use std::fs::{self, DirBuilder};
 use std::io::{self, ErrorKind, Read, Write};

@@ -8,7 +8,7 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use crate::federation_support::graph::{END_NS, Graph, any_graph};
+use crate::federation_support::graph::{Graph, any_graph};
 use crate::federation_support::participant::Participant;
 use lf_coordination::federate::{FederateError, Phase};
 use lf_coordination::rti::{ClockSync as RtiClockSync, Config as RtiConfig, ConnectionId, Outcome, Status};
@@ -131,8 +131,7 @@ impl<'g> Federation<'g> {
         let here: Vec<_> = lives.iter().copied().filter(|index| self.lives[*index].end.is_none()).collect();
         let may_come = lives.len() < LIVES_MAX && here.len() < 2;
         match (here.last(), self.random.below(4)) {
-            (None, _) if may_come => self.join(id),
-            (Some(_), 0) if may_come => self.join(id),
+            (None, _) | (Some(_), 0) if may_come => self.join(id),
             (Some(index), 1) => {
                 self.end(*index, End::Crash);
             }

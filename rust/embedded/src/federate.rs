@@ -217,8 +217,8 @@ impl Sizes {
     /// Returns the sizes that a program needs, and at least those that its system asks for.
     ///
     /// # Panics
-    /// When the program has direct connections, and this crate lacks the feature `peers`, or transient federates without
-    /// the feature `transients`. In a constant, this is an error of the compiler.
+    /// When the program has direct connections, and this crate lacks the feature `peers`, or transient federates
+    /// without the feature `transients`. In a constant, this is an error of the compiler.
     pub const fn of(description: &Description, minimum: MinBuffers) -> Self {
         let Some(federation) = &description.federation else {
             return Self {

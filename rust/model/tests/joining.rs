@@ -1,10 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 //! A program that joins its federation after the start.
 use crate::bench::{Bench, By, START, at, bench, entries};
-use lf_model::prelude::*;
 use lf_model::{Interval, Settings, Tag};
 
-/// A program with a timeout of 50 ms, which joins at this tag.
+/// Returns a program with a timeout of 50 ms, which joins at this tag.
 fn joined(first: Tag) -> Bench {
     let mut bench = bench()
         .settings(Settings { timeout: Some(Interval::from_millis(50)), ..Settings::DEFAULT })

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! How a participant is started, again and again: those that the user starts, stops and swaps while the others run.
+//! Participants that can be started again: those that the user starts, stops and swaps while the others run.
 
 use std::ffi::OsString;
 use std::io;
@@ -93,13 +93,13 @@ impl Supervisor {
     /// Serves those who control this run from another terminal.
     pub(super) fn serve_control(&mut self) {
         let Some(control) = self.control.take() else { return };
-        control.serve(|request| self.controlled(request));
+        control.serve(|request| self.controlled(&request));
         self.control = Some(control);
     }
 
     /// Does what a user asks for, and says what was done.
-    fn controlled(&mut self, request: ControlRequest) -> Result<String, String> {
-        let (ControlRequest::Start(name) | ControlRequest::Stop(name) | ControlRequest::Swap(name)) = &request else {
+    fn controlled(&mut self, request: &ControlRequest) -> Result<String, String> {
+        let (ControlRequest::Start(name) | ControlRequest::Stop(name) | ControlRequest::Swap(name)) = request else {
             return Ok(self.list());
         };
         let launch = self.launches.iter().find(|launch| launch.name == *name).cloned();

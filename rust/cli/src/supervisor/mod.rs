@@ -59,7 +59,7 @@ enum Source {
 #[derive(Default)]
 struct Ready {
     signals: bool,
-    /// Somebody wants to control this run.
+    /// The user wants to control this run.
     control: bool,
     /// Children that have ended.
     ended: Vec<usize>,
@@ -288,7 +288,6 @@ impl Supervisor {
                 self.output.note(&format!("{} {}; the others continue without it", ended.name, end.how));
                 let name = ended.name.clone();
                 self.plan_restart(&name, Instant::now());
-                return;
             }
         } else if !end.success {
             // A process that was told to stop may end with any status; the status of one that ends by itself counts.

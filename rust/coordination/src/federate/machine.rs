@@ -13,6 +13,8 @@ use super::config::{Config, Coordination};
 use super::departure::Departure;
 use super::error::{ConfigError, FederateError};
 use super::event::{Disconnected, Event};
+#[cfg(feature = "transients")]
+use super::life::Transients;
 use super::needs::{All, Needs};
 use super::pace::Pace;
 use super::phase::Phase;
@@ -20,8 +22,6 @@ use super::physical::PhysicalActions;
 use super::session::Session;
 use super::stop::Stop;
 use super::tags::{Arrival, Tags};
-#[cfg(feature = "transients")]
-use super::transients::Transients;
 use crate::auth::Nonce;
 use crate::tag::{from_wire, to_wire};
 use crate::{Deadline, Endpoint, FederateId, IpAddress};
@@ -283,7 +283,7 @@ impl<'a, N: Needs> Federate<'a, N> {
     /// Returns the next message for the RTI that is due and no longer than `room` bytes; `None` if there is none, or no
     /// room.
     ///
-    /// Without an event or command in between, at most nineteen calls return a message.
+    /// Without an event or command in between, at most twenty calls return a message.
     pub fn poll_transmit(&mut self, room: usize) -> Option<Message<'a>> {
         let message = self.next_transmit().filter(|message| message.encoded_len() <= room)?;
         match message {

@@ -44,7 +44,7 @@
 //! [`Federate`] consists of parts, each with a state of its own: the way to the start and the end (`session`, with its
 //! due messages in `outbox` and the connections to others in `peers`), the clock (`clock_sync`), the state of tags
 //! (`tags`, with the rules for NETs in `net_rules`), physical actions (`physical`), how far the federate may run ahead
-//! of the RTI (`pace`), whether others have left in order (`departure`), federates that come and go (`transients`) and
+//! of the RTI (`pace`), whether others have left in order (`departure`), federates that come and go (`life`) and
 //! stops (`stop`). No part knows the whole;
 //! `machine` passes calls to them.
 
@@ -56,6 +56,8 @@ mod decentralized;
 mod departure;
 mod error;
 mod event;
+#[cfg(feature = "transients")]
+mod life;
 mod machine;
 mod needs;
 mod net_rules;

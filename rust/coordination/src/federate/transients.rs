@@ -16,77 +16,13 @@ use super::config::{Config, Coordination};
 use super::event::Event;
 use super::machine::Federate;
 use super::needs::Needs;
-use super::outbox::query;
 use super::phase::Phase;
 use crate::tag::from_wire;
-use crate::{Endpoint, FederateId, IpAddress};
+use crate::{FederateId, IpAddress};
 
 /// The time before its first tag that a transient federate gives others with decentralized coordination: they connect
 /// to it meanwhile, and send it what it needs at that tag. It is the time between the last clock and the start.
 const JOIN_DELAY: Interval = Interval::from_secs(1);
-
-/// The state of a federate that is transient or has transient neighbors.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Transients {
-    /// The first tag of this federate, once the RTI has chosen it.
-    begin: Tag,
-    search: Search,
-}
-
-/// The search for a transient federate that has come while this one runs.
-#[derive(Clone, Copy, PartialEq, Eq, Debug)]
-enum Search {
-    None,
-    /// The question for its address is to be sent.
-    Due(FederateId),
-    /// The RTI owes its address.
-    Asked(FederateId),
-    /// The owner connects to it.
-    Found(FederateId),
-}
-
-impl Transients {
-    pub(super) const fn new() -> Self {
-        Self { begin: Tag::NEVER, search: Search::None }
-    }
-
-    /// Returns whether the RTI owes an address.
-    pub(super) fn is_asked(&self) -> bool {
-        matches!(self.search, Search::Asked(_))
-    }
-
-    /// Returns the question that is due.
-    pub(super) fn due(&self) -> Option<Message<'static>> {
-        match self.search {
-            Search::Due(federate) => Some(query(federate, true)),
-            _ => None,
-        }
-    }
-
-    /// Records that the question has been transmitted.
-    pub(super) fn transmitted(&mut self) {
-        if let Search::Due(federate) = self.search {
-            self.search = Search::Asked(federate);
-        }
-    }
-
-    /// Ends the search.
-    pub(super) fn end_search(&mut self) {
-        self.search = Search::None;
-    }
-
-    /// Handles an address: that of the federate in question, unless no question is open.
-    fn found(&mut self, port: i32, ip: IpAddress) -> Option<Event<'static>> {
-        let Search::Asked(federate) = self.search else { return None };
-        let port = u16::try_from(port).ok().filter(|port| *port != 0);
-        self.search = if port.is_some() { Search::Found(federate) } else { Search::None };
-        Some(match port {
-            Some(port) => Event::PeerFound { federate, address: Endpoint::new(ip, port) },
-            // It has left in the meantime, and the RTI says when it comes again.
-            None => Event::None,
-        })
-    }
-}
 
 impl<N: Needs> Federate<'_, N> {
     /// Returns whether this federate comes and goes while the federation runs.
@@ -101,18 +37,14 @@ impl<N: Needs> Federate<'_, N> {
 
     /// Returns whether a message with this tag is from before the effective start of this federate, and so not for it.
     pub fn misses(&self, tag: Tag) -> bool {
-        N::TRANSIENTS && tag < self.transients.begin
+        N::TRANSIENTS && self.transients.misses(tag)
     }
 
     /// Asks for the address of a transient federate that has come ([`Event::PeerCame`]), to connect to it:
     /// [`Event::PeerFound`] follows if it is still there. Returns `false`, and does nothing, while another search is
     /// open.
     pub fn find_peer(&mut self, federate: FederateId) -> bool {
-        let is_free = self.phase() == Phase::Running && self.transients.search == Search::None;
-        if is_free {
-            self.transients.search = Search::Due(federate);
-        }
-        is_free
+        self.phase() == Phase::Running && self.transients.search(federate)
     }
 
     /// Handles a message about transient federates. Returns `None` for any other message.
@@ -124,7 +56,7 @@ impl<N: Needs> Federate<'_, N> {
         Some(match *message {
             Message::EffectiveStart { start, tag } if self.config.is_transient() && self.session.start() => {
                 let (start, tag) = (Instant::from_nanos(start), from_wire(tag));
-                self.transients.begin = tag;
+                self.transients.begin(tag);
                 self.tags.join(start, tag);
                 Event::Joined { start, tag }
             }
@@ -135,9 +67,7 @@ impl<N: Needs> Federate<'_, N> {
             Message::OutboundConnected { federate } => Event::PeerCame(FederateId(federate)),
             Message::OutboundDisconnected { federate } => {
                 let federate = FederateId(federate);
-                if matches!(self.transients.search, Search::Due(sought) | Search::Found(sought) if sought == federate) {
-                    self.transients.end_search();
-                }
+                self.transients.left(federate);
                 Event::PeerLeft(federate)
             }
             Message::AddressQueryReply { port, address } => {

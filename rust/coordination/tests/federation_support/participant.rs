@@ -36,7 +36,7 @@ pub(crate) struct Participant {
     messages: BTreeMap<Tag, Inputs>,
     open: Option<Open>,
     pub(crate) trace: Trace,
-    /// What it has sent: port, tag and value.
+    /// Its messages: port, tag and value.
     pub(crate) sent: Vec<(u16, Tag, u32)>,
     /// Its first tag, and the last one if it stops alone.
     first: Option<Tag>,

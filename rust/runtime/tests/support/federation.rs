@@ -470,6 +470,7 @@ pub(crate) fn federation_of(plan: &Plan, id: u16) -> Federation {
         output_bytes: bytes,
         peers_in: peers_in.into_iter().collect::<Vec<_>>().leak(),
         peers_out: peers_out.into_iter().collect::<Vec<_>>().leak(),
+        transients: &[],
         untagged: plan.edges.iter().any(|edge| edge.physical),
         peer_input_bytes: peer_buffer_bytes(4),
         peer_output_bytes: peer_buffer_bytes(4),
