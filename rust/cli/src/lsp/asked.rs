@@ -3,7 +3,7 @@
 
 use lf_compiler::diagnostics::{FileId, SourceText, Span};
 use lf_compiler::syntax::ast::SourceUnit;
-use lf_compiler::{Declaration, NameKind, ResolvedNames, names, parse};
+use lf_compiler::{Declaration, NameKind, ResolvedNames, names};
 use lsp_types::{Location, Position, TextDocumentIdentifier, TextDocumentPositionParams, Uri};
 
 use super::buffers::Buffers;
@@ -16,8 +16,6 @@ pub(super) struct Asked<'b> {
     pub(super) byte: usize,
     pub(super) names: ResolvedNames,
     pub(super) file: FileId,
-    /// The tree of the file.
-    pub(super) unit: SourceUnit,
 }
 
 impl<'b> Asked<'b> {
@@ -25,13 +23,18 @@ impl<'b> Asked<'b> {
         let (path, text) = buffers.get(&at.text_document.uri)?;
         let names = names(path, buffers);
         let file = names.sources().iter().find(|(_, source)| source.path() == path).map(|(file, _)| file)?;
-        let unit = parse(path, text).unit;
-        Some(Self { path, text, byte: byte(text, at.position), names, file, unit })
+        names.tree(file)?;
+        Some(Self { path, text, byte: byte(text, at.position), names, file })
     }
 
     /// Returns the beginning of an open file.
     pub(super) fn whole(buffers: &'b Buffers, document: &TextDocumentIdentifier) -> Option<Self> {
         Self::new(buffers, &TextDocumentPositionParams::new(document.clone(), Position::default()))
+    }
+
+    /// Returns the tree of the file.
+    pub(super) fn unit(&self) -> &SourceUnit {
+        self.names.tree(self.file).expect("`new` has found it")
     }
 
     /// Returns the text with its places.
@@ -58,14 +61,14 @@ impl<'b> Asked<'b> {
 
     /// Returns the number of the reactor at a byte of this file.
     pub(super) fn reactor_at(&self, byte: usize) -> Option<usize> {
-        self.unit.reactors.partition_point(|reactor| reactor.keyword.start <= byte).checked_sub(1)
+        self.unit().reactors.partition_point(|reactor| reactor.keyword.start <= byte).checked_sub(1)
     }
 
     /// Returns what the reactor at the place has: what it declares, and what it inherits.
     pub(super) fn members(&self) -> impl Iterator<Item = &Declaration> {
         let reactor = self.reactor_at(self.byte);
         let own = self.declared().filter(move |one| reactor.is_some() && self.reactor_at(one.span.start) == reactor);
-        let bases = reactor.into_iter().flat_map(|reactor| &self.unit.reactors[reactor].extends);
+        let bases = reactor.into_iter().flat_map(|reactor| &self.unit().reactors[reactor].extends);
         let classes = bases.filter_map(|base| self.names.at(self.file, base.span.start));
         own.chain(classes.flat_map(|(_, class)| self.members_of(class.span)))
     }

@@ -31,7 +31,7 @@ pub(super) fn hover(buffers: &Buffers, asked: &HoverParams) -> Option<Hover> {
 
 /// Returns the keyword of the reaction at the place, and the reaction without its body.
 fn reaction(asked: &Asked<'_>) -> Option<(Span, String)> {
-    let mut all = asked.unit.reactors.iter().flat_map(|reactor| &reactor.body.reactions);
+    let mut all = asked.unit().reactors.iter().flat_map(|reactor| &reactor.body.reactions);
     let found = all.find(|one| (one.keyword.start..=one.keyword.end).contains(&asked.byte))?;
     let end = found.code.as_ref().map_or(asked.text.len(), |code| code.span.start.saturating_sub(2));
     let signature = asked.text.get(found.keyword.start..end)?;

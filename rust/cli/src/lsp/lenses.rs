@@ -35,7 +35,7 @@ pub(super) fn commands_of(capabilities: &Value) -> Vec<String> {
 pub(super) fn lenses(buffers: &Buffers, known: &[String], asked: &CodeLensParams) -> Option<Vec<CodeLens>> {
     let asked = Asked::whole(buffers, &asked.text_document)?;
     let source = asked.source()?;
-    let main = asked.unit.reactors.iter().find(|reactor| reactor.kind != ReactorKind::Plain)?;
+    let main = asked.unit().reactors.iter().find(|reactor| reactor.kind != ReactorKind::Plain)?;
     let run = if main.kind == ReactorKind::Federated { RUN_FEDERATION } else { RUN };
     let all = [run, DEBUG, BUILD, GRAPH].into_iter().filter(|command| known.iter().any(|id| id == command.id));
     let lens = |EditorCommand { title, id }| CodeLens {

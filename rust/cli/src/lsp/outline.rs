@@ -29,7 +29,7 @@ pub(super) fn symbols(buffers: &Buffers, asked: &DocumentSymbolParams) -> Option
         selection_range: range(source, span),
         children: None,
     };
-    let reactors = asked.unit.reactors.iter().map(|reactor| {
+    let reactors = asked.unit().reactors.iter().map(|reactor| {
         let name = reactor.name.as_ref().map_or("main", |name| name.text.as_str());
         let mut symbol = symbol(name, None, SymbolKind::CLASS, reactor.span());
         let body = blocks.iter().find(|block| block.start >= reactor.keyword.start);
@@ -120,7 +120,7 @@ pub(super) fn folding(buffers: &Buffers, asked: &FoldingRangeParams) -> Option<V
         let (first, last) = (run[0], run[run.len() - 1]);
         all.extend(fold(first.start, last.end, Some(FoldingRangeKind::Comment)));
     }
-    if let [first, .., last] = &asked.unit.imports[..] {
+    if let [first, .., last] = &asked.unit().imports[..] {
         all.extend(fold(first.span.start, last.span.end, Some(FoldingRangeKind::Imports)));
     }
     all.sort_by_key(|one| (one.start_line, one.end_line));

@@ -50,7 +50,7 @@ pub(super) fn tokens(buffers: &Buffers, asked: &SemanticTokensParams) -> Option<
     }
     let names = asked.names.iter().filter(|(span, _)| span.file == asked.file);
     found.extend(names.map(|(span, declaration)| (span.start, span.end, of_name(declaration.kind))));
-    if let Some(target) = &asked.unit.target {
+    if let Some(target) = &asked.unit().target {
         keys(&target.properties, &mut found);
     }
     // A name goes before the keyword that it looks like.

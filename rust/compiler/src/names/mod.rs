@@ -13,6 +13,7 @@ use std::collections::BTreeMap;
 use crate::diagnostics::{Diagnostics, FileId, SourceTexts, Span};
 use crate::resolve::{self, SourceProvider};
 use crate::stack::with_stack;
+use crate::syntax::ast::SourceUnit;
 use collector::Collector;
 pub use declaration::{Declaration, NameKind};
 
@@ -20,6 +21,8 @@ pub use declaration::{Declaration, NameKind};
 #[derive(Clone, Debug, Default)]
 pub struct ResolvedNames {
     texts: SourceTexts,
+    /// The trees of the texts.
+    trees: Vec<SourceUnit>,
     declarations: Vec<Declaration>,
     /// The places that name declarations, including those of the declarations.
     places: BTreeMap<Span, usize>,
@@ -45,6 +48,11 @@ impl ResolvedNames {
         self.iter().filter(move |(_, declaration)| declaration.span == declared).map(|(span, _)| span)
     }
 
+    /// Returns the tree of a text. The syntax of its code blocks is not checked.
+    pub fn tree(&self, file: FileId) -> Option<&SourceUnit> {
+        self.trees.get(file.index())
+    }
+
     /// Returns the texts that the places are in.
     pub fn sources(&self) -> &SourceTexts {
         &self.texts
@@ -58,8 +66,10 @@ pub fn names(main_path: &str, sources: &dyn SourceProvider) -> ResolvedNames {
     let mut diagnostics = Diagnostics::default();
     let collected = with_stack(|| {
         let program = resolve::load(main_path, sources, &mut diagnostics)?;
-        Some(Collector::new(&program, diagnostics.sources()).collected())
+        let (declarations, places) = Collector::new(&program, diagnostics.sources()).collected();
+        let trees = program.units.into_iter().map(|unit| unit.ast).collect();
+        Some((trees, declarations, places))
     });
-    let (declarations, places) = collected.unwrap_or_default();
-    ResolvedNames { texts: diagnostics.sources().clone(), declarations, places }
+    let (trees, declarations, places) = collected.unwrap_or_default();
+    ResolvedNames { texts: diagnostics.sources().clone(), trees, declarations, places }
 }

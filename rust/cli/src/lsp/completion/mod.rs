@@ -122,18 +122,18 @@ const ENDS: &[NameKind] = &[NameKind::Input, NameKind::Output, NameKind::Instanc
 
 /// Returns the language of the file's bodies.
 fn language(asked: &Asked<'_>) -> Language {
-    let name = asked.unit.target.as_ref().map(|target| target.name.text.as_str()).unwrap_or_default();
+    let name = asked.unit().target.as_ref().map(|target| target.name.text.as_str()).unwrap_or_default();
     let is_rust = name.is_empty() || name.eq_ignore_ascii_case(Language::Rust.name());
     if is_rust { Language::Rust } else { Language::C }
 }
 
 fn reactor_at<'a>(asked: &'a Asked<'_>) -> Option<&'a Reactor> {
-    asked.unit.reactors.get(asked.reactor_at(asked.byte)?)
+    asked.unit().reactors.get(asked.reactor_at(asked.byte)?)
 }
 
 /// Returns the reaction with the code at the place.
 fn reaction_at<'a>(asked: &'a Asked<'_>) -> Option<&'a ReactionSyntax> {
-    let all = asked.unit.reactors.iter().flat_map(|reactor| &reactor.body.reactions);
+    let all = asked.unit().reactors.iter().flat_map(|reactor| &reactor.body.reactions);
     let before = all.filter(|reaction| reaction.keyword.start <= asked.byte);
     before.max_by_key(|reaction| reaction.keyword.start)
 }
