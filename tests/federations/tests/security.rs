@@ -23,8 +23,8 @@ impl Encrypted {
     /// Returns the program with this property, in a folder of its own.
     fn with(test: &str, property: &str) -> Self {
         let folder = tempfile::tempdir().expect("a temporary folder");
-        let text = fs::read_to_string(programs().join("Encrypted.lf")).expect("it is there");
-        fs::write(folder.path().join("Encrypted.lf"), text.replace("security: noise", property)).expect("it can be");
+        let program = fs::read_to_string(programs().join("Encrypted.lf")).expect("it is there");
+        fs::write(folder.path().join("Encrypted.lf"), program.replace("security: noise", property)).expect("it can be");
         Self { folder, out: Lfz::path().with_file_name("federations").join(test) }
     }
 
@@ -44,7 +44,7 @@ impl Encrypted {
     }
 
     /// Starts an RTI with these options.
-    fn rti(&self, options: &[&str]) -> (Run, u16) {
+    fn rti(options: &[&str]) -> (Run, u16) {
         Lfz::rti(&[&["-n", "2", "-i", "a federation id", "-c", "on"], options].concat())
     }
 
@@ -115,7 +115,7 @@ fn check(test: &str, property: &str, public: &str) {
     encrypted.lfz(&["keys", "new"], &[]);
     encrypted.build();
     let (source, sink) = (encrypted.program("source"), encrypted.program("sink"));
-    let (rti, port) = encrypted.rti(&["--keys", &encrypted.keys_of("rti")]);
+    let (rti, port) = Encrypted::rti(&["--keys", &encrypted.keys_of("rti")]);
     let (through, heard) = relay(port);
     let federates = [(&source, "source"), (&sink, "sink")]
         .map(|(program, name)| Encrypted::federate(program, through, &["--keys", &encrypted.keys_of(name)]));
@@ -130,7 +130,7 @@ fn check(test: &str, property: &str, public: &str) {
     let missing = Encrypted::federate(&source, port, &[]).finish();
     assert_eq!(missing.code(), 1, "{missing}");
     missing.line(&["error:", "encrypts its connections, and has no keys"]);
-    let (mut rti, port) = encrypted.rti(&["--keys", &encrypted.keys_of("rti")]);
+    let (mut rti, port) = Encrypted::rti(&["--keys", &encrypted.keys_of("rti")]);
     let stranger = Encrypted::with(test, property);
     stranger.lfz(&["keys", "new"], &[]);
     let folder = stranger.folder.path().join("keys of strangers");
@@ -164,7 +164,7 @@ fn check(test: &str, property: &str, public: &str) {
     encrypted.build();
     assert_eq!(fs::read(encrypted.out.join("keys/sink/own.key")).expect("it is there"), kept);
     assert!(encrypted.out.join("keys/rti").join(public).is_file());
-    let (mut rti, port) = encrypted.rti(&["--keys", &encrypted.keys_of("rti")]);
+    let (mut rti, port) = Encrypted::rti(&["--keys", &encrypted.keys_of("rti")]);
     let mut thief = Encrypted::federate(&source, port, &["--keys", stolen.to_str().expect("it is a text")]);
     thief.wait_for("is not secure");
     rti.wait_for("is not secure");
