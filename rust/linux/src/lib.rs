@@ -14,6 +14,7 @@ pub mod keys;
 mod logger;
 mod main_program;
 mod max_length;
+mod noise;
 mod outside;
 mod panics;
 mod parameters;

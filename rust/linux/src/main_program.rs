@@ -18,6 +18,7 @@ use lf_runtime::{
 use crate::arguments::{Arguments, Invocation, usage};
 use crate::credentials::{Credentials, CredentialsError};
 use crate::devices::Simulation;
+use crate::noise::NoiseMemory;
 use crate::parameters::Parameters;
 use crate::platform::Linux;
 use crate::trace_file::{TRACE_MIB, TraceFile};
@@ -30,6 +31,9 @@ const USAGE: u8 = 2;
 const INPUT_BYTES: usize = 1 << 18;
 /// The minimum size of a buffer of a connection with another federate.
 const PEER_BYTES: usize = 1 << 14;
+
+/// Connections beyond those with other federates: that with the RTI, and those of peers without an id.
+const SPARE_CONNECTIONS: usize = 8;
 
 /// Programs of more bytes than this get a stack of their own, on which they are made and live.
 const SMALL: usize = 1 << 19;
@@ -123,7 +127,9 @@ fn run(
     if cfg!(feature = "encrypted") && arguments.credentials == Credentials::None {
         return Err(MainError::Credentials(CredentialsError::Missing));
     }
-    arguments.credentials.encrypt(&mut host).map_err(MainError::Credentials)?;
+    let keys = arguments.credentials.encrypt(&mut host).map_err(MainError::Credentials)?;
+    let mut noise = NoiseMemory::new(keys, federation.peers_in.len() + federation.peers_out.len() + SPARE_CONNECTIONS);
+    let mut host = noise.platform(host);
     let federation = &if federation.local_clock_sync || !addresses.iter().any(|address| is_own_address(*address)) {
         *federation
     } else {

@@ -12,6 +12,7 @@ use lf_runtime::trace::Recording;
 use lf_runtime::{AUTHENTICATOR, Inlet, Outgoing, RtiLoop, RtiPorts, RtiSetup, log_rti_event};
 
 use crate::credentials::{Credentials, CredentialsError};
+use crate::noise::NoiseMemory;
 use crate::platform::Linux;
 use crate::trace_file::TraceFile;
 pub use crate::trace_file::{TRACE_MIB, TRACE_UNLIMITED};
@@ -147,7 +148,11 @@ impl std::error::Error for RtiError {}
 /// The reason why there is no RTI.
 pub fn serve(options: &Options, listening: impl FnOnce(u16)) -> Result<Outcome, RtiError> {
     let mut host = Linux::new().map_err(RtiError::System)?;
-    options.credentials.encrypt(&mut host).map_err(RtiError::Credentials)?;
+    let keys = options.credentials.encrypt(&mut host).map_err(RtiError::Credentials)?;
+    let count = usize::from(options.federates);
+    let connections = count + SPARE_CONNECTIONS;
+    let mut noise = NoiseMemory::new(keys, connections);
+    let mut host = noise.platform(host);
     let create = |trace: &Trace| {
         TraceFile::create(&trace.file, trace.limit_mib)
             .map_err(|error| RtiError::Trace { file: trace.file.clone(), error })
@@ -156,8 +161,6 @@ pub fn serve(options: &Options, listening: impl FnOnce(u16)) -> Result<Outcome, 
     let ports = RtiPorts::open(&mut host, options.port, options.clock_sync).map_err(RtiError::Rti)?;
     listening(ports.tcp);
 
-    let count = usize::from(options.federates);
-    let connections = count + SPARE_CONNECTIONS;
     let in_transit = (IN_TRANSIT_ALL / count.max(1)).clamp(IN_TRANSIT_MIN, IN_TRANSIT_MAX);
     let config = Config {
         authentication: options.authentication.then_some(AUTHENTICATOR),
