@@ -37,8 +37,8 @@ const INPUT_BYTES: usize = 1 << 18;
 /// The minimum size of a buffer of a connection with another federate.
 const PEER_BYTES: usize = 1 << 14;
 
-/// Connections beyond those with other federates.
-const SPARE_CONNECTIONS: usize = 16;
+/// Connections beyond those with other federates: that with the RTI, and those of peers without an id.
+const SPARE_CONNECTIONS: usize = 8;
 
 /// Programs of more bytes than this get a stack of their own, on which they are made and live.
 const SMALL: usize = 1 << 19;
@@ -139,9 +139,7 @@ fn run(
         return Err(MainError::Credentials(CredentialsError::Missing));
     }
     let keys = arguments.credentials.encrypt(&mut host).map_err(MainError::Credentials)?;
-    // Besides, the RTI, the listener, the port for datagrams, and connections that have said nothing yet.
-    let connections = federation.peers_in.len() + federation.peers_out.len() + SPARE_CONNECTIONS;
-    let mut noise = NoiseMemory::new(keys, connections);
+    let mut noise = NoiseMemory::new(keys, federation.peers_in.len() + federation.peers_out.len() + SPARE_CONNECTIONS);
     let mut host = noise.platform(host);
     let federation = &if federation.local_clock_sync || !addresses.iter().any(|address| is_own_address(*address)) {
         *federation

@@ -26,8 +26,8 @@ impl NoiseMemory {
     /// Returns memory for this number of connections; without keys they need none.
     pub(crate) fn new(keys: Option<NoiseKeys>, connections: usize) -> Self {
         let federates = keys.iter().flat_map(|keys| &keys.others.federates);
-        let members =
-            federates.map(|(federate, key)| Member { federate: *federate, key: PublicKey::new(*key) }).collect();
+        let member = |(federate, key): (&u16, &_)| Member { federate: *federate, key: PublicKey::new(*key) };
+        let members = federates.map(member).collect();
         // The kernel gives only what is touched.
         let buffer = |records: usize| vec![0; records * (CONTENT_BYTES + RECORD_OVERHEAD)];
         let connections = if keys.is_some() { connections } else { 0 };

@@ -149,9 +149,9 @@ impl std::error::Error for RtiError {}
 pub fn serve(options: &Options, listening: impl FnOnce(u16)) -> Result<Outcome, RtiError> {
     let mut host = Linux::new().map_err(RtiError::System)?;
     let keys = options.credentials.encrypt(&mut host).map_err(RtiError::Credentials)?;
-    let connections = usize::from(options.federates) + SPARE_CONNECTIONS;
-    // And the listener and the port for datagrams.
-    let mut noise = NoiseMemory::new(keys, connections + 2);
+    let count = usize::from(options.federates);
+    let connections = count + SPARE_CONNECTIONS;
+    let mut noise = NoiseMemory::new(keys, connections);
     let mut host = noise.platform(host);
     let create = |trace: &Trace| {
         TraceFile::create(&trace.file, trace.limit_mib)
@@ -161,7 +161,6 @@ pub fn serve(options: &Options, listening: impl FnOnce(u16)) -> Result<Outcome, 
     let ports = RtiPorts::open(&mut host, options.port, options.clock_sync).map_err(RtiError::Rti)?;
     listening(ports.tcp);
 
-    let count = usize::from(options.federates);
     let in_transit = (IN_TRANSIT_ALL / count.max(1)).clamp(IN_TRANSIT_MIN, IN_TRANSIT_MAX);
     let config = Config {
         authentication: options.authentication.then_some(AUTHENTICATOR),

@@ -6,6 +6,8 @@
 //! waits, and a connection on which they do not, or on which anything was changed, ends like one that broke; the log
 //! has the reason. Datagrams belong to the connection of their sender, and are encrypted under keys of that.
 
+#[cfg(feature = "datagrams")]
+mod datagrams;
 mod event;
 mod slot;
 
@@ -15,7 +17,7 @@ use lf_coordination::clock_sync::ClockCorrection;
 use lf_coordination::{Deadline, Endpoint, IpAddress, Tally};
 use lf_model::Outside;
 use lf_model::time::Instant;
-use lf_secure::{ChannelError, ChannelStage, DatagramKeys, Keyring, Participant, Role};
+use lf_secure::{ChannelError, ChannelStage, Keyring, Participant, Role};
 use lf_wire::{Message, RejectCode};
 use log::Level;
 
@@ -26,8 +28,6 @@ use slot::Soundness;
 use crate::log_event::report;
 use crate::platform::{Interest, NetError, Platform, RandomError, SocketId, Transfer};
 
-/// The length of a buffer for an encrypted datagram: any of clock synchronization, and a longer one is none.
-const DATAGRAM_BYTES: usize = 64;
 /// The number of bytes to read at once from a refused peer.
 const PIECE_BYTES: usize = 64;
 
@@ -41,8 +41,10 @@ pub struct SecurePlatform<'k, P, B> {
     port: u16,
     /// Whether a connection may have content that no wait of the platform below reports.
     has_leftovers: bool,
-    /// The number of connections that were not secure, and of datagrams that were not.
+    /// The number of connections that were not secure.
     insecure: Tally,
+    /// The number of datagrams that were not authentic.
+    #[cfg(feature = "datagrams")]
     forged: Tally,
 }
 
@@ -55,8 +57,16 @@ impl<P, B> fmt::Debug for SecurePlatform<'_, P, B> {
 impl<'k, P: Platform, B: AsRef<[u8]> + AsMut<[u8]>> SecurePlatform<'k, P, B> {
     /// Returns a platform with these keys. It needs a slot for each connection that is open at once.
     pub fn new(platform: P, keyring: Option<Keyring<'k>>, slots: &'k mut [SecureSlot<B>]) -> Self {
-        let (insecure, forged) = (Tally::NOTHING, Tally::NOTHING);
-        Self { platform, keyring, slots, port: 0, has_leftovers: false, insecure, forged }
+        Self {
+            platform,
+            keyring,
+            slots,
+            port: 0,
+            has_leftovers: false,
+            insecure: Tally::NOTHING,
+            #[cfg(feature = "datagrams")]
+            forged: Tally::NOTHING,
+        }
     }
 
     /// Returns the platform below.
@@ -172,31 +182,6 @@ impl<'k, P: Platform, B: AsRef<[u8]> + AsMut<[u8]>> SecurePlatform<'k, P, B> {
             platform.set_interest(socket, slot.effective_interest());
         }
     }
-
-    /// Returns the connection with the participant that takes datagrams at this address: a federate that has told its
-    /// port, or else the RTI.
-    fn for_datagrams(&mut self, to: Endpoint) -> Option<&mut SecureSlot<B>> {
-        let is_it = |slot: &SecureSlot<B>| match slot.channel.peer() {
-            Some(Participant::Federate(_)) => Endpoint::new(slot.address, slot.channel.remote_port()) == to,
-            Some(Participant::Rti) => true,
-            None => false,
-        };
-        self.slots.iter_mut().find(|slot| is_it(slot))
-    }
-
-    /// Decrypts a datagram into `buffer`. Returns its length, or `None` if it is none of a connection here.
-    fn open_datagram(&mut self, from: Endpoint, datagram: &mut [u8], buffer: &mut [u8]) -> Option<usize> {
-        let name = DatagramKeys::name_in(datagram)?;
-        let slot = self.slots.iter_mut().find(|slot| slot.socket.is_some_and(|socket| name_of(socket) == name))?;
-        // A federate may not speak for another one, whose address it forges.
-        let is_there = match slot.channel.peer()? {
-            Participant::Federate(_) => Endpoint::new(slot.address, slot.channel.remote_port()) == from,
-            Participant::Rti => true,
-        };
-        let content = slot.channel.datagrams().filter(|_| is_there)?.open(datagram)?;
-        buffer.get_mut(..content.len())?.copy_from_slice(content);
-        Some(content.len())
-    }
 }
 
 /// Returns the first place, from that of a socket's index on, that has this socket or, with `None`, is free.
@@ -257,28 +242,20 @@ impl<P: Platform, B: AsRef<[u8]> + AsMut<[u8]>> Platform for SecurePlatform<'_, 
         if self.keyring.is_none() {
             return self.platform.receive_from(socket, buffer);
         }
-        let mut datagram = [0; DATAGRAM_BYTES];
-        let Some((count, from)) = self.platform.receive_from(socket, &mut datagram)? else { return Ok(None) };
-        let datagram = datagram.get_mut(..count).unwrap_or_default();
-        if let Some(count) = self.open_datagram(from, datagram, buffer) {
-            return Ok(Some((count, from)));
-        }
-        let times = self.forged.count();
-        if times.is_logged() {
-            report(Level::Warn, &SecurityEvent::Datagram { from, times });
-        }
-        // The loop takes the next one.
-        Err(NetError::Insecure)
+        #[cfg(not(feature = "datagrams"))]
+        return Err(NetError::Insecure);
+        #[cfg(feature = "datagrams")]
+        self.receive_datagram(socket, buffer)
     }
 
     fn send_to(&mut self, socket: SocketId, to: Endpoint, bytes: &[u8]) -> Result<(), NetError> {
         if self.keyring.is_none() {
             return self.platform.send_to(socket, to, bytes);
         }
-        let mut datagram = [0; DATAGRAM_BYTES];
-        let keys = self.for_datagrams(to).and_then(|slot| slot.channel.datagrams());
-        let count = keys.and_then(|keys| keys.seal(bytes, &mut datagram)).ok_or(NetError::Insecure)?;
-        self.platform.send_to(socket, to, datagram.get(..count).unwrap_or_default())
+        #[cfg(not(feature = "datagrams"))]
+        return Err(NetError::Insecure);
+        #[cfg(feature = "datagrams")]
+        self.send_datagram(socket, to, bytes)
     }
 
     fn local_port(&mut self, listener: SocketId) -> Result<u16, NetError> {
@@ -361,8 +338,10 @@ impl<P: Platform, B: AsRef<[u8]> + AsMut<[u8]>> Platform for SecurePlatform<'_, 
     }
 
     fn failure(&self, socket: SocketId) -> Option<NetError> {
-        let Some(index) = self.index_of(socket) else { return self.platform.failure(socket) };
-        (self.slots[index].soundness != Soundness::Sound).then_some(NetError::Insecure)
+        match self.index_of(socket) {
+            Some(index) => (self.slots[index].soundness != Soundness::Sound).then_some(NetError::Insecure),
+            None => self.platform.failure(socket),
+        }
     }
 
     fn shut_down_writing(&mut self, socket: SocketId) {

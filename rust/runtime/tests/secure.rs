@@ -15,7 +15,7 @@ use proptest::prelude::*;
 
 const MS: fn(i64) -> Interval = Interval::from_millis;
 
-/// A chain of a sender, a relay and a receiver.
+/// Returns a chain of a sender, a relay and a receiver.
 fn chain() -> Plan {
     let sender = Behavior { timer: Some((Interval::ZERO, MS(10))), ..Behavior::default() };
     let relay = Behavior { relay: true, ..Behavior::default() };
@@ -24,20 +24,20 @@ fn chain() -> Plan {
     Plan { timeout: Some(MS(95)), ..plan }
 }
 
-/// The same without an RTI in between.
+/// Returns the same without an RTI in between.
 fn direct_chain() -> Plan {
     let mut plan = Plan { coordination: Coordination::Decentralized, ..chain() };
     plan.edges.iter_mut().for_each(|edge| edge.waits = (Interval::FOREVER, Interval::ZERO));
     plan
 }
 
-/// Asks all participants to end after a while, because some wait for one that cannot come.
+/// Returns the plan in which all participants are asked to end after a while, because some wait for one that cannot come.
 fn ended(plan: Plan) -> Plan {
     let faults = (0..=plan.nodes.len()).map(|participant| (MS(20_000), participant, Fault::Interrupt)).collect();
     Plan { faults, ..plan }
 }
 
-/// Gives each participant its keys.
+/// Returns the plan with keys for each participant.
 fn encrypted(plan: Plan) -> Plan {
     Plan { keys: (0..=plan.nodes.len()).map(|participant| (participant, participant)).collect(), ..plan }
 }

@@ -12,6 +12,7 @@
 use core::fmt;
 
 use crate::cipher::TAG_BYTES;
+#[cfg(feature = "datagrams")]
 use crate::datagram::DatagramKeys;
 use crate::error::{ChannelError, Hint};
 use crate::handshake::{Handshake, HandshakeKeys, Session};
@@ -126,6 +127,7 @@ pub struct Channel<B> {
     /// The participant that has to be at the other end, if the owner expects one.
     expected: Option<Participant>,
     peer: Option<Participant>,
+    #[cfg(feature = "datagrams")]
     datagrams: Option<DatagramKeys>,
     /// The name of this connection in datagrams that come, and the port for them, which the other end is told.
     own_address: (u32, u16),
@@ -152,6 +154,7 @@ impl<B: AsRef<[u8]> + AsMut<[u8]>> Channel<B> {
             content_max: 0,
             expected: None,
             peer: None,
+            #[cfg(feature = "datagrams")]
             datagrams: None,
             own_address: (0, 0),
             remote_address: (0, 0),
@@ -181,12 +184,24 @@ impl<B: AsRef<[u8]> + AsMut<[u8]>> Channel<B> {
         self.stage = Stage::Vacant;
         (self.raw, self.plain, self.pending) = Default::default();
         (self.is_marked, self.has_marked, self.sealed, self.content_max) = (false, false, 0, 0);
-        (self.expected, self.peer, self.datagrams, self.remote_address) = (None, None, None, (0, 0));
+        (self.expected, self.peer, self.remote_address) = (None, None, (0, 0));
+        self.forget_datagrams();
     }
 
     /// Lets the handshake fail if another participant than this one is at the other end.
     pub fn expect(&mut self, participant: Participant) {
         self.expected = Some(participant);
+    }
+
+    #[cfg_attr(
+        not(feature = "datagrams"),
+        expect(clippy::unused_self, clippy::needless_pass_by_ref_mut, reason = "there are none")
+    )]
+    fn forget_datagrams(&mut self) {
+        #[cfg(feature = "datagrams")]
+        {
+            self.datagrams = None;
+        }
     }
 
     /// Returns the stage.
@@ -205,6 +220,7 @@ impl<B: AsRef<[u8]> + AsMut<[u8]>> Channel<B> {
     }
 
     /// Returns the keys of datagrams, once the connection is open.
+    #[cfg(feature = "datagrams")]
     pub fn datagrams(&mut self) -> Option<&mut DatagramKeys> {
         self.datagrams.as_mut()
     }
@@ -422,7 +438,10 @@ impl<B: AsRef<[u8]> + AsMut<[u8]>> Channel<B> {
         if let Stage::Handshake(handshake) = &self.stage
             && let Some(session) = handshake.session()
         {
-            self.datagrams = handshake.datagram_keys(self.remote_address.0);
+            #[cfg(feature = "datagrams")]
+            {
+                self.datagrams = handshake.datagram_keys(self.remote_address.0);
+            }
             self.stage = Stage::Open(session);
         }
     }
@@ -430,7 +449,8 @@ impl<B: AsRef<[u8]> + AsMut<[u8]>> Channel<B> {
     /// Ends the connection for this reason, which the other end is told.
     fn fail(&mut self, error: ChannelError) -> Result<(), ChannelError> {
         self.stage = Stage::Failed(error);
-        (self.raw, self.plain, self.datagrams) = (Part::default(), Part::default(), None);
+        (self.raw, self.plain) = (Part::default(), Part::default());
+        self.forget_datagrams();
         // Behind a part of a frame nothing else can be sent.
         if self.pending.len() == 0
             && let Some(hint) = error.hint()

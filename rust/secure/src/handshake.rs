@@ -4,6 +4,7 @@
 use zeroize::{Zeroize, ZeroizeOnDrop, Zeroizing};
 
 use crate::cipher::{Cipher, TAG_BYTES};
+#[cfg(feature = "datagrams")]
 use crate::datagram::DatagramKeys;
 use crate::error::HandshakeError;
 use crate::keys::{FederationSecret, KEY_BYTES, PublicKey, StaticSecret};
@@ -13,6 +14,7 @@ use crate::symmetric::{HASH_BYTES, Symmetric};
 /// The purpose of the keys of the connection itself, in Noise's terms: none.
 const OF_CONNECTION: &[u8] = &[];
 /// The purpose of the keys of datagrams that belong to the connection.
+#[cfg(feature = "datagrams")]
 const OF_DATAGRAMS: &[u8] = b"lf-zephyr-rs datagrams";
 
 /// The secrets of one end, which a handshake uses but does not keep.
@@ -170,6 +172,7 @@ impl Handshake {
 
     /// Returns the keys of datagrams, once the handshake is complete. `remote_name` is the other end's name of its
     /// connection.
+    #[cfg(feature = "datagrams")]
     pub fn datagram_keys(&self, remote_name: u32) -> Option<DatagramKeys> {
         let keys = self.is_complete().then(|| self.split(OF_DATAGRAMS))?;
         Some(DatagramKeys::new(keys.map(Zeroizing::new), remote_name))

@@ -10,6 +10,7 @@
 
 mod channel;
 mod cipher;
+#[cfg(feature = "datagrams")]
 mod datagram;
 mod error;
 mod handshake;
@@ -19,6 +20,7 @@ mod pattern;
 mod symmetric;
 
 pub use channel::{Channel, ChannelStage, HANDSHAKE_BYTES, MARK, RECORD_OVERHEAD, REKEY_RECORDS};
+#[cfg(feature = "datagrams")]
 pub use datagram::{DATAGRAM_OVERHEAD, DatagramKeys};
 pub use error::{ChannelError, HandshakeError, Hint};
 pub use handshake::{Handshake, HandshakeKeys, Session};

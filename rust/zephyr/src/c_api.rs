@@ -12,7 +12,7 @@ use log::LevelFilter;
 
 use crate::kconfig::LF_LINE_SIZE;
 use crate::recording::RecordedParticipant;
-use crate::{FederatePlatform, ZephyrPlatform};
+use crate::{ImagePlatform, ZephyrPlatform};
 
 /// Called with a zero-terminated sentence when the federate or the RTI ends early, before the program stops.
 #[expect(non_camel_case_types, reason = "the name is the one that C sees")]
@@ -31,7 +31,7 @@ impl Federate<'_> {
     /// Runs the federate on Zephyr, with the log level that both `logging` and Kconfig allow.
     ///
     /// The outcome becomes the status that `lf_main()` returns; an error is logged, and passed to the fatal hook.
-    pub fn run(self, logging: LevelFilter, run: impl FnOnce(&mut FederatePlatform) -> Result<(), ImageError>) {
+    pub fn run(self, logging: LevelFilter, run: impl FnOnce(&mut ImagePlatform) -> Result<(), ImageError>) {
         #[cfg(CONFIG_LF_SECURITY)]
         let run = |platform: ZephyrPlatform| run(&mut crate::security::of_federate(platform));
         #[cfg(not(CONFIG_LF_SECURITY))]

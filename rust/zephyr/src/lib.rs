@@ -50,15 +50,14 @@ pub mod c;
 pub use lf_model as model;
 pub use lf_runtime as runtime;
 #[cfg(not(CONFIG_LF_NETWORK))]
-pub use local::LocalPlatform as ZephyrPlatform;
+pub use local::{LocalPlatform as ZephyrPlatform, LocalPlatform as ImagePlatform};
 pub use log;
 #[cfg(CONFIG_LF_NETWORK)]
 pub use platform::ZephyrPlatform;
+#[cfg(all(CONFIG_LF_NETWORK, not(CONFIG_LF_SECURITY)))]
+pub use platform::ZephyrPlatform as ImagePlatform;
 #[cfg(CONFIG_LF_SECURITY)]
-pub use security::FederatePlatform;
-/// The platform of the federate of an image.
-#[cfg(not(CONFIG_LF_SECURITY))]
-pub type FederatePlatform = ZephyrPlatform;
+pub use security::EncryptedPlatform as ImagePlatform;
 pub use thread::SpawnPhysicalThread;
 pub use wake::wake;
 
@@ -87,7 +86,7 @@ macro_rules! main {
     ($module:ident::$program:ident) => {
         $crate::main!(
             @run
-            |platform: &mut $crate::FederatePlatform| {
+            |platform: &mut $crate::ImagePlatform| {
                 let mut participant = $crate::recording::RecordedParticipant::Federate;
                 let recording = participant.recording();
                 $crate::run!($module::$program, platform, recording, $crate::settings::join, $crate::settings::BUFFERS)

@@ -9,17 +9,13 @@ use crate::kconfig::{
     LF_RTI_BUFFER_SIZE, LF_RTI_CONNECTIONS, LF_RTI_FEDERATES, LF_RTI_IN_TRANSIT, LF_RTI_TRANSIENTS, LF_RTI_UPSTREAM,
 };
 use crate::platform::ZephyrPlatform;
-use crate::settings;
+use crate::{ImagePlatform, settings};
 
 /// The connections, the listener, and a port for datagrams.
 const SOCKETS: usize = LF_RTI_CONNECTIONS + 1 + if cfg!(CONFIG_NET_UDP) { 1 } else { 0 };
 
 /// The platform of an RTI.
-#[cfg(CONFIG_LF_SECURITY)]
-type RtiPlatform = crate::security::EncryptedPlatform<SOCKETS>;
-/// The platform of an RTI.
-#[cfg(not(CONFIG_LF_SECURITY))]
-type RtiPlatform = ZephyrPlatform<SOCKETS>;
+type RtiPlatform = ImagePlatform<SOCKETS>;
 
 /// The static memory of an RTI with buffers of this size.
 pub type Memory<const BYTES: usize> = lf_embedded::rti::Memory<

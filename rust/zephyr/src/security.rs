@@ -18,13 +18,11 @@ const BYTES: usize = LF_SECURITY_RECORD_SIZE + RECORD_OVERHEAD;
 const _: () = assert!(BYTES >= HANDSHAKE_BYTES, "CONFIG_LF_SECURITY_RECORD_SIZE is too small for a handshake");
 
 /// A platform with encrypted connections.
-pub type EncryptedPlatform<const SOCKETS: usize> = SecurePlatform<'static, ZephyrPlatform<SOCKETS>, [u8; BYTES]>;
-
-/// The platform of the federate of an image.
-pub type FederatePlatform = EncryptedPlatform<LF_SOCKETS>;
+pub type EncryptedPlatform<const SOCKETS: usize = LF_SOCKETS> =
+    SecurePlatform<'static, ZephyrPlatform<SOCKETS>, [u8; BYTES]>;
 
 /// Returns the federate's platform with encrypted connections, to the first caller.
-pub(crate) fn of_federate(platform: ZephyrPlatform) -> FederatePlatform {
+pub(crate) fn of_federate(platform: ZephyrPlatform) -> EncryptedPlatform {
     static MEMORY: SecureMemory<LF_SOCKETS, BYTES> = SecureMemory::new();
     SecurePlatform::new(platform, Some(keyring(false)), MEMORY.take())
 }

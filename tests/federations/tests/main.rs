@@ -9,6 +9,7 @@ mod clocks;
 mod decentralized;
 mod devices;
 mod direct;
+mod encrypted;
 mod failures;
 mod faults;
 mod flow;

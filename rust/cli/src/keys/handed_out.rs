@@ -10,7 +10,7 @@ use lf_compiler::KEYS_HEADER;
 use lf_compiler::plan::{Plan, Security};
 use lf_linux::keys::{self, KeyFault};
 
-use super::{FOLDER, KeyKind, KeyStore, header, refusal};
+use super::{FOLDER, KeyKind, KeyStore, header};
 use crate::failure::Failure;
 use crate::private_files;
 
@@ -188,23 +188,23 @@ impl KeyStore {
                  `lfz keys distrust` and `lfz keys new`"
             )));
         }
-        let secret = keys::read_secret(&file).map_err(refusal)?;
-        if !self.kind.is_pair(&secret, &public).map_err(|fault| refusal(fault.at(&file)))? {
-            return Err(refusal(KeyFault::Unpaired(self.public_file(name)).at(&file)));
+        let secret = keys::read_secret(&file).map_err(Failure::from)?;
+        if !public.is_of(&secret).map_err(|fault| Failure::from(fault.at(&file)))? {
+            return Err(Failure::from(KeyFault::Unpaired(self.public_file(name)).at(&file)));
         }
         text_of(secret, &file)
     }
 
     fn federation_secret(&self) -> Result<String, Failure> {
         let file = self.folder.join(keys::FEDERATION_SECRET);
-        let text = keys::read_secret(&file).map_err(refusal)?;
-        keys::federation_secret(&text).map_err(|fault| refusal(fault.at(&file)))?;
+        let text = keys::read_secret(&file).map_err(Failure::from)?;
+        keys::federation_secret(&text).map_err(|fault| Failure::from(fault.at(&file)))?;
         text_of(text, &file)
     }
 
     /// Returns the text of the public part of a participant that has to be trusted.
     fn known(&self, name: &str) -> Result<String, Failure> {
-        let part = self.public(name)?.ok_or_else(|| refusal(missing().at(&self.public_file(name))))?;
+        let part = self.public(name)?.ok_or_else(|| Failure::from(missing().at(&self.public_file(name))))?;
         Ok(part.text())
     }
 }
@@ -214,5 +214,5 @@ fn missing() -> KeyFault {
 }
 
 fn text_of(bytes: Vec<u8>, file: &Path) -> Result<String, Failure> {
-    String::from_utf8(bytes).map_err(|_| refusal(KeyFault::Malformed("PEM").at(file)))
+    String::from_utf8(bytes).map_err(|_| Failure::from(KeyFault::Malformed("PEM").at(file)))
 }

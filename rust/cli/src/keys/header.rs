@@ -8,14 +8,13 @@ use std::path::Path;
 use lf_linux::keys::{KEY_BYTES, KeyFault, Keys, NoiseKeys};
 use lf_secure::StaticSecret;
 
-use super::refusal;
 use crate::failure::Failure;
 
 /// Reads the folder of a participant that is in an image, or part of one.
 pub(super) fn noise_keys(folder: &Path) -> Result<NoiseKeys, Failure> {
-    match Keys::read(folder).map_err(refusal)? {
+    match Keys::read(folder).map_err(Failure::from)? {
         Keys::Noise(keys) => Ok(keys),
-        Keys::Tls(_) => Err(refusal(KeyFault::OtherKind("comm-type: TLS").at(folder))),
+        Keys::Tls(_) => Err(Failure::from(KeyFault::OtherKind("comm-type: TLS").at(folder))),
     }
 }
 

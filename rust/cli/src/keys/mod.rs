@@ -105,7 +105,7 @@ impl KeyStore {
     pub(crate) fn create(&self, names: &[String]) -> Result<Vec<&str>, Failure> {
         names.iter().try_for_each(|name| self.position(name).map(drop))?;
         private_files::create_folder(&self.folder)?;
-        keys::check_folder(&self.folder).map_err(refusal)?;
+        keys::check_folder(&self.folder).map_err(Failure::from)?;
         private_files::create_if_missing(&self.folder.join(IGNORE), IGNORED)?;
         if self.kind == KeyKind::Noise {
             let text = keys::federation_text(&pair::random()?);
@@ -144,8 +144,8 @@ impl KeyStore {
     /// When there is none in the file, or the participant has another one.
     pub(crate) fn trust(&self, name: &str, file: &Path) -> Result<PublicPart, Failure> {
         self.position(name)?;
-        let text = keys::read_public(file).map_err(refusal)?;
-        let part = self.kind.public_part(&text).map_err(|fault| refusal(fault.at(file)))?;
+        let text = keys::read_public(file).map_err(Failure::from)?;
+        let part = self.kind.public_part(&text).map_err(|fault| Failure::from(fault.at(file)))?;
         private_files::create_folder(&self.folder)?;
         private_files::create_if_missing(&self.folder.join(IGNORE), IGNORED)?;
         self.check()?;
@@ -189,9 +189,9 @@ impl KeyStore {
     fn public(&self, name: &str) -> Result<Option<PublicPart>, Failure> {
         let file = self.public_file(name);
         match keys::read_public(&file) {
-            Ok(text) => self.kind.public_part(&text).map(Some).map_err(|fault| refusal(fault.at(&file))),
+            Ok(text) => self.kind.public_part(&text).map(Some).map_err(|fault| Failure::from(fault.at(&file))),
             Err(KeyError { fault: KeyFault::System(error), .. }) if error.kind() == io::ErrorKind::NotFound => Ok(None),
-            Err(error) => Err(refusal(error)),
+            Err(error) => Err(Failure::from(error)),
         }
     }
 
@@ -204,11 +204,11 @@ impl KeyStore {
                 self.program
             )));
         }
-        keys::check_folder(&self.folder).map_err(refusal)?;
+        keys::check_folder(&self.folder).map_err(Failure::from)?;
         let other = self.kind.other();
         let mut names = self.names.iter().map(|name| self.folder.join(format!("{name}.{}", other.ending())));
         match names.find(|file| file.exists()) {
-            Some(file) => Err(refusal(KeyFault::OtherKind(other.property()).at(&file))),
+            Some(file) => Err(Failure::from(KeyFault::OtherKind(other.property()).at(&file))),
             None => Ok(()),
         }
     }
@@ -251,8 +251,4 @@ pub(crate) fn remove_copies(file: &Path, program: &str, id: u16) -> Result<usize
 fn folders_in(folder: &Path) -> Vec<PathBuf> {
     let entries = fs::read_dir(folder).into_iter().flatten().flatten();
     entries.map(|entry| entry.path()).filter(|path| path.is_dir()).collect()
-}
-
-fn refusal(error: KeyError) -> Failure {
-    Failure::message(error.to_string())
 }
