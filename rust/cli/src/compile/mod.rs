@@ -39,7 +39,6 @@ pub(crate) use stored::{explain, name_lf_lines};
 use crate::args::{Places, Platform};
 use crate::debug_info::{self, Generated};
 use crate::failure::Failure;
-use crate::keys;
 use crate::terminal;
 use cargo::Job;
 use lock::Lock;
@@ -50,6 +49,9 @@ use runtime::Runtime;
 
 /// The board of federates without a named one: a Linux program, which every computer can build.
 const BOARD_DEFAULT: &str = "native_sim/native/64";
+
+/// The folder of keys: of a federation beside the program's `src`, and of its participants in a build folder.
+pub(crate) const KEYS: &str = "keys";
 
 /// The program to build, and the options.
 pub(crate) struct Request<'a> {
@@ -288,7 +290,7 @@ fn generate(file: &Path, program: &Program, deployment: &Deployment, folders: &F
     let (version, current) = (folders.version(), current().unwrap_or_else(|_| PathBuf::from("/")));
     let current = text_of(&current)?;
     let (lf_linux, lf_zephyr, lf_c_build) = (&*lf_linux, &*lf_zephyr, &*lf_c_build);
-    let keys = folders.out.join(keys::FOLDER);
+    let keys = folders.out.join(KEYS);
     let keys = text_of(&keys)?;
     let settings = Settings { lf_linux, lf_zephyr, lf_c_build, version: &version, current, deployment, keys };
     let emitted = emit(&program.plan, &settings).map_err(|errors| report(&errors))?;

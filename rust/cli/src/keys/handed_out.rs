@@ -10,7 +10,8 @@ use lf_compiler::KEYS_HEADER;
 use lf_compiler::plan::{Plan, Security};
 use lf_linux::keys::{self, KeyFault};
 
-use super::{FOLDER, KeyKind, KeyStore, header};
+use super::{KeyKind, KeyStore, header};
+use crate::compile::KEYS;
 use crate::failure::Failure;
 use crate::private_files;
 
@@ -60,7 +61,7 @@ impl KeySource<'_> {
         names: &[&str],
         may_be_new: bool,
     ) -> Result<Option<HandedOut>, Failure> {
-        let folder = out.join(FOLDER);
+        let folder = out.join(KEYS);
         if plan.target.security.is_none() || !plan.is_federated() {
             if let Some(given) = self.given {
                 let (given, name) = (given.display(), &plan.name);

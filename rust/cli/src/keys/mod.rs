@@ -20,12 +20,10 @@ use lf_linux::keys::{self, KeyError, KeyFault};
 pub(crate) use handed_out::{HandedOut, KeySource};
 use pair::{KeyKind, PublicPart};
 
-use crate::compile::{application, read_deployment};
+use crate::compile::{KEYS, application, read_deployment};
 use crate::failure::Failure;
 use crate::private_files;
 
-/// The folder of all keys, beside the program's `src`.
-pub(crate) const FOLDER: &str = "keys";
 /// The file that keeps git from the others.
 const IGNORE: &str = ".gitignore";
 const IGNORED: &str = "# Secrets do not belong into a repository.\n*\n";
@@ -64,7 +62,7 @@ impl KeyStore {
         let folder = match (given, deployed) {
             (Some(given), _) => given.to_owned(),
             (None, Some((keys, path))) => path.parent().unwrap_or(Path::new("")).join(keys),
-            (None, None) => application(file)?.join(FOLDER).join(&plan.name),
+            (None, None) => application(file)?.join(KEYS).join(&plan.name),
         };
         Self::at(folder, plan)
     }
@@ -236,7 +234,7 @@ impl KeyStore {
 pub(crate) fn remove_copies(file: &Path, program: &str, id: u16) -> Result<usize, Failure> {
     let builds = application(file)?.join("build/lfz").join(program);
     let mut removed = 0;
-    for folder in ["host", "zephyr"].iter().flat_map(|platform| folders_in(&builds.join(platform).join(FOLDER))) {
+    for folder in ["host", "zephyr"].iter().flat_map(|platform| folders_in(&builds.join(platform).join(KEYS))) {
         for ending in [keys::PUBLIC, keys::CERTIFICATE] {
             let copy = folder.join(format!("{id}.{ending}"));
             if copy.exists() {
