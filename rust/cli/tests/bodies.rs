@@ -27,8 +27,8 @@ fn said(arguments: &[&str], file: &str, out: Option<&PathBuf>) -> String {
     let lines = [output.stderr, output.stdout].map(|bytes| String::from_utf8_lossy(&bytes).into_owned()).concat();
     let (out, mut text) = (out.map(|out| out.display().to_string()), format!("> lfz {} {file}\n", arguments.join(" ")));
     // These lines come from builds, also from others that run at the same time.
-    let is_of_build =
-        |line: &&str| ["Compil", "Check", "Blocking", "Waiting"].iter().any(|begin| line.starts_with(begin));
+    let begins = ["Compil", "Check", "Blocking", "Waiting", "Finished", "Locking", "Updating"];
+    let is_of_build = |line: &&str| begins.iter().any(|begin| line.starts_with(begin));
     for line in lines.lines().filter(|line| !is_of_build(line)) {
         let line = out.as_ref().map_or_else(|| line.to_owned(), |out| line.replace(out, "OUT"));
         text = text + line.trim_end() + "\n";

@@ -104,8 +104,10 @@ fn completions_and_manual_pages_have_the_commands_for_people() {
         text(&output.expect("there is a bash").stdout).trim().to_owned()
     };
     assert_eq!((completed("ru"), completed("f"), completed("sup")), ("run".into(), "fmt".into(), String::new()));
+    assert_eq!((completed("gr"), completed("--qu")), ("graph".into(), "--quiet".into()));
     for shell in ["fish", "zsh"] {
-        assert!(text(&lfz(&["completions", shell]).stdout).contains("without"), "{shell}");
+        let script = text(&lfz(&["completions", shell]).stdout);
+        assert!(script.contains("without") && script.contains("verbose"), "{shell}");
     }
     assert!(lfz(&["man", "pages"]).status.success());
     let pages = fs::read_dir(folder.path().join("pages")).expect("it was made");

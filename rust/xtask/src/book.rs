@@ -79,7 +79,7 @@ fn index(pages: &BTreeMap<String, String>) -> String {
     index
 }
 
-/// Returns the first sentences of a page: its first paragraph that is neither a heading nor a block, as one line.
+/// Returns the first sentence of a page: of its first paragraph that is neither a heading nor a block, as one line.
 fn beginning(text: &str) -> String {
     let mut in_block = false;
     let mut words = Vec::new();
@@ -87,14 +87,16 @@ fn beginning(text: &str) -> String {
         if line.starts_with("```") {
             in_block = !in_block;
         }
-        let is_prose = !in_block && !line.starts_with(['#', '`', '|', '-', '<', '!']) && !line.trim().is_empty();
+        let begins_block = line.starts_with("```") || line.starts_with(['#', '|', '-', '<', '!']);
+        let is_prose = !in_block && !begins_block && !line.trim().is_empty();
         if is_prose {
             words.extend(line.split_whitespace());
         } else if !words.is_empty() {
             break;
         }
     }
-    words.join(" ")
+    let text = words.join(" ");
+    text.find(". ").map_or(text.clone(), |end| text[..=end].to_owned())
 }
 
 /// Returns the links in the pages of a site that lead to no file, or to no place in it.
@@ -158,7 +160,7 @@ mod tests {
             ("a.md", "# First\n\n```sh\nlfz\n```\n\nThe first\nchapter.\n"),
         ];
         let pages: BTreeMap<String, String> = pages.map(|(name, text)| (name.to_owned(), text.to_owned())).into();
-        let expected = "# Lingua Franca for Zephyr, in Rust\n\n> This guide is short. Yes.\n\n## Programs\n\n\
+        let expected = "# Lingua Franca for Zephyr, in Rust\n\n> This guide is short.\n\n## Programs\n\n\
             - [First](a.md): The first chapter.\n";
         assert_eq!(index(&pages), expected);
     }

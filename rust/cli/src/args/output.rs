@@ -3,17 +3,21 @@
 
 use clap::{Args, ValueEnum};
 
+/// The heading of these options in the help of each command.
+const HEADING: &str = "Options of all commands";
+
 /// The options of all commands: how much they say, and in which colours.
 #[derive(Clone, Copy, Debug, Default, Args)]
 pub struct OutputArgs {
     /// Say only what is wrong.
-    #[arg(short, long, global = true, conflicts_with = "verbose")]
+    #[arg(short, long, global = true, help_heading = HEADING, conflicts_with = "verbose")]
     pub quiet: bool,
     /// Say which commands are run, too.
-    #[arg(short, long, global = true)]
+    #[arg(short, long, global = true, help_heading = HEADING)]
     pub verbose: bool,
     /// Colours: `auto` has them on a terminal unless the variable `NO_COLOR` is set.
-    #[arg(long, global = true, value_enum, value_name = "WHEN", default_value_t = ColorChoice::Auto)]
+    #[arg(long, global = true, help_heading = HEADING)]
+    #[arg(value_enum, value_name = "WHEN", default_value_t = ColorChoice::Auto)]
     pub color: ColorChoice,
 }
 

@@ -18,7 +18,8 @@ pub(super) fn completions(shell: Shell) -> Result<ExitCode, Failure> {
     let (all, mut script) = (Cli::command(), Vec::new());
     // The crate would complete the commands that only other programs use, too.
     let visible = all.get_subcommands().filter(|command| !command.is_hide_set()).cloned();
-    let mut command = clap::Command::new("lfz").version(env!("CARGO_PKG_VERSION")).subcommands(visible);
+    let options = all.get_arguments().cloned();
+    let mut command = clap::Command::new("lfz").version(env!("CARGO_PKG_VERSION")).args(options).subcommands(visible);
     clap_complete::generate(shell, &mut command, "lfz", &mut script);
     terminal::output().write_all(&script)?;
     Ok(ExitCode::SUCCESS)
