@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 // Measures how long `lfz lsp` takes in a file of many reactors: from a key to the diagnostics, and to the completions.
+// The time of the processor is what it takes on a computer with nothing else to do.
 // `LFZ=PATH npm run latency [REACTORS]`
 
 import { spawn } from "node:child_process";
+import { readFileSync } from "node:fs";
 import path from "node:path";
 import { fileURLToPath } from "node:url";
 
@@ -74,8 +76,15 @@ tell({
 });
 await told;
 
+/** Returns the time that the server has had a processor, in milliseconds. */
+function processorTime() {
+  const [user, system] = readFileSync(`/proc/${server.pid}/stat`, "utf8").split(") ")[1].split(" ").slice(11, 13);
+  return 10 * (Number(user) + Number(system));
+}
+
 async function measured(name, once) {
   const times = [];
+  const before = processorTime();
   for (let round = 0; round < ROUNDS; round += 1) {
     const begin = performance.now();
     await once(round);
@@ -83,7 +92,8 @@ async function measured(name, once) {
   }
   times.sort((one, other) => one - other);
   const [median, most] = [times[ROUNDS / 2], times[ROUNDS - 1]].map((time) => time.toFixed(0));
-  console.log(`${name.padEnd(12)} median ${median} ms, most ${most} ms`);
+  const busy = ((processorTime() - before) / ROUNDS).toFixed(0);
+  console.log(`${name.padEnd(12)} median ${median} ms, most ${most} ms, of the processor ${busy} ms`);
 }
 
 const text = program("");
