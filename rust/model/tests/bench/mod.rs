@@ -320,10 +320,7 @@ impl Builder {
             log: Vec::new(),
         };
         let mut engine = engine(tables, self.settings, self.tardy, !self.modes.is_empty());
-        match self.first {
-            Some(first) => engine.join(START, first),
-            None => engine.start(START),
-        }
+        engine.join(START, self.first.unwrap_or(Tag::at(START)));
         let clock = Clock::new_static(START.as_nanos());
         Bench { program: BenchProgram { tables, reactions, cells }, engine, host: Host::new(clock), clock }
     }
