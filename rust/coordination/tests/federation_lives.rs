@@ -238,7 +238,10 @@ impl<'g> Federation<'g> {
     /// Checks that each life begins after those before it.
     fn check_lives(&self, offset: impl Fn(Tag) -> Tag) {
         let mut last: BTreeMap<u16, Tag> = BTreeMap::new();
-        for life in self.lives.iter().filter(|life| life.end == Some(End::InOrder)) {
+        let mut lives: Vec<_> = self.lives.iter().filter(|life| life.end == Some(End::InOrder)).collect();
+        // One that has connected later may be accepted earlier.
+        lives.sort_by_key(|life| life.joined);
+        for life in lives {
             let Some((first, end_tag)) = life.federate.span() else { continue };
             let id = life.federate.id;
             if let Some(before) = last.insert(id, end_tag) {

@@ -5,7 +5,8 @@ use lf_model::{Interval, Settings, Tag};
 
 /// Returns a program with a timeout of 50 ms, which joins at this tag.
 fn joined(first: Tag) -> Bench {
-    let mut bench = bench()
+    bench()
+        .joins(first)
         .settings(Settings { timeout: Some(Interval::from_millis(50)), ..Settings::DEFAULT })
         .timer(0, 0, 10)
         .timer(1, 3, 0)
@@ -16,9 +17,7 @@ fn joined(first: Tag) -> Bench {
         .reaction(0, &[By::Timer(0)], |cells, ctx| cells.log(ctx, "first"))
         .reaction(0, &[By::Timer(1)], |cells, ctx| cells.log(ctx, "second"))
         .reaction(1, &[By::Shutdown], |cells, ctx| cells.log(ctx, "shutdown"))
-        .build();
-    bench.engine.join(START, first);
-    bench
+        .build()
 }
 
 /// Elapsed times and the timeout count from the start of the federation.

@@ -82,6 +82,8 @@ pub(crate) struct BenchProgram {
 /// Puts a bench together.
 pub(crate) struct Builder {
     settings: Settings,
+    /// The first tag of a program that joins its federation later.
+    first: Option<Tag>,
     timers: [(i64, i64); 2],
     actions: [ActionTiming; 2],
     physical: ActionTiming,
@@ -100,6 +102,7 @@ pub(crate) struct Builder {
 pub(crate) fn bench() -> Builder {
     Builder {
         settings: Settings::DEFAULT,
+        first: None,
         timers: [(i64::MAX, 0); 2],
         actions: [ActionTiming::NONE; 2],
         physical: ActionTiming::NONE,
@@ -122,6 +125,11 @@ pub(crate) fn timing(min_delay: i64, min_spacing: Option<i64>, policy: Policy) -
 }
 
 impl Builder {
+    pub(crate) fn joins(mut self, first: Tag) -> Self {
+        self.first = Some(first);
+        self
+    }
+
     pub(crate) fn settings(mut self, settings: Settings) -> Self {
         self.settings = settings;
         self
@@ -312,7 +320,7 @@ impl Builder {
             log: Vec::new(),
         };
         let mut engine = engine(tables, self.settings, self.tardy, !self.modes.is_empty());
-        engine.start(START);
+        engine.join(START, self.first.unwrap_or(Tag::at(START)));
         let clock = Clock::new_static(START.as_nanos());
         Bench { program: BenchProgram { tables, reactions, cells }, engine, host: Host::new(clock), clock }
     }
