@@ -17,6 +17,7 @@ pub(crate) trait Encryption: fmt::Debug {
 }
 
 /// The stage of an encrypted connection.
+#[cfg_attr(not(feature = "tls"), allow(dead_code, reason = "only TLS has such connections"))]
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub(crate) enum SecuredStage {
     /// The ends do not know each other yet.
