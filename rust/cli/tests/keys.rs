@@ -41,7 +41,7 @@ fn set_mode(path: &Path, mode: u32) {
     fs::set_permissions(path, fs::Permissions::from_mode(mode)).expect("it is ours");
 }
 
-/// A project with a name that shells would split, in which `Pair.lf` asks for encryption.
+/// Returns a project with a name that shells would split, in which `Pair.lf` asks for encryption.
 fn project(properties: &str) -> tempfile::TempDir {
     folder(&[("my project/src/Pair.lf", &program(properties))])
 }

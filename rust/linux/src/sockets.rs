@@ -32,7 +32,7 @@ pub(crate) struct Sockets {
     places: Vec<SocketPlace>,
     events: Vec<epoll::Event>,
     silence: Silence,
-    /// What encrypts its connections, if they are encrypted.
+    /// The encryption of its connections, if they are encrypted.
     encryption: Option<Box<dyn Encryption>>,
     /// Encrypted connections with something to read that the system does not know of.
     unread: Vec<SocketId>,
@@ -52,7 +52,7 @@ struct Socket {
     /// The address family of its calls.
     family: AddressFamily,
     interest: Interest,
-    /// What the epoll set has of it.
+    /// The interest that the epoll set has.
     watched: Interest,
     /// Its encryption, if it is an encrypted connection.
     secured: Option<Box<dyn Secured>>,

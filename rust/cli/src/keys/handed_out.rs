@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! What each participant gets of a federation's keys: a folder in the build folder, with its own secret and no other.
+//! The folder of each participant in the build folder, with its own secret and no other.
 
 use std::collections::BTreeSet;
 use std::ffi::OsString;

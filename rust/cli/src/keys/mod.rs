@@ -37,7 +37,7 @@ pub(crate) struct KeyStore {
     names: Vec<String>,
 }
 
-/// What the folder has of one participant.
+/// The keys of one participant in the folder.
 pub(crate) struct KeyEntry<'a> {
     pub(crate) name: &'a str,
     /// Its public key or certificate, if it is trusted.

@@ -11,7 +11,7 @@ use sha2::{Digest as _, Sha256};
 use super::certificate;
 use crate::failure::Failure;
 
-/// The bytes of a key or a hash that a fingerprint shows: so many that nobody makes another key with the same ones.
+/// The bytes of a key or a hash that a fingerprint shows: nobody makes another key with the same 80 bits.
 const FINGERPRINT_BYTES: usize = 10;
 
 /// The kind of a federation's keys.
@@ -27,7 +27,7 @@ pub(super) struct PairText {
     pub(super) public: String,
 }
 
-/// What others know of a participant.
+/// The part of a pair that others know.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) enum PublicPart {
     /// A public key of X25519.
