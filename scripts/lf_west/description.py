@@ -53,6 +53,8 @@ class Participant:
     overlay: Path | None = None
     # For a program of this computer, else None.
     program: Path | None = None
+    # By which that program finds its keys, if its connections are encrypted.
+    options: tuple[str, ...] = ()
     # Whether it is the RTI and no federate.
     is_rti: bool = False
     # Whether the RTI is part of the federate's image.
@@ -207,7 +209,8 @@ def _participant(item: Any) -> Participant:
     if not is_rti:
         _number(item["id"])
     if platform == "host":
-        return Participant(name, crate, program=Path(_text(item["program"])))
+        options = tuple(_text(word) for word in item["options"])
+        return Participant(name, crate, program=Path(_text(item["program"])), options=options)
     return Participant(
         name,
         crate,

@@ -70,7 +70,8 @@ class Federation:
         if participant.program is not None:
             host = f"[{address}]" if ":" in address else address
             words: list[Word] = [str(participant.program), "--rti", self._port(f"{host}:", participant)]
-            return [*words, "--id", self._id(), *self._bench_words(participant, "--vcd", "--devices")]
+            words += ["--id", self._id(), *participant.options]
+            return [*words, *self._bench_words(participant, "--vcd", "--devices")]
         image, board = image_file(self.application, participant), participant.board or ""
         interface = None if self.network is None else self.network.interfaces.get(participant.name)
         if not is_native_sim(board):

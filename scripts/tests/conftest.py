@@ -200,7 +200,7 @@ class World:
         item: dict[str, Any] = {"id": index, "name": name, "package": f"grid-{name}", "crate": str(crate)}
         item |= {"role": "federate", "joint_rti": False}
         if platform == "host":
-            return {**item, "platform": "host", "program": str(self.bin / f"grid-{name}")}
+            return {**item, "platform": "host", "program": str(self.bin / f"grid-{name}"), "options": []}
         files = {"kconfig": str(crate / f"{name}.conf"), "overlay": str(crate / f"{name}.overlay")}
         place = {"network": None, "runner": None, "probe": None}
         return {**item, "platform": "zephyr", "board": platform, **files, **place}

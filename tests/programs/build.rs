@@ -32,8 +32,15 @@ fn generate(path: &str, sources: &BTreeMap<String, String>) -> Emitted {
     let compilation = compile(path, sources);
     let plan = compilation.plan.unwrap_or_else(|| panic!("{}", compilation.diagnostics.render(Style::Plain)));
     let deployment = Deployment::default();
-    let settings =
-        Settings { lf_linux: "", lf_zephyr: "", lf_c_build: "", version: "", current: "", deployment: &deployment };
+    let settings = Settings {
+        lf_linux: "",
+        lf_zephyr: "",
+        lf_c_build: "",
+        version: "",
+        current: "",
+        deployment: &deployment,
+        keys: "",
+    };
     emit(&plan, &settings).unwrap_or_else(|errors| panic!("{errors:?}"))
 }
 

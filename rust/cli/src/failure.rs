@@ -4,6 +4,8 @@
 use std::fmt;
 use std::io;
 
+use lf_linux::keys::KeyError;
+
 /// The reason why a command does not succeed.
 #[derive(Debug)]
 pub(crate) enum Failure {
@@ -37,6 +39,12 @@ impl From<io::Error> for Failure {
             // The reader has closed the output, and knows.
             return Self::Reported;
         }
+        Self::Message(error.to_string())
+    }
+}
+
+impl From<KeyError> for Failure {
+    fn from(error: KeyError) -> Self {
         Self::Message(error.to_string())
     }
 }

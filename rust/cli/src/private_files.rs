@@ -67,7 +67,7 @@ pub(crate) fn is_there(path: &Path) -> bool {
 
 fn is_private(path: &Path) -> bool {
     use std::os::unix::fs::MetadataExt as _;
-    fs::symlink_metadata(path).is_ok_and(|found| found.is_file() && found.mode() & 0o077 == 0)
+    fs::symlink_metadata(path).is_ok_and(|found| found.is_file() && found.mode() & 0o777 == 0o600)
 }
 
 fn named(error: &io::Error, path: &Path, what: &str) -> io::Error {

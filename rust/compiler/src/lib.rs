@@ -47,3 +47,4 @@ pub use format::format;
 pub use names::{Declaration, NameKind, ResolvedNames, names};
 pub use resolve::{PropertyScope, SourceProvider, Supported, TargetProperty, supported};
 pub use yaml::FileError;
+pub use zephyr::KEYS_HEADER;

@@ -174,6 +174,7 @@ fn code_that_passes_the_check_passes_all_later_stages() {
         version: "0.0.0",
         current: "/",
         deployment: &deployment,
+        keys: "/keys",
     };
     let mut taken = 0;
     for times in [20, 40, 80, 120, 160, 200, 250] {

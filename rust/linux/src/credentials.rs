@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! What encrypts the connections of a program, as its command line says.
+//! The encryption of the connections of a program, as its command line says.
 
 use std::fmt;
 use std::path::{Path, PathBuf};
@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 use crate::keys::{KeyError, Keys, NoiseKeys, TlsKeys};
 use crate::platform::Linux;
 
-/// What encrypts the connections of a program.
+/// The encryption of the connections of a program.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub enum Credentials {
     /// Nothing.
@@ -82,7 +82,9 @@ impl Credentials {
 fn verified(host: &mut Linux, folder: &Path, keys: TlsKeys) -> Result<(), CredentialsError> {
     use crate::tls::Tls;
     let tls = Tls::verified(keys);
-    host.encrypt(Box::new(tls.map_err(|error| CredentialsError::Tls { path: folder.to_owned(), reason: error.to_string() })?));
+    host.encrypt(Box::new(
+        tls.map_err(|error| CredentialsError::Tls { path: folder.to_owned(), reason: error.to_string() })?,
+    ));
     Ok(())
 }
 

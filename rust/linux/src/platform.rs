@@ -9,7 +9,9 @@ use lf_coordination::Deadline;
 use lf_coordination::clock_sync::ClockCorrection;
 use lf_model::Outside;
 use lf_model::time::Instant;
-use lf_runtime::platform::{Endpoint, Interest, IpAddress, NetError, Participant, Platform, RandomError, SocketId, Transfer};
+use lf_runtime::platform::{
+    Endpoint, Interest, IpAddress, NetError, Participant, Platform, RandomError, SocketId, Transfer,
+};
 
 use crate::adaptive_spin::{AdaptiveSpin, SpinOutcome, spin_until};
 use crate::clock::Clock;

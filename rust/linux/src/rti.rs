@@ -73,7 +73,7 @@ pub struct Options {
     pub trace: Option<Trace>,
     /// The longest message payload that is forwarded, in bytes.
     pub payload_bytes_max: usize,
-    /// What encrypts its connections.
+    /// The encryption of its connections.
     pub credentials: Credentials,
 }
 

@@ -9,6 +9,7 @@ use std::net::{Ipv4Addr, Ipv6Addr, SocketAddr};
 use std::os::fd::{AsFd, OwnedFd};
 use std::time::{Duration, Instant};
 
+use lf_coordination::Tally;
 use lf_runtime::platform::{Endpoint, Interest, IpAddress, NetError, Participant, SocketId, Transfer};
 use rustix::event::{Timespec, epoll};
 use rustix::io::Errno;
@@ -31,10 +32,12 @@ pub(crate) struct Sockets {
     places: Vec<SocketPlace>,
     events: Vec<epoll::Event>,
     silence: Silence,
-    /// What encrypts its connections, if they are encrypted.
+    /// The encryption of its connections, if they are encrypted.
     encryption: Option<Box<dyn Encryption>>,
     /// Encrypted connections with something to read that the system does not know of.
     unread: Vec<SocketId>,
+    /// The number of connections that were not secure.
+    insecure: Tally,
 }
 
 #[derive(Debug)]
@@ -49,7 +52,7 @@ struct Socket {
     /// The address family of its calls.
     family: AddressFamily,
     interest: Interest,
-    /// What the epoll set has of it.
+    /// The interest that the epoll set has.
     watched: Interest,
     /// Its encryption, if it is an encrypted connection.
     secured: Option<Box<dyn Secured>>,
@@ -92,6 +95,7 @@ impl Sockets {
             silence: Silence::new(Instant::now()),
             encryption: None,
             unread: Vec::new(),
+            insecure: Tally::NOTHING,
         })
     }
 
@@ -265,11 +269,15 @@ impl Sockets {
         }
     }
 
-    fn report_insecure(&self, id: SocketId, reason: &str) {
+    fn report_insecure(&mut self, id: SocketId, reason: &str) {
+        let times = self.insecure.count();
+        if !times.is_logged() {
+            return;
+        }
         let peer = self.descriptor(id).ok().and_then(|descriptor| rustix::net::getpeername(descriptor).ok().flatten());
         match peer.map(SocketAddr::try_from) {
-            Some(Ok(peer)) => log::error!("the connection with {peer} is not secure: {reason}"),
-            _ => log::error!("a connection is not secure: {reason}"),
+            Some(Ok(peer)) => log::error!("the connection with {peer} is not secure: {reason}{times}"),
+            _ => log::error!("a connection is not secure: {reason}{times}"),
         }
     }
 
@@ -376,12 +384,15 @@ impl Sockets {
             return false;
         }
         let unread = std::mem::take(&mut self.unread);
-        let (due, others) = unread.into_iter().filter(|id| self.socket(*id).is_ok()).partition(|id: &SocketId| {
-            self.socket(*id).is_ok_and(|socket| socket.interest.readable)
-        });
+        let (due, others) = unread
+            .into_iter()
+            .filter(|id| self.socket(*id).is_ok())
+            .partition(|id: &SocketId| self.socket(*id).is_ok_and(|socket| socket.interest.readable));
         let due: Vec<SocketId> = due;
         self.unread = others;
-        due.iter().for_each(|id| ready(*id, Interest::READ));
+        for id in &due {
+            ready(*id, Interest::READ);
+        }
         !due.is_empty()
     }
 

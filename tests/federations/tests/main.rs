@@ -26,6 +26,7 @@ mod places;
 mod programs;
 mod rti;
 mod rti_survives;
+mod security;
 mod statuses;
 mod terminal;
 mod traces;

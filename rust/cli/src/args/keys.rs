@@ -40,7 +40,8 @@ pub enum KeysCommand {
 Shut out a participant whose board was lost, or whose secret key others may know.
 
 Its keys are removed, also from what `lfz` has built for the RTI and other federates of this computer. The RTI refuses
-it from its next start on; the other boards need not be flashed for that. `lfz keys new` makes a key for its successor.")]
+it from its next start on; the other boards need not be flashed for that. `lfz keys new` makes a key for its
+successor.")]
     Distrust {
         /// The federation.
         #[command(flatten)]

@@ -150,8 +150,8 @@ Make, show, trust and distrust the keys of a federation whose connections are en
 
 Each participant has a secret key, and the others have its public one. They are in `keys/PROGRAM` beside the program's
 `src` folder, or where --keys or `security: { keys: FOLDER }` of the deployment file says: `NAME.key` is secret,
-`NAME.pub` (with TLS a certificate, `NAME.crt`) is not. Only this user can read the folder, and git ignores it. `lfz run`
-and `lfz build` give each participant its own secret key only."
+`NAME.pub` (with TLS a certificate, `NAME.crt`) is not. Only this user can read the folder, and git ignores it.
+`lfz run` and `lfz build` give each participant its own secret key only."
     )]
     Keys(KeysCommand),
     /// Tell which programs in a folder work, what has no effect, and what to change.

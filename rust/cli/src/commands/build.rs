@@ -48,10 +48,19 @@ fn keys(built: &Built, arguments: &BuildArgs) -> Result<Option<HandedOut>, Failu
     }
     let rti = rti_name(&built.plan);
     let mut names: Vec<&str> = built.participants.iter().map(|participant| participant.name.as_str()).collect();
-    if built.rti.home == RtiHome::Program {
+    if !names.contains(&rti.as_str()) {
         names.push(&rti);
     }
     let keys = source.hand_out(&built.plan, &built.out, &names, false)?;
+    if let Some(keys) = &keys {
+        for image in built.participants.iter().filter(|participant| participant.artifact != Artifact::Host) {
+            let (federate, has_rti) = match image.role {
+                Role::Rti => (None, true),
+                Role::Federate { joint_rti, .. } => (Some(image.name.as_str()), joint_rti),
+            };
+            keys.write_header(&image.name, federate, has_rti.then_some(&rti))?;
+        }
+    }
     if let Some(HandedOut { strangers, .. }) = &keys
         && !strangers.is_empty()
     {

@@ -49,6 +49,9 @@ use runtime::Runtime;
 /// The board of federates without a named one: a Linux program, which every computer can build.
 const BOARD_DEFAULT: &str = "native_sim/native/64";
 
+/// The folder of keys: of a federation beside the program's `src`, and of its participants in a build folder.
+pub(crate) const KEYS: &str = "keys";
+
 /// The program to build, and the options.
 pub(crate) struct Request<'a> {
     /// The main file.
@@ -98,6 +101,15 @@ impl<'a> Request<'a> {
         let program = Program::load(self.file)?;
         let deployment = self.deployment(&program.plan)?;
         let wanted = self.wanted(&program.plan, &deployment)?;
+        let is_image = |name: &&String| !is_on_host(name, &program.plan, &deployment);
+        if program.plan.target.security.is_tls()
+            && let Some(name) = wanted.iter().find(is_image)
+        {
+            return Err(Failure::message(format!(
+                "{name} is on a board, which has no TLS: write `security: noise` in place of `comm-type: TLS`, for \
+                 programs of Linux, too"
+            )));
+        }
         let platform = if wanted.iter().all(|name| is_on_host(name, &program.plan, &deployment)) {
             Platform::Host
         } else {
@@ -257,7 +269,9 @@ fn generate(file: &Path, program: &Program, deployment: &Deployment, folders: &F
     let (version, current) = (folders.version(), current().unwrap_or_else(|_| PathBuf::from("/")));
     let current = text_of(&current)?;
     let (lf_linux, lf_zephyr, lf_c_build) = (&*lf_linux, &*lf_zephyr, &*lf_c_build);
-    let settings = Settings { lf_linux, lf_zephyr, lf_c_build, version: &version, current, deployment };
+    let keys = folders.out.join(KEYS);
+    let keys = text_of(&keys)?;
+    let settings = Settings { lf_linux, lf_zephyr, lf_c_build, version: &version, current, deployment, keys };
     let emitted = emit(&program.plan, &settings).map_err(|errors| report(&errors))?;
     let images = || emitted.participants.iter().filter(|participant| participant.artifact != Artifact::Host);
     let maps = images().map(|participant| stored::file(program, &emitted, &participant.folder));

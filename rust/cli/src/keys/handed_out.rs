@@ -1,15 +1,17 @@
 // SPDX-License-Identifier: Apache-2.0
-//! What each participant gets of a federation's keys: a folder in the build folder, with its own secret and no other.
+//! The folder of each participant in the build folder, with its own secret and no other.
 
 use std::collections::BTreeSet;
 use std::ffi::OsString;
 use std::fs;
 use std::path::{Path, PathBuf};
 
+use lf_compiler::KEYS_HEADER;
 use lf_compiler::plan::{Plan, Security};
 use lf_linux::keys::{self, KeyFault};
 
-use super::{FOLDER, KeyKind, KeyStore, refusal};
+use super::{KeyKind, KeyStore, header};
+use crate::compile::KEYS;
 use crate::failure::Failure;
 use crate::private_files;
 
@@ -59,7 +61,7 @@ impl KeySource<'_> {
         names: &[&str],
         may_be_new: bool,
     ) -> Result<Option<HandedOut>, Failure> {
-        let folder = out.join(FOLDER);
+        let folder = out.join(KEYS);
         if plan.target.security.is_none() || !plan.is_federated() {
             if let Some(given) = self.given {
                 let (given, name) = (given.display(), &plan.name);
@@ -90,11 +92,26 @@ impl KeySource<'_> {
         for name in names {
             store.hand_out(plan, name, &folder.join(name), &mut strangers)?;
         }
-        Ok(Some(HandedOut { folder, security: plan.target.security, is_of_run, strangers: strangers.into_iter().collect() }))
+        Ok(Some(HandedOut {
+            folder,
+            security: plan.target.security,
+            is_of_run,
+            strangers: strangers.into_iter().collect(),
+        }))
     }
 }
 
 impl HandedOut {
+    /// Writes the header with the keys of an image, into its folder: of a federate, of the RTI, or of both.
+    ///
+    /// # Errors
+    /// When keys are wrong, or the file cannot be written.
+    pub(crate) fn write_header(&self, image: &str, federate: Option<&str>, rti: Option<&str>) -> Result<(), Failure> {
+        let read = |name: Option<&str>| name.map(|name| header::noise_keys(&self.folder.join(name))).transpose();
+        let text = header::text(read(federate)?.as_ref(), read(rti)?.as_ref());
+        Ok(private_files::replace(&self.folder.join(image).join(KEYS_HEADER), &text)?)
+    }
+
     /// Returns the options by which a program finds its keys. Programs of LF's own compiler, and its RTI, have only
     /// those for their own certificate.
     ///
@@ -152,7 +169,8 @@ impl KeyStore {
         // What is not trusted any more must not stay.
         for entry in fs::read_dir(folder)? {
             let entry = entry?;
-            if !files.iter().any(|(file, _)| entry.file_name() == file.as_str()) {
+            let stays = |(file, _): &(String, String)| entry.file_name() == file.as_str();
+            if entry.file_name() != KEYS_HEADER && !files.iter().any(stays) {
                 private_files::remove(&entry.path())?;
             }
         }
@@ -171,23 +189,23 @@ impl KeyStore {
                  `lfz keys distrust` and `lfz keys new`"
             )));
         }
-        let secret = keys::read_secret(&file).map_err(refusal)?;
-        if !self.kind.is_pair(&secret, &public).map_err(|fault| refusal(fault.at(&file)))? {
-            return Err(refusal(KeyFault::Unpaired(self.public_file(name)).at(&file)));
+        let secret = keys::read_secret(&file).map_err(Failure::from)?;
+        if !public.is_of(&secret).map_err(|fault| Failure::from(fault.at(&file)))? {
+            return Err(Failure::from(KeyFault::Unpaired(self.public_file(name)).at(&file)));
         }
         text_of(secret, &file)
     }
 
     fn federation_secret(&self) -> Result<String, Failure> {
         let file = self.folder.join(keys::FEDERATION_SECRET);
-        let text = keys::read_secret(&file).map_err(refusal)?;
-        keys::federation_secret(&text).map_err(|fault| refusal(fault.at(&file)))?;
+        let text = keys::read_secret(&file).map_err(Failure::from)?;
+        keys::federation_secret(&text).map_err(|fault| Failure::from(fault.at(&file)))?;
         text_of(text, &file)
     }
 
     /// Returns the text of the public part of a participant that has to be trusted.
     fn known(&self, name: &str) -> Result<String, Failure> {
-        let part = self.public(name)?.ok_or_else(|| refusal(missing().at(&self.public_file(name))))?;
+        let part = self.public(name)?.ok_or_else(|| Failure::from(missing().at(&self.public_file(name))))?;
         Ok(part.text())
     }
 }
@@ -197,5 +215,5 @@ fn missing() -> KeyFault {
 }
 
 fn text_of(bytes: Vec<u8>, file: &Path) -> Result<String, Failure> {
-    String::from_utf8(bytes).map_err(|_| refusal(KeyFault::Malformed("PEM").at(file)))
+    String::from_utf8(bytes).map_err(|_| Failure::from(KeyFault::Malformed("PEM").at(file)))
 }

@@ -6,6 +6,7 @@
 
 mod certificate;
 mod handed_out;
+mod header;
 mod pair;
 
 use std::fs;
@@ -19,12 +20,10 @@ use lf_linux::keys::{self, KeyError, KeyFault};
 pub(crate) use handed_out::{HandedOut, KeySource};
 use pair::{KeyKind, PublicPart};
 
-use crate::compile::{application, read_deployment};
+use crate::compile::{KEYS, application, read_deployment};
 use crate::failure::Failure;
 use crate::private_files;
 
-/// The folder of all keys, beside the program's `src`.
-const FOLDER: &str = "keys";
 /// The file that keeps git from the others.
 const IGNORE: &str = ".gitignore";
 const IGNORED: &str = "# Secrets do not belong into a repository.\n*\n";
@@ -38,7 +37,7 @@ pub(crate) struct KeyStore {
     names: Vec<String>,
 }
 
-/// What the folder has of one participant.
+/// The keys of one participant in the folder.
 pub(crate) struct KeyEntry<'a> {
     pub(crate) name: &'a str,
     /// Its public key or certificate, if it is trusted.
@@ -63,7 +62,7 @@ impl KeyStore {
         let folder = match (given, deployed) {
             (Some(given), _) => given.to_owned(),
             (None, Some((keys, path))) => path.parent().unwrap_or(Path::new("")).join(keys),
-            (None, None) => application(file)?.join(FOLDER).join(&plan.name),
+            (None, None) => application(file)?.join(KEYS).join(&plan.name),
         };
         Self::at(folder, plan)
     }
@@ -104,7 +103,7 @@ impl KeyStore {
     pub(crate) fn create(&self, names: &[String]) -> Result<Vec<&str>, Failure> {
         names.iter().try_for_each(|name| self.position(name).map(drop))?;
         private_files::create_folder(&self.folder)?;
-        keys::check_folder(&self.folder).map_err(refusal)?;
+        keys::check_folder(&self.folder).map_err(Failure::from)?;
         private_files::create_if_missing(&self.folder.join(IGNORE), IGNORED)?;
         if self.kind == KeyKind::Noise {
             let text = keys::federation_text(&pair::random()?);
@@ -143,8 +142,8 @@ impl KeyStore {
     /// When there is none in the file, or the participant has another one.
     pub(crate) fn trust(&self, name: &str, file: &Path) -> Result<PublicPart, Failure> {
         self.position(name)?;
-        let text = keys::read_public(file).map_err(refusal)?;
-        let part = self.kind.public_part(&text).map_err(|fault| refusal(fault.at(file)))?;
+        let text = keys::read_public(file).map_err(Failure::from)?;
+        let part = self.kind.public_part(&text).map_err(|fault| Failure::from(fault.at(file)))?;
         private_files::create_folder(&self.folder)?;
         private_files::create_if_missing(&self.folder.join(IGNORE), IGNORED)?;
         self.check()?;
@@ -161,7 +160,8 @@ impl KeyStore {
         }
         let same = |other: &KeyEntry<'_>| other.name != name && other.public.as_ref() == Some(&part);
         if let Some(other) = self.entries()?.iter().find(|other| same(other)) {
-            let message = format!("{} is the key of {}, and no two participants have one key", file.display(), other.name);
+            let message =
+                format!("{} is the key of {}, and no two participants have one key", file.display(), other.name);
             return Err(Failure::message(message));
         }
         private_files::create_if_missing(&self.public_file(name), &part.text())?;
@@ -187,9 +187,9 @@ impl KeyStore {
     fn public(&self, name: &str) -> Result<Option<PublicPart>, Failure> {
         let file = self.public_file(name);
         match keys::read_public(&file) {
-            Ok(text) => self.kind.public_part(&text).map(Some).map_err(|fault| refusal(fault.at(&file))),
+            Ok(text) => self.kind.public_part(&text).map(Some).map_err(|fault| Failure::from(fault.at(&file))),
             Err(KeyError { fault: KeyFault::System(error), .. }) if error.kind() == io::ErrorKind::NotFound => Ok(None),
-            Err(error) => Err(refusal(error)),
+            Err(error) => Err(Failure::from(error)),
         }
     }
 
@@ -202,11 +202,11 @@ impl KeyStore {
                 self.program
             )));
         }
-        keys::check_folder(&self.folder).map_err(refusal)?;
+        keys::check_folder(&self.folder).map_err(Failure::from)?;
         let other = self.kind.other();
         let mut names = self.names.iter().map(|name| self.folder.join(format!("{name}.{}", other.ending())));
         match names.find(|file| file.exists()) {
-            Some(file) => Err(refusal(KeyFault::OtherKind(other.property()).at(&file))),
+            Some(file) => Err(Failure::from(KeyFault::OtherKind(other.property()).at(&file))),
             None => Ok(()),
         }
     }
@@ -234,7 +234,7 @@ impl KeyStore {
 pub(crate) fn remove_copies(file: &Path, program: &str, id: u16) -> Result<usize, Failure> {
     let builds = application(file)?.join("build/lfz").join(program);
     let mut removed = 0;
-    for folder in ["host", "zephyr"].iter().flat_map(|platform| folders_in(&builds.join(platform).join(FOLDER))) {
+    for folder in ["host", "zephyr"].iter().flat_map(|platform| folders_in(&builds.join(platform).join(KEYS))) {
         for ending in [keys::PUBLIC, keys::CERTIFICATE] {
             let copy = folder.join(format!("{id}.{ending}"));
             if copy.exists() {
@@ -249,8 +249,4 @@ pub(crate) fn remove_copies(file: &Path, program: &str, id: u16) -> Result<usize
 fn folders_in(folder: &Path) -> Vec<PathBuf> {
     let entries = fs::read_dir(folder).into_iter().flatten().flatten();
     entries.map(|entry| entry.path()).filter(|path| path.is_dir()).collect()
-}
-
-fn refusal(error: KeyError) -> Failure {
-    Failure::message(error.to_string())
 }

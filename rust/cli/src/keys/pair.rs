@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Pairs of a secret and a public part: keys of X25519 for Noise, certificates for TLS.
 
+use std::fmt::Write as _;
+
 use lf_compiler::plan::Security;
 use lf_linux::keys::{self, KEY_BYTES, KeyFault};
 use lf_secure::StaticSecret;
@@ -9,7 +11,7 @@ use sha2::{Digest as _, Sha256};
 use super::certificate;
 use crate::failure::Failure;
 
-/// The bytes of a key or a hash that a fingerprint shows: so many that nobody makes another key with the same ones.
+/// The bytes of a key or a hash that a fingerprint shows: nobody makes another key with the same 80 bits.
 const FINGERPRINT_BYTES: usize = 10;
 
 /// The kind of a federation's keys.
@@ -25,7 +27,7 @@ pub(super) struct PairText {
     pub(super) public: String,
 }
 
-/// What others know of a participant.
+/// The part of a pair that others know.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) enum PublicPart {
     /// A public key of X25519.
@@ -42,7 +44,19 @@ impl PublicPart {
             Self::Key(key) => key.to_vec(),
             Self::Certificate(der) => Sha256::digest(der).to_vec(),
         };
-        bytes.iter().take(FINGERPRINT_BYTES).map(|byte| format!("{byte:02x}")).collect()
+        bytes.iter().take(FINGERPRINT_BYTES).fold(String::new(), |mut text, byte| {
+            // Writing to a String cannot fail.
+            let _ = write!(text, "{byte:02x}");
+            text
+        })
+    }
+
+    /// Returns whether the secret key in the text of a file belongs to it.
+    pub(super) fn is_of(&self, secret: &[u8]) -> Result<bool, KeyFault> {
+        match self {
+            Self::Key(public) => Ok(StaticSecret::new(keys::secret_key(secret)?).public().bytes() == public),
+            Self::Certificate(der) => certificate::is_pair(secret, der),
+        }
     }
 
     /// Returns the text of a file with it.
@@ -98,14 +112,6 @@ impl KeyKind {
         match self {
             Self::Noise => keys::public_key(text).map(PublicPart::Key),
             Self::Tls => keys::certificate(text).map(PublicPart::Certificate),
-        }
-    }
-
-    /// Returns whether the secret key in the text of a file belongs to a public part.
-    pub(super) fn is_pair(self, secret: &[u8], public: &PublicPart) -> Result<bool, KeyFault> {
-        match public {
-            PublicPart::Key(public) => Ok(StaticSecret::new(keys::secret_key(secret)?).public().bytes() == public),
-            PublicPart::Certificate(der) => certificate::is_pair(secret, der),
         }
     }
 }

@@ -22,6 +22,8 @@ pub struct Settings<'a> {
     pub current: &'a str,
     /// The places of the federates.
     pub deployment: &'a Deployment,
+    /// The folder with a folder of keys for each participant, absolute.
+    pub keys: &'a str,
 }
 
 impl Settings<'_> {

@@ -161,7 +161,7 @@ impl Emitter<'_> {
             Platform::Host => (package, Artifact::Host),
             Platform::Zephyr(board) => {
                 let is_cpp = View::new(plan, plan.language_of(federate)).native.is_cpp;
-                let text = federate_kconfig(plan, federate, deployment, is_cpp);
+                let text = federate_kconfig(plan, federate, deployment, self.settings.keys, is_cpp);
                 (ZEPHYR_PACKAGE.to_owned(), self.image(&name, &folder, board, &place, text))
             }
         };
@@ -172,7 +172,7 @@ impl Emitter<'_> {
     /// Adds an image that is the RTI and nothing else.
     fn rti(&mut self, name: String, place: &Place, folder: String) -> Option<Participant> {
         let Platform::Zephyr(board) = &place.platform else { return None };
-        let text = rti_kconfig(self.plan, &name, place, self.settings.deployment);
+        let text = rti_kconfig(self.plan, &name, place, self.settings.deployment, self.settings.keys);
         let artifact = self.image(&name, &folder, board, place, text);
         let package = ZEPHYR_PACKAGE.to_owned();
         Some(self.program(Participant { role: Role::Rti, name, folder, package, artifact }, None))

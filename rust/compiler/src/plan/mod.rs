@@ -194,7 +194,6 @@ pub enum Security {
 
 impl Security {
     /// Returns whether connections are not encrypted.
-    #[expect(clippy::trivially_copy_pass_by_ref, reason = "serde gives a reference")]
     pub fn is_none(&self) -> bool {
         *self == Self::None
     }

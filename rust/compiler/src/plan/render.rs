@@ -5,8 +5,8 @@ use core::fmt::{self, Display, Formatter};
 
 use super::{
     ADVANCE_INTERVAL_NS_DEFAULT, Argument, BANK_INDEX, Coordination, Federate, InputIndex, Language, NetworkInput,
-    NetworkOutput, Plan, Port, ReactionIndex, ReactionKind, ScheduledReaction, Security, Serializer, Tardy, Target, Trigger,
-    TriggerKind, Value,
+    NetworkOutput, Plan, Port, ReactionIndex, ReactionKind, ScheduledReaction, Security, Serializer, Tardy, Target,
+    Trigger, TriggerKind, Value,
 };
 
 /// A duration in the largest unit that divides it: `25 ms`.

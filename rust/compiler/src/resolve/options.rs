@@ -123,7 +123,7 @@ impl TargetReader<'_> {
 
     /// Reads `security`, after `comm-type`.
     pub(super) fn security(&mut self, key: &Name, value: &PropertyValue) {
-        use plan::Security::{None as Plain, Noise, Tls, UnverifiedTls};
+        use plan::Security::{Noise, None as Plain, Tls, UnverifiedTls};
         let Some(word) = self.word(key, value, &["none", "noise", "unverified"]) else { return };
         self.target.security = match (word, self.target.security) {
             ("none", Plain) => Plain,
@@ -136,7 +136,9 @@ impl TargetReader<'_> {
             }
             _ => {
                 let message = format!("`security: {word}` contradicts `comm-type: TLS`, which encrypts connections");
-                return self.found.push(Diagnostic::new(Code::BadPropertyValue, value.span, message).hint("remove one"));
+                return self
+                    .found
+                    .push(Diagnostic::new(Code::BadPropertyValue, value.span, message).hint("remove one"));
             }
         };
     }

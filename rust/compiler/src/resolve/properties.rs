@@ -169,9 +169,9 @@ pub(super) const PROPERTIES: &[TargetProperty] = &[
     property(
         PropertyScope::Coordination,
         "security",
-        &["none", "noise", "unverified"],
-        "the encryption of all connections: none, Noise with a key for each participant, or TLS that verifies nobody, \
-         as LF's does; see [security](security.md)",
+        &["none", "noise"],
+        "the encryption of all connections: none, or Noise with a key for each participant; with `comm-type: TLS` also \
+         `unverified`, by which nobody proves who it is, as with LF; see [security](security.md)",
         |reader, key, value| reader.security(key, value),
     )
     .late(),

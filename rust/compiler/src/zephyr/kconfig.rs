@@ -8,10 +8,13 @@ use std::collections::BTreeSet;
 
 use super::network_buffers::Connections;
 use crate::deployment::{Deployment, Mac, Place, Platform};
-use crate::plan::{ClockSync, Federate, Logging, Plan, Rti, TriggerKind};
+use crate::plan::{ClockSync, Federate, Logging, Plan, Rti, Security, TriggerKind};
 
 /// Connections whose peer has not sent its id, at most (`rust/runtime/src/federate/accept_queue.rs`).
 const UNIDENTIFIED_MAX: usize = 2;
+
+/// The file with the keys of an image, in its folder of keys.
+pub const KEYS_HEADER: &str = "keys.h";
 
 /// Lines of a Kconfig fragment.
 struct Fragment(String);
@@ -33,13 +36,20 @@ impl Fragment {
 }
 
 /// Returns the Kconfig fragment of a federate, or of an unfederated program; `is_cpp` says whether its bodies are
-/// compiled as C++.
-pub(crate) fn federate_kconfig(plan: &Plan, federate: &Federate, deployment: &Deployment, is_cpp: bool) -> String {
+/// compiled as C++, and `keys` is the folder with a folder of keys for each participant.
+pub(crate) fn federate_kconfig(
+    plan: &Plan,
+    federate: &Federate,
+    deployment: &Deployment,
+    keys: &str,
+    is_cpp: bool,
+) -> String {
     let place = deployment.place(&federate.name);
     let is_joint = plan.rti.is_some() && deployment.is_joint(&federate.name);
     let mut fragment = Fragment(header("#", plan, &federate.name));
     if let Some(deployed) = deployment.rti_of(plan) {
         federation(&mut fragment, plan, &deployed, &place);
+        security(&mut fragment, plan, &format!("{keys}/{}", federate.name), &place);
         // The symbol accepts addresses only; a name such as localhost leaves the default.
         if let Ok(address) = deployed.host.parse::<IpAddr>() {
             fragment.set_text("LF_RTI_ADDRESS", &deployed.host);
@@ -88,10 +98,11 @@ fn network_of_federate(fragment: &mut Fragment, plan: &Plan, federate: &Federate
 }
 
 /// Returns the Kconfig fragment of an image that is the RTI and nothing else.
-pub(crate) fn rti_kconfig(plan: &Plan, name: &str, place: &Place, deployment: &Deployment) -> String {
+pub(crate) fn rti_kconfig(plan: &Plan, name: &str, place: &Place, deployment: &Deployment, keys: &str) -> String {
     let mut fragment = Fragment(header("#", plan, name));
     if let Some(deployed) = deployment.rti_of(plan) {
         federation(&mut fragment, plan, &deployed, place);
+        security(&mut fragment, plan, &format!("{keys}/{name}"), place);
     }
     rti(&mut fragment, plan);
     fragment.set("LF_FEDERATE", "n");
@@ -116,6 +127,19 @@ fn federation(fragment: &mut Fragment, plan: &Plan, rti: &Rti, place: &Place) {
         if !place.platform.is_native_sim() {
             fragment.set("ENTROPY_GENERATOR", "y");
         }
+    }
+}
+
+/// Adds the encryption of all connections, with the folder of the keys of the image.
+fn security(fragment: &mut Fragment, plan: &Plan, keys: &str, place: &Place) {
+    if plan.target.security != Security::Noise {
+        return;
+    }
+    fragment.comment("All connections are encrypted. The header is secret.");
+    fragment.set("LF_SECURITY", "y");
+    fragment.set_text("LF_SECURITY_KEYS", &format!("{keys}/{KEYS_HEADER}"));
+    if !place.platform.is_native_sim() {
+        fragment.set("ENTROPY_GENERATOR", "y");
     }
 }
 

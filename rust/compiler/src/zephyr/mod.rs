@@ -4,4 +4,5 @@
 mod kconfig;
 mod network_buffers;
 
+pub use kconfig::KEYS_HEADER;
 pub(crate) use kconfig::{federate_kconfig, overlay, rti_kconfig};

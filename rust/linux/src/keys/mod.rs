@@ -9,7 +9,7 @@
 //! | `rti.pub`, or with TLS `rti.crt` | the public key or the certificate of the RTI |
 //! | `0.pub`, or with TLS `0.crt` | that of the federate with this id |
 //!
-//! Whoever has no file here is a stranger. `lfz build` and `lfz run` make these folders, one per participant.
+//! A participant without a file here is a stranger. `lfz build` and `lfz run` make these folders, one per participant.
 
 mod file;
 
@@ -64,7 +64,7 @@ pub struct TlsKeys {
     pub others: Others<Vec<u8>>,
 }
 
-/// What a participant knows of the others.
+/// The public keys or certificates of the other participants.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Others<K> {
     /// The RTI, unless this is the RTI's own folder.

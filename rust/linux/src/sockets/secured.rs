@@ -8,7 +8,7 @@ use std::os::fd::OwnedFd;
 use lf_runtime::platform::{NetError, Participant, Transfer};
 use rustix::net::{RecvFlags, SendFlags};
 
-/// What encrypts the connections of a program.
+/// A way to encrypt the connections of a program.
 pub(crate) trait Encryption: fmt::Debug {
     /// Returns the end that connects of a new connection.
     fn connecting(&self) -> Option<Box<dyn Secured>>;

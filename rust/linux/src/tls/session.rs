@@ -137,7 +137,7 @@ impl Secured for Session {
                 Ok(0) => return Ok(Ok(Transfer::Closed)),
                 Ok(count) => return Ok(Ok(Transfer::Bytes(count))),
                 Err(error) if error.kind() == ErrorKind::WouldBlock => {}
-                // The system's connection has ended, and the other end has not said so: somebody may have cut it.
+                // The system's connection has ended, and the other end has not said so: an attacker may have cut it.
                 Err(_) if self.verifier.verifies() => self.failed = true,
                 Err(_) => return Ok(Ok(Transfer::Closed)),
             }
@@ -172,7 +172,10 @@ impl Secured for Session {
 
 impl fmt::Debug for Session {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.debug_struct("Session").field("accepted", &self.accepted).field("failed", &self.failed).finish_non_exhaustive()
+        f.debug_struct("Session")
+            .field("accepted", &self.accepted)
+            .field("failed", &self.failed)
+            .finish_non_exhaustive()
     }
 }
 

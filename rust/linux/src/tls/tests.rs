@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! TLS between two socket tables over TCP, also with somebody between them.
+//! TLS between two socket tables over TCP, also with a relay between them.
 
 use std::collections::BTreeMap;
 use std::io::{Read as _, Write as _};
@@ -217,7 +217,7 @@ fn writing_stops_when_the_other_end_does_not_read() {
     assert!(send(&mut server, &mut client, &bytes[..300_000], 1000).0 == bytes[..300_000]);
 }
 
-/// Neither end uses a connection with somebody that it does not know.
+/// Neither end uses a connection with a participant that it does not know.
 #[test]
 fn strangers_are_refused_at_both_ends() {
     let (rti, federate, stranger) = (identity(), identity(), identity());

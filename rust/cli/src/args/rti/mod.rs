@@ -40,8 +40,8 @@ const VERIFIED: &str = "-tls, --tls: programs of LF's own compiler show no certi
 const SST: &str = "-sst, --sst: connections that SST secures are not supported; write `security: noise` in place of \
     `comm-type: SST`, or `comm-type: TLS`";
 /// The warning about TLS without verification.
-const UNVERIFIED: &str = "--unverified: connections are encrypted, but anybody can make one, also from between this RTI \
-    and a federate";
+const UNVERIFIED: &str = "--unverified: connections are encrypted, but anybody can make one, also from between this \
+    RTI and a federate";
 
 /// `lfz rti`
 #[derive(Debug, Args)]

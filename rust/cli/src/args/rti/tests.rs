@@ -44,7 +44,8 @@ fn tls_without_verification_needs_a_word_of_its_own_and_has_a_warning() {
     assert_eq!(read.credentials, Credentials::Unverified { certificate, key });
     assert!(warnings[0].contains("anybody can make one"), "{warnings:?}");
     assert_eq!(options(&["-n", "2", "--keys", "k"]).map(|read| read.credentials), Ok(Credentials::Keys("k".into())));
-    for words in [&["-n", "2", "--unverified"][..], &["-n", "2", "--keys", "k", "-tls", "c", "k"], &["-n", "2", "-tls"]] {
+    for words in [&["-n", "2", "--unverified"][..], &["-n", "2", "--keys", "k", "-tls", "c", "k"], &["-n", "2", "-tls"]]
+    {
         assert!(options(words).is_err(), "{words:?}");
     }
 }

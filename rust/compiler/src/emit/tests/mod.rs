@@ -26,6 +26,7 @@ fn settings(deployment: &Deployment) -> Settings<'_> {
         version: "0.0.0",
         current: "/work",
         deployment,
+        keys: "/keys",
     }
 }
 
