@@ -66,6 +66,16 @@ impl Sockets {
     }
 }
 
+impl Sockets {
+    /// Sends datagrams of a stranger.
+    fn disturb(&mut self, stranger: &mut Virtual<Twice>, to: Option<Endpoint>) {
+        let port = *self.port.get_or_insert_with(|| stranger.bind(0).unwrap());
+        for bytes in [&[19; 9][..], &[0; 37], &[0; 64], &[]] {
+            let _ = to.map(|to| stranger.send_to(port, to, bytes));
+        }
+    }
+}
+
 #[test]
 fn datagrams_of_strangers_and_repeated_ones_change_nothing() {
     let members = [Member { federate: 7, key: secret(FEDERATE).public() }];
@@ -127,12 +137,7 @@ fn datagrams_of_strangers_and_repeated_ones_change_nothing() {
                     }
                 }
             }
-            _ => {
-                let port = *own.port.get_or_insert_with(|| stranger.bind(0).unwrap());
-                for bytes in [&[19; 9][..], &[0; 37], &[0; 64], &[]] {
-                    let _ = to.map(|to| stranger.send_to(port, to, bytes));
-                }
-            }
+            _ => own.disturb(&mut stranger, to),
         }
         let next = world.lock().now() + u64::try_from(Interval::from_micros(100).as_nanos()).unwrap();
         world.lock().after_turn(participant, Some(next));
