@@ -2,6 +2,8 @@
 //! Encrypted connections: whatever comes from the network, no byte of it becomes content that the other end has not
 //! sent, in the order in which it has sent it.
 
+use std::sync::LazyLock;
+
 use lf_secure::{
     Channel, ChannelStage, FederationSecret, HANDSHAKE_BYTES, Keyring, Member, Participant, Role, StaticSecret,
 };
@@ -12,18 +14,28 @@ const HANDSHAKES_ONE_OF: u8 = 32;
 
 type Bytes = Vec<u8>;
 
-/// One end with its keyring.
-struct End<'k> {
-    channel: Channel<Bytes>,
-    keyring: Keyring<'k>,
+static MEMBERS: LazyLock<[Member; 1]> = LazyLock::new(|| [Member { federate: 0, key: secret(2).public() }]);
+/// The keys of the federate and of the RTI.
+static KEYRINGS: LazyLock<[Keyring<'static>; 2]> = LazyLock::new(|| {
+    [2, 1].map(|own| Keyring::new(secret(own), FederationSecret::new([7; 32]), secret(1).public(), &*MEMBERS))
+});
+
+fn secret(seed: u8) -> StaticSecret {
+    StaticSecret::new([seed; 32])
 }
 
-impl<'k> End<'k> {
-    fn new(role: Role, own: u8, members: &'k [Member]) -> Self {
-        let (own, rti) = (StaticSecret::new([own; 32]), StaticSecret::new([1; 32]).public());
-        let keyring = Keyring::new(own, FederationSecret::new([7; 32]), rti, members);
+/// One end with its keyring.
+struct End {
+    channel: Channel<Bytes>,
+    keyring: &'static Keyring<'static>,
+}
+
+impl End {
+    fn new(role: Role) -> Self {
+        let [federate, rti] = &*KEYRINGS;
+        let keyring = if role == Role::Initiator { federate } else { rti };
         let mut channel = Channel::new(vec![0; HANDSHAKE_BYTES + 40], vec![0; HANDSHAKE_BYTES + 40]);
-        channel.begin(role, &keyring, [9; 32], 0, 0);
+        channel.begin(role, keyring, [9; 32], 0, 0);
         Self { channel, keyring }
     }
 
@@ -36,7 +48,7 @@ impl<'k> End<'k> {
             assert!(count > 0, "a channel without content has space");
             space[..count].copy_from_slice(&bytes[..count]);
             bytes = &bytes[count..];
-            if self.channel.filled(count, &self.keyring).is_err() {
+            if self.channel.filled(count, self.keyring).is_err() {
                 return content;
             }
             let mut buffer = [0; 5];
@@ -59,8 +71,8 @@ impl<'k> End<'k> {
 }
 
 /// Makes a connection between a federate and the RTI.
-fn open(members: &[Member]) -> [End<'_>; 2] {
-    let mut ends = [End::new(Role::Initiator, 2, members), End::new(Role::Responder, 1, members)];
+fn open() -> [End; 2] {
+    let mut ends = [Role::Initiator, Role::Responder].map(End::new);
     for from in [0, 1, 0] {
         let bytes = ends[from].send();
         ends[1 - from].receive(&bytes);
@@ -70,23 +82,18 @@ fn open(members: &[Member]) -> [End<'_>; 2] {
     ends
 }
 
-fn members() -> [Member; 1] {
-    [Member { federate: 0, key: StaticSecret::new([2; 32]).public() }]
-}
-
 /// Passes bytes of a stranger to an end before, in or after its handshake.
 ///
 /// # Panics
 /// If something does not hold that has to.
 pub fn secure_raw(data: &[u8]) {
     let [choice, rest @ ..] = data else { return };
-    let members = members();
     let mut end = match choice % HANDSHAKES_ONE_OF {
         0 => {
-            let [federate, rti] = open(&members);
+            let [federate, rti] = open();
             if *choice < 128 { federate } else { rti }
         }
-        _ => End::new(Role::Responder, 1, &members),
+        _ => End::new(Role::Responder),
     };
     assert!(end.receive(rest).is_empty(), "bytes of a stranger are no content");
 }
@@ -100,8 +107,7 @@ pub fn secure_structured(data: &[u8]) {
     if choice % HANDSHAKES_ONE_OF > 0 {
         return;
     }
-    let members = members();
-    let [mut federate, mut rti] = open(&members);
+    let [mut federate, mut rti] = open();
     let (mut sent, mut received, mut before) = (Vec::new(), Vec::new(), Vec::new());
     for step in steps.chunks_exact(3) {
         let [what, place, length] = [step[0], step[1], step[2]];

@@ -125,3 +125,13 @@ fn federate_survives_any_bytes() {
 fn federate_survives_any_rti_and_event_loop() {
     run_named("federate_structured");
 }
+
+#[test]
+fn encrypted_connections_take_nothing_of_strangers() {
+    run_named("secure_raw");
+}
+
+#[test]
+fn encrypted_content_comes_in_order_or_not_at_all() {
+    run_named("secure_structured");
+}

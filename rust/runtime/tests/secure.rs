@@ -31,7 +31,8 @@ fn direct_chain() -> Plan {
     plan
 }
 
-/// Returns the plan in which all participants are asked to end after a while: some wait for one that cannot come.
+/// Returns the plan in which all participants are asked to end after a while, because some wait for one that cannot
+/// come.
 fn ended(plan: Plan) -> Plan {
     let faults = (0..=plan.nodes.len()).map(|participant| (MS(20_000), participant, Fault::Interrupt)).collect();
     Plan { faults, ..plan }
@@ -122,7 +123,7 @@ proptest! {
     /// A program in the name of a federate is refused, and keeps nobody out.
     #[test]
     fn a_stranger_in_the_name_of_a_federate_keeps_nobody_out(seed: u64, connections in 1..4usize) {
-        let (is_transient, federation_id) = (Some(false), b"virtual");
+        let (is_transient, federation_id) = (Some(false), &b"virtual"[..]);
         let says = encoded(&Message::P2pSendingFedId { federate: 1, is_transient, federation_id });
         let intruder = Intruder { to: Some(2), connections, says };
         let begins = [(0, MS(400)), (1, MS(500))].into();

@@ -246,6 +246,9 @@ impl<B: AsRef<[u8]> + AsMut<[u8]>> Channel<B> {
     /// # Errors
     /// The reason why the connection has failed.
     pub fn filled(&mut self, count: usize, keyring: &Keyring<'_>) -> Result<(), ChannelError> {
+        if let Stage::Failed(error) = self.stage {
+            return Err(error);
+        }
         self.raw.end = (self.raw.end + count).min(self.incoming.as_ref().len());
         while let Stage::Handshake(handshake) = &self.stage
             && !handshake.is_writer()
