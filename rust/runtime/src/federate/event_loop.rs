@@ -117,8 +117,11 @@ impl<'a, 's, P: Platform, N: Needs> FederateLoop<'a, 's, P, N> {
         }
         let (needed, found) = (federation.awaited.len(), known.len());
         let awaited = Awaited::new(federation.awaited, known).ok_or(RunError::KnownTooShort { needed, found })?;
+        let execution = Execution::new(engine, program, machine, awaited, !federation.upstream.is_empty());
+        #[cfg(feature = "transients")]
+        let execution = execution.prepared();
         Ok(Self {
-            execution: Execution::new(engine, program, machine, awaited, !federation.upstream.is_empty()).prepared(),
+            execution,
             session: Session::new(platform.now(), join, buffers.rti),
             platform,
             federation,

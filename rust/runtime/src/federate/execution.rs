@@ -7,8 +7,10 @@
 
 use core::fmt;
 
+#[cfg(feature = "transients")]
+use lf_coordination::FederateId;
 use lf_coordination::federate::{Awaited, Coordination, Federate, Needs, Phase};
-use lf_coordination::{Deadline, FederateId, to_wire};
+use lf_coordination::{Deadline, to_wire};
 #[cfg(feature = "traces")]
 use lf_model::ReactionStep;
 use lf_model::time::{Instant, Interval, Tag};
@@ -154,6 +156,7 @@ impl<'a, 's, N: Needs> Execution<'a, 's, N> {
     }
 
     /// Returns the execution in which transient federates upstream are absent, until they come.
+    #[cfg(feature = "transients")]
     pub(super) fn prepared(mut self) -> Self {
         if N::AWAITED && N::TRANSIENTS {
             for (port, input) in (0..).zip(self.engine.tables().inputs) {
