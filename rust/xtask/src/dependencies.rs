@@ -10,7 +10,7 @@ use crate::process;
 use crate::report::Report;
 
 /// The licences that a dependency may have. One whose licence is a choice has one of them among its choices.
-const LICENCES: [&str; 5] = ["Apache-2.0", "BSD-3-Clause", "ISC", "MIT", "Unicode-3.0"];
+const LICENCES: [&str; 6] = ["Apache-2.0", "BSD-3-Clause", "ISC", "MIT", "Unicode-3.0", "Zlib"];
 /// The source of dependencies in cargo's form.
 const CRATES_IO: &str = "registry+https://github.com/rust-lang/crates.io-index";
 

@@ -177,14 +177,17 @@ impl ValueCell<'_> {
             let value = format!("((({name} *)0)->value)");
             of_cell = format!("{of_cell}, .value_offset = offsetof({name}, value), .value_size = sizeof{value}");
             let element = if ty.is_token() { format!("({})", ty.element()) } else { value };
-            let mut of_elements = format!(".element_size = sizeof{element}");
-            if let Some(Message { name, is_filled: true }) = message {
-                of_elements += &format!(", .destructor = {name}_free, .copy_constructor = {name}_copy");
-            }
-            of_type = format!(".type = {{ {of_elements} }}, ");
+            let owned = match message {
+                Some(Message { name, is_filled: true }) => {
+                    format!(", .destructor = {name}_free, .copy_constructor = {name}_copy")
+                }
+                _ => String::new(),
+            };
+            of_type = format!(".type = {{ .element_size = sizeof{element}{owned} }}, ");
         }
         let pool = pool.map(|trigger| format!(", .pool = &{}", pool_name(trigger))).unwrap_or_default();
-        let message = message.iter().map(|Message { name, .. }| format!(", .serializer = &{name}")).collect::<String>();
+        let message =
+            message.as_ref().map(|Message { name, .. }| format!(", .serializer = &{name}")).unwrap_or_default();
         format!(
             "static const lf_cell_info_t {variable}_info = {{ {of_cell}{pool}{message} }};\n\
              {name} {variable} = {{ {of_type}.info = &{variable}_info }};"

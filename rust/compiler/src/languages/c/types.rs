@@ -127,7 +127,7 @@ pub(super) fn unsendable(ty: &str, serializer: Option<&Serializer>) -> Option<Un
     let ty = spelled(ty);
     if serializer.is_some_and(|by| by.name.as_deref() == Some(PROTO)) {
         let is_word = |ty: &str| ty.chars().all(|one| one.is_ascii_alphanumeric() || one == '_');
-        let message = format!("`{ty}` is no pointer to a message, so the serializer \"{}\" cannot send it", PROTO);
+        let message = format!("`{ty}` is no pointer to a message, so the serializer \"{PROTO}\" cannot send it");
         let hint = "give the port the type `Message*`, with the name that the file of `protobufs` gives the message";
         let is_message = ty.strip_suffix('*').is_some_and(is_word);
         return (!is_message).then(|| Unsendable { message, hint: hint.into(), place: None });
