@@ -261,7 +261,9 @@ fn the_reject_codes_are_those_of_the_protocol() {
     for (code, byte) in codes.into_iter().zip(1..) {
         assert_eq!((code.byte(), RejectCode::from_byte(byte)), (byte, code));
     }
-    for byte in [0].into_iter().chain(9..=255) {
+    let insecure = RejectCode::Insecure;
+    assert_eq!((insecure.byte(), RejectCode::from_byte(229)), (229, insecure));
+    for byte in [0].into_iter().chain(9..=255).filter(|byte| *byte != 229) {
         assert_eq!(RejectCode::from_byte(byte), RejectCode::Other(byte));
         assert_eq!(RejectCode::Other(byte).byte(), byte);
     }

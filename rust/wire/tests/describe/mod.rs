@@ -104,7 +104,7 @@ fn describe_code(code: RejectCode) -> &'static str {
         RejectCode::HmacMismatch => "HMAC_DOES_NOT_MATCH",
         RejectCode::NotInAuthenticationMode => "RTI_NOT_EXECUTED_WITH_AUTH",
         RejectCode::JoinsTooLate => "8 (joining too late)",
-        RejectCode::Insecure => "insecure",
+        RejectCode::Insecure => "229 (not encrypted)",
         RejectCode::Other(_) => "unknown",
     }
 }
