@@ -49,6 +49,8 @@ pub(crate) struct State {
     /// The tag that is open, or the last one that was; before the first, the one before the start.
     pub(crate) current: Tag,
     pub(crate) stop: Tag,
+    /// The last tag for which something is sent: that of the federation, which goes on if this program stops alone.
+    pub(crate) sends_until: Tag,
     pub(crate) stop_request: Option<Tag>,
     pub(crate) error: Option<ModelError>,
     pub(crate) network_input: bool,
@@ -74,6 +76,12 @@ impl State {
     /// Makes the next microstep the last tag of this program, whatever other federates do.
     pub(crate) fn stop_alone(&mut self) {
         self.stop = self.stop.min(self.current.next_microstep());
+    }
+
+    /// Makes `tag` the last one of this program, and of those that it sends to.
+    pub(crate) fn stop_at(&mut self, tag: Tag) {
+        self.stop = self.stop.min(tag);
+        self.sends_until = self.sends_until.min(tag);
     }
 
     pub(crate) fn bounds(&self) -> Bounds {

@@ -65,3 +65,13 @@ fn a_federate_that_is_killed_leaves_the_others_alone() {
     assert!(ctl(&run, &["start", "middle"]).contains("is started"));
     run.succeed().line(&["sink", "five of life 3"]);
 }
+
+/// What a federate has sent before it leaves arrives, also after its last tag.
+#[test]
+fn what_was_sent_before_leaving_arrives() {
+    for name in ["Leaves", "LeavesAlone"] {
+        let finished = run(name, &[]).succeed();
+        finished.line(&["visitor", "gone"]);
+        finished.line(&["sink", "31 in all, 5 from the visitor"]);
+    }
+}

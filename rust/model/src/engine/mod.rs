@@ -88,6 +88,7 @@ impl<'s> Engine<'s> {
                 first: Tag::NEVER,
                 current: Tag::NEVER,
                 stop: Tag::FOREVER,
+                sends_until: Tag::FOREVER,
                 stop_request: None,
                 error: None,
                 network_input: false,
@@ -230,7 +231,7 @@ impl<'s> Engine<'s> {
         self.state.current = first.before();
         self.state.phase = Phase::BetweenTags;
         if let Some(timeout) = self.settings.timeout {
-            self.state.stop = self.state.stop.min(Tag::at(start + timeout).max(first));
+            self.state.stop_at(Tag::at(start + timeout).max(first));
         }
         for (id, trigger) in (0..).map(TriggerId).zip(self.tables.triggers) {
             match trigger.kind {
@@ -247,8 +248,21 @@ impl<'s> Engine<'s> {
     /// Makes `tag` the last one of the program, or the next microstep when that has passed. A stop is never postponed.
     pub fn set_stop_tag(&mut self, tag: Tag) {
         if self.state.current < self.state.stop {
-            self.state.stop = self.state.stop.min(tag.max(self.state.current.next_microstep()));
+            self.state.stop_at(tag.max(self.state.current.next_microstep()));
         }
+    }
+
+    /// Makes the next microstep the last tag of this program alone: what it sends before that arrives, whenever it is
+    /// for.
+    pub fn stop_alone(&mut self) {
+        if self.state.current < self.state.stop {
+            self.state.stop_alone();
+        }
+    }
+
+    /// Returns whether a tag has begun after which nothing is sent.
+    pub fn has_sent_all(&self) -> bool {
+        self.state.current >= self.state.sends_until
     }
 
     /// Makes the next microstep the last tag, when nothing can happen any more: no event is pending, no stop is set, no

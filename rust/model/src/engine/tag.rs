@@ -241,7 +241,7 @@ impl ReactionContext<'_> {
     fn send(&mut self, program: &mut dyn Program, id: OutputId) -> bool {
         let output = &self.tables.outputs[usize::from(id.0)];
         let tag = self.state.current.delayed(output.delay);
-        if tag > self.state.stop || !tag.is_finite() {
+        if tag > self.state.sends_until || !tag.is_finite() {
             return true;
         }
         let result = if self.ports.contains(output.source.0) {

@@ -195,7 +195,7 @@ impl<'a, 's, N: Needs> Direct<'a, 's, N> {
         recording: &mut Recording<'_>,
         execution: &Execution<'_, '_, N>,
     ) {
-        if execution.is_decentralized() && execution.has_begun_last_tag() {
+        if execution.is_decentralized() && execution.has_sent_all() {
             self.peers.send_ends(platform, recording, &outputs(execution), false);
         }
     }

@@ -189,7 +189,7 @@ impl<'a, 's, N: Needs> Execution<'a, 's, N> {
     #[cfg(feature = "transients")]
     pub(super) fn stop_alone(&mut self) {
         if self.phase() == Phase::Running {
-            self.engine.set_stop_tag(Tag::NEVER);
+            self.engine.stop_alone();
         } else {
             self.machine.finish();
         }
@@ -429,9 +429,9 @@ impl<N: Needs> Execution<'_, '_, N> {
         }
     }
 
-    /// Returns whether the last tag has begun: nothing is sent for a later one.
-    pub(super) fn has_begun_last_tag(&self) -> bool {
-        self.engine.current_tag() >= self.engine.stop_tag()
+    /// Returns whether a tag has begun after which nothing is sent.
+    pub(super) fn has_sent_all(&self) -> bool {
+        self.engine.has_sent_all()
     }
 
     /// Returns whether this federate and a sender deadlock: the receive buffer is full of messages without room, and
