@@ -14,9 +14,9 @@ fn a_folder_of_foreign_programs_is_told_in_one_page() {
         ("a/a.cmake", ""),
         ("a/Library.lf", "target C\nreactor A { }\n"),
         ("a/Micro.ulf", &program("@platform(\"native\")", "validate(true);")),
-        ("b/Wrong.lf", &program("target C { protobufs: x.proto, files: \"x.h\" }", "")),
+        ("b/Wrong.lf", &program("target C { ros2: true, files: \"x.h\" }", "")),
         ("b/Snake.lf", &program("target Python", "")),
-        ("build/lfc_include/Package.lf", &program("target C { protobufs: x.proto }", "")),
+        ("build/lfc_include/Package.lf", &program("target C { ros2: true }", "")),
     ]);
     let doctor = |arguments: &[&str]| {
         let mut command = Command::new(env!("CARGO_BIN_EXE_lfz"));

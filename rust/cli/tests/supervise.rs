@@ -34,7 +34,7 @@ fn federates_start_when_the_rti_listens_and_are_told_what_is_known_then() {
     let lines: Vec<&str> = text.lines().collect();
     let [rti, federate] = lines[..] else { panic!("one line of each: {text}") };
     let id = rti.strip_prefix("RTI | ").expect("the RTI is told the id");
-    assert!(id.starts_with("Grid "), "{id}");
+    assert!(id.starts_with("Grid-"), "{id}");
     assert_eq!(federate, format!("a   | localhost:4711 id={id} from here /"));
     assert_eq!(String::from_utf8_lossy(&output.stderr), "me  | a ended with exit status 3\n");
 }

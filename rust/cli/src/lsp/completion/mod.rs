@@ -60,6 +60,7 @@ const ATTRIBUTES: &[(&str, &str, &str)] = &[
     ("absent_after", "(10 ms)", "how long an input of a connection is awaited within a tag"),
     ("serializer", "(\"…\")", "how values become bytes"),
     ("max_length", "(200)", "the largest number of bytes of a value"),
+    ("transient", "", "a federate that comes and goes while the others run"),
     ("timeout", "(10 s)", "the target property `timeout`, before the main reactor"),
     ("fast", "", "the target property `fast`, before the main reactor"),
     ("keepalive", "", "the target property `keepalive`, before the main reactor"),

@@ -12,9 +12,11 @@ use crate::emit::File;
 use crate::emit::view::View;
 use crate::plan::{ChildPort, ClassIndex, Reaction, ReactionParameter, ReactorClass, VariableKind};
 
-/// Returns whether headers are necessary: some function is the body of a reaction.
+/// Returns whether headers may be necessary: some function is the body of a reaction, or there are sources of C beside
+/// the program, which may know its reactors.
 pub(super) fn are_needed(view: &View<'_>) -> bool {
-    view.plan.classes.iter().flat_map(|class| &class.reactions).any(|reaction| reaction.external)
+    let mut reactions = view.plan.classes.iter().flat_map(|class| &class.reactions);
+    !view.native.cmake.is_empty() || reactions.any(|reaction| reaction.external)
 }
 
 /// Returns the headers of all reactors. A C file is compiled for each federate, whatever reactors that has.
