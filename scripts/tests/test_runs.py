@@ -41,7 +41,7 @@ def test_a_federation_is_built_and_run(grid: World) -> None:
     assert result.returncode == 0, result.stderr
     (rti,) = [call for call in grid.calls("lfz") if call[0] == "rti"]
     federation_id = rti[rti.index("--id") + 1]
-    assert federation_id.startswith("Grid ")
+    assert federation_id.startswith("Grid-")
     options = ["--number_of_federates", "2", "--clock_sync", "off"]
     assert rti == ["rti", "--id", federation_id, "--port", "0", *options]
     assert f"a    | --rti 127.0.0.1:4242 --id {federation_id}\n" in result.stdout

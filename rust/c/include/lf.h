@@ -151,7 +151,7 @@ typedef struct {
 		free(bytes);                                                                                           \
 		return copy;                                                                                           \
 	}                                                                                                              \
-	static const lf_serializer_t name = { name##_size, name##_pack, name##_unpack }
+	static const lf_serializer_t name = {name##_size, name##_pack, name##_unpack}
 #endif
 
 /* The values of a port or an action from generated code; all others are 0. */

@@ -26,7 +26,7 @@ pub(crate) fn fmt(repository: &Path, report: &mut Report) {
 }
 
 /// The features that an image may have, one by one.
-const IMAGE_FEATURES: [&str; 7] = ["", "datagrams", "ipv6", "peers", "texts", "traces", "transients"];
+const IMAGE_FEATURES: [&str; 8] = ["", "datagrams", "ipv6", "peers", "security", "texts", "traces", "transients"];
 
 /// Lints, with warnings as errors: of the workspace, and of the crates of images with each of their features alone.
 pub(crate) fn clippy(repository: &Path, report: &mut Report) {

@@ -435,18 +435,13 @@ impl<'a, 's, P: Platform, N: Needs> FederateLoop<'a, 's, P, N> {
     }
 
     /// Lets a transient federate that takes part leave in order. Returns whether this federate is such a one.
-    #[cfg(feature = "transients")]
     fn leaves_when_interrupted(&mut self) -> bool {
         let leaves = self.is_transient() && self.execution.phase() >= Phase::Running;
+        #[cfg(feature = "transients")]
         if leaves {
             self.execution.stop_alone();
         }
         leaves
-    }
-
-    #[cfg(not(feature = "transients"))]
-    fn leaves_when_interrupted(&mut self) -> bool {
-        false
     }
 
     /// Returns whether this federate comes and goes while the federation runs.

@@ -122,6 +122,7 @@ impl<'a, 's> Session<'a, 's> {
     }
 
     /// Returns why the connection has ended.
+    #[cfg_attr(not(feature = "security"), allow(clippy::unused_self, reason = "only encryption knows more"))]
     pub(super) fn end_reason<P: Platform>(&self, platform: &P) -> NetError {
         #[cfg(feature = "security")]
         if let Some(reason) = self.receiver.connection.socket().and_then(|socket| platform.failure(socket)) {
