@@ -53,6 +53,7 @@ const PACKAGES: &[&str] = &[
     "lf-texts",
     "lf-model",
     "lf-wire",
+    "lf-secure",
     "lf-coordination",
     "lf-runtime",
     "lf-devices",
