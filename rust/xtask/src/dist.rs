@@ -35,6 +35,7 @@ const RUNTIME: &[&str] = &[
     "rust/linux/",
     "rust/model/",
     "rust/runtime/",
+    "rust/secure/",
     "rust/texts/",
     "rust/wire/",
     "rust/zephyr/",
