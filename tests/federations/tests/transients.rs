@@ -66,7 +66,7 @@ fn a_federate_that_is_killed_leaves_the_others_alone() {
     run.succeed().line(&["sink", "five of life 3"]);
 }
 
-/// What a federate has sent before it leaves arrives, also after its last tag.
+/// A value that a federate has sent before it leaves arrives, also after the last tag of its sender.
 #[test]
 fn what_was_sent_before_leaving_arrives() {
     for name in ["Leaves", "LeavesAlone"] {
