@@ -6,5 +6,6 @@ from lf_west.build_command import LfBuild
 from lf_west.fed_build_command import LfFedBuild
 from lf_west.fed_flash_command import LfFedFlash
 from lf_west.fed_run_command import LfFedRun
+from lf_west.run_command import LfRun
 
-__all__ = ["LfBuild", "LfFedBuild", "LfFedFlash", "LfFedRun"]
+__all__ = ["LfBuild", "LfFedBuild", "LfFedFlash", "LfFedRun", "LfRun"]

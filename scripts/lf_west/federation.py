@@ -277,7 +277,7 @@ def _refuse_other_boards(participants: Sequence[Participant]) -> None:
     if images and not qemu.is_installed():
         raise LfError(
             f"there is no {qemu.PROGRAM}, which plays the boards of {', '.join(item.name for item in images)}.",
-            "Install QEMU for Arm: apt install qemu-system-arm",
+            qemu.ADVICE,
         )
 
 

@@ -18,11 +18,12 @@ from lf_west.command import LfCommand
 from lf_west.fed_build_command import LfFedBuild
 from lf_west.fed_flash_command import LfFedFlash
 from lf_west.fed_run_command import LfFedRun
+from lf_west.run_command import LfRun
 
 
 def all_commands() -> list[LfCommand]:
     """One of each command."""
-    return [LfBuild(), LfFedBuild(), LfFedFlash(), LfFedRun()]
+    return [LfBuild(), LfFedBuild(), LfFedFlash(), LfFedRun(), LfRun()]
 
 
 def main(arguments: Sequence[str]) -> int:

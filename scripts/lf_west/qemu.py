@@ -12,6 +12,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 PROGRAM = "qemu-system-arm"
+ADVICE = "Install QEMU for Arm: apt install qemu-system-arm"
 # What `end` in zephyr/src/fatal.c prints before the status, after the end of the program and after a fault.
 STATUS_LINE = "lf: the program ended with status "
 
@@ -54,17 +55,21 @@ def has_pins(board: str) -> bool:
     return machine is not None and machine.trace != ()
 
 
-def command(board: str, image: Path, interface: str, mac: str | None, trace: Path | None = None) -> list[str]:
-    """Start an image on a board whose Ethernet is the other end of a TAP interface.
+def command(
+    board: str, image: Path, interface: str | None = None, mac: str | None = None, trace: Path | None = None
+) -> list[str]:
+    """Start an image on a board whose Ethernet, if it is connected, is the other end of a TAP interface.
 
     What its pins do is traced into a file, by the clock of this computer.
     """
     machine = _machine(board)
     if machine is None:
         raise ValueError(f"QEMU does not play {board}")
-    network = f"tap,ifname={interface},script=no,downscript=no,model={machine.controller}"
-    # Some controllers tell the driver their address; others are told theirs by the devicetree.
-    network += f",mac={mac}" if mac is not None else ""
+    network = "none"
+    if interface is not None:
+        network = f"tap,ifname={interface},script=no,downscript=no,model={machine.controller}"
+        # Some controllers tell the driver their address; others are told theirs by the devicetree.
+        network += f",mac={mac}" if mac is not None else ""
     words = [PROGRAM, "-machine", machine.name, "-cpu", machine.cpu, "-nic", network]
     if trace is not None:
         events = [word for event in machine.trace for word in ("-trace", event)]

@@ -188,8 +188,8 @@ class World:
             participants.insert(0, {**image, "role": "rti"})
         self.write({"program": "Grid", "rti": said, "participants": participants})
 
-    def describe_unfederated(self) -> None:
-        item = self.participant(0, "main", "native_sim/native/64")
+    def describe_unfederated(self, board: str = "native_sim/native/64") -> None:
+        item = self.participant(0, "main", board)
         self.write({"program": "Grid", "rti": None, "participants": [item]})
 
     def write(self, description: dict[str, Any]) -> None:
@@ -218,10 +218,10 @@ class World:
                 item["network"] = {"ip": ip, "prefix": int(prefix), "gateway": gateway or None, "mac": mac}
         self.write(described)
 
-    def run(self, *options: str) -> subprocess.CompletedProcess[str]:
-        """Run `lf-fed-run`, which becomes another program, and give what it printed."""
-        command = [sys.executable, str(LF), "lf-fed-run", self.file, *options]
-        return subprocess.run(command, capture_output=True, text=True, check=False)
+    def run(self, *options: str, command: str = "lf-fed-run") -> subprocess.CompletedProcess[str]:
+        """Run a command that becomes another program, and give what it printed."""
+        words = [sys.executable, str(LF), command, self.file, *options]
+        return subprocess.run(words, capture_output=True, text=True, check=False)
 
     def touch(self, path: str) -> Path:
         """A file of the application."""

@@ -46,7 +46,7 @@ def west(folder: Path, *arguments: str) -> subprocess.CompletedProcess[str]:
 def test_west_offers_the_commands(topdir: Path) -> None:
     result = west(topdir, "help")
     assert result.returncode == 0, result.stderr
-    for name in ("lf-build:", "lf-fed-build:", "lf-fed-flash:", "lf-fed-run:"):
+    for name in ("lf-build:", "lf-fed-build:", "lf-fed-flash:", "lf-fed-run:", "lf-run:"):
         assert name in result.stdout
 
 

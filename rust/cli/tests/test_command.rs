@@ -126,6 +126,57 @@ fn programs_that_check_themselves_are_tests_in_every_language() {
 }
 
 #[test]
+fn physical_actions_are_scheduled_at_their_times() {
+    let body = |language: &str, get: &str| {
+        format!(
+            "target {language}\nreactor Button {{\n  physical action pressed(2 ms): int\n  physical action bell\n  \
+             output power: int\n  output rung: bool\n  reaction(pressed) -> power {{= {get} =}} deadline(1 nsec) {{= {} \
+             =}}\n  reaction(bell) -> rung {{= {} =}}\n}}\n",
+            if language == "C" { "lf_print_error_and_exit(\"too late\");" } else { "panic!(\"too late\");" },
+            if language == "C" { "lf_set(rung, true);" } else { "ctx.set(rung, true);" },
+        )
+    };
+    let described = |file: &str| {
+        format!(
+            "reactor: Button\nfile: {file}\ncases:\n  - name: it is pressed twice\n    inputs:\n      - {{ at: 10 ms, \
+             pressed: 3 }}\n      - {{ at: 1 hour, pressed: 4, bell: }}\n    outputs:\n      - {{ at: 12 ms, power: 3 \
+             }}\n      - {{ at: [1 hour, 1], rung: true }}\n      - {{ at: 3600002 ms, power: 4 }}\n"
+        )
+    };
+    let rust = body("Rust", "ctx.set(power, ctx.get(pressed).unwrap());").replace(": int", ": i32");
+    let folder = folder(&[
+        ("src/Button.lf", &rust),
+        ("src/ButtonInC.lf", &body("C", "lf_set(power, pressed->value);")),
+        ("test/button.test.yaml", &described("../src/Button.lf")),
+        ("test/button_in_c.test.yaml", &described("../src/ButtonInC.lf")),
+    ]);
+    let output = run(folder.path(), &[]);
+    let expected =
+        ["test/button: it is pressed twice ... ok", "test/button_in_c: it is pressed twice ... ok", "2 passed, 0 failed"];
+    assert_eq!(lines(&output), expected, "{}", text(&output.stderr));
+}
+
+#[test]
+fn names_that_a_reactor_does_not_have_are_told_before_anything_is_built() {
+    let button = "target Rust\nreactor Button { input x: i32 physical action pressed physical action level: u8\noutput y: i32 }\n";
+    for (case, expected) in [
+        ("inputs: [{ at: 0 ms, z: 1 }]", "`Button` has no input `z`; it has `x`, `level`, `pressed`"),
+        ("outputs: [{ at: 0 ms, x: 1 }]", "`Button` has no output `x`; it has `y`"),
+        ("inputs: [{ at: 0 ms, x: }]", "`x` has no value"),
+        ("inputs: [{ at: 0 ms, level: }]", "the physical action `level` needs a value"),
+        ("inputs: [{ at: 0 ms, pressed: 1 }]", "the physical action `pressed` has no values: write `pressed:`"),
+    ] {
+        let described = format!("reactor: Button\nfile: Button.lf\ncases:\n  - name: a\n    {case}\n");
+        let folder = folder(&[("test/Button.lf", button), ("test/a.test.yaml", &described)]);
+        let said = text(&run(folder.path(), &[]).stderr);
+        assert!(said.starts_with(&format!("error: test/a.test.yaml: a: {expected}")), "{said}");
+    }
+    let other = folder(&[("test/Button.lf", button), ("test/a.test.yaml", "reactor: Fan\nfile: Button.lf\ncases: []\n")]);
+    let said = text(&run(other.path(), &[]).stderr);
+    assert!(said.contains("test/Button.lf has no reactor `Fan`; it has `Button`"), "{said}");
+}
+
+#[test]
 fn what_is_no_test_is_told() {
     let folder = folder(&[("src/Fan.lf", FAN), ("empty/README.md", ""), ("bad/a.test.yaml", "reactor: Fan\nfil: x\n")]);
     for (path, expected) in [

@@ -32,6 +32,8 @@ pub(crate) struct Arguments {
     pub(crate) timeout: Option<Interval>,
     /// `-f`
     pub(crate) fast: Option<bool>,
+    /// `--virtual-time`: the clock shows the next time that the program waits for, at once.
+    pub(crate) virtual_time: bool,
     /// `-k`
     pub(crate) keepalive: Option<bool>,
     /// `-i`: the federation to join.
@@ -81,6 +83,11 @@ impl Arguments {
                 Short('o') | Long("timeout") => arguments.timeout = Some(interval(&mut parser)?),
                 Short('f') | Long("fast") => arguments.fast = Some(boolean(&mut parser)?),
                 Short('k') | Long("keepalive") => arguments.keepalive = Some(boolean(&mut parser)?),
+                Long("virtual-time") if !federated => arguments.virtual_time = true,
+                Long("virtual-time") => {
+                    let message = "--virtual-time: the clocks of federates cannot wait for each other";
+                    return Err(UsageError(message.to_owned()));
+                }
                 Short('i') | Long("id") if federated => arguments.federation_id = Some(parser.value()?.string()?),
                 Short('r') | Long("rti") if federated => arguments.set_rti(&parser.value()?.string()?)?,
                 Long("trace") => arguments.trace = Some(parser.value()?.into()),
@@ -101,6 +108,10 @@ impl Arguments {
                 }
                 other => return Err(other.unexpected().into()),
             }
+        }
+        if arguments.virtual_time && arguments.devices.is_some() {
+            let message = "--virtual-time and --devices exclude each other: inputs move in physical time";
+            return Err(UsageError(message.to_owned()));
         }
         if matches!(arguments.credentials, Credentials::Unverified { .. }) != unverified {
             let message = "--tls and --unverified belong together: with --keys all participants prove who they are";
@@ -202,6 +213,9 @@ pub(crate) fn usage(description: &Description) -> String {
          \x20     --vcd FILE            write down what pins do, for PulseView or GTKWave\n",
         description.name, description.program
     );
+    if description.federation.is_none() {
+        text.push_str("      --virtual-time        let the clock show at once what the program waits for\n");
+    }
     if let Some(federation) = &description.federation {
         let _ = write!(
             text,

@@ -1,16 +1,26 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Linux's clocks as the platform clock.
 
+use std::sync::atomic::{AtomicI64, Ordering};
+
 use lf_model::time::Instant;
 use rustix::time::{ClockId, clock_gettime};
 
+/// The beginning of virtual time: 1 January 2000, in nanoseconds.
+const VIRTUAL_START: i64 = 946_684_800_000_000_000;
+
 /// A clock that counts nanoseconds since 1970 and never runs backwards.
-///
-/// The wall clock may be set while a program runs; so it is read once, and the monotonic clock counts from there.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Clock {
-    /// Wall-clock time minus monotonic time, in nanoseconds.
-    offset: i64,
+pub(crate) enum Clock {
+    /// The system's monotonic clock.
+    ///
+    /// The wall clock may be set while a program runs; so it is read once, and the monotonic clock counts from there.
+    System {
+        /// Wall-clock time minus monotonic time, in nanoseconds.
+        offset: i64,
+    },
+    /// A clock that stands still until the program has nothing to do, and then shows the time that it waits for.
+    Virtual(&'static AtomicI64),
 }
 
 impl Clock {
@@ -26,7 +36,13 @@ impl Clock {
             (after - before, wall - (before + (after - before) / 2))
         };
         let (_, offset) = (1..Self::READINGS).map(|_| reading()).fold(reading(), Ord::min);
-        Self { offset }
+        Self::System { offset }
+    }
+
+    /// Returns the virtual clock, which begins at the same time in each run.
+    pub(crate) fn of_virtual_time() -> Self {
+        static TIME: AtomicI64 = AtomicI64::new(VIRTUAL_START);
+        Self::Virtual(&TIME)
     }
 
     /// Returns the time now.
@@ -34,9 +50,25 @@ impl Clock {
         self.at(nanoseconds(ClockId::Monotonic))
     }
 
-    /// Returns the time at which the system's monotonic clock showed this number of nanoseconds.
+    /// Returns the time at which the system's monotonic clock showed this number of nanoseconds; of a virtual clock,
+    /// the time now.
     pub(crate) fn at(self, monotonic: i64) -> Instant {
-        Instant::from_nanos(monotonic.saturating_add(self.offset))
+        match self {
+            Self::System { offset } => Instant::from_nanos(monotonic.saturating_add(offset)),
+            Self::Virtual(time) => Instant::from_nanos(time.load(Ordering::Relaxed)),
+        }
+    }
+
+    /// Returns whether this is a virtual clock.
+    pub(crate) fn is_virtual(self) -> bool {
+        matches!(self, Self::Virtual(_))
+    }
+
+    /// Makes a virtual clock show a later time; others go by themselves.
+    pub(crate) fn skip_to(self, time: Instant) {
+        if let Self::Virtual(now) = self {
+            now.fetch_max(time.as_nanos(), Ordering::Relaxed);
+        }
     }
 }
 
@@ -54,6 +86,18 @@ fn nanoseconds(clock: ClockId) -> i64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn virtual_time_passes_only_when_it_is_waited_for() {
+        let clock = Clock::of_virtual_time();
+        let start = clock.now();
+        assert_eq!(clock.now(), start);
+        let later = Instant::from_nanos(start.as_nanos() + 1_000_000_000);
+        clock.skip_to(later);
+        assert_eq!(clock.now(), later);
+        clock.skip_to(start);
+        assert_eq!(clock.now(), later, "it does not run backwards");
+    }
 
     /// Every reading is at least the one before it, and within the era of the wall clock.
     #[test]

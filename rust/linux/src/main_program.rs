@@ -94,6 +94,9 @@ fn start<P: Program, S: EngineStorage>(
             return ExitCode::from(USAGE);
         }
     };
+    if arguments.virtual_time {
+        HostOutside::begin_virtual_time();
+    }
     crate::logger::install(description.logging);
     let script = match arguments.script() {
         Ok(script) => script,

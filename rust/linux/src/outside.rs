@@ -39,12 +39,17 @@ struct Physical {
 impl HostOutside {
     /// Returns the one of this process; the first call reads the wall clock.
     pub(crate) fn of_program() -> &'static Self {
-        PROGRAM.get_or_init(Self::new)
+        PROGRAM.get_or_init(|| Self::new(Clock::new()))
     }
 
-    fn new() -> Self {
+    /// Makes virtual time that of this process, before anybody has read the clock.
+    pub(crate) fn begin_virtual_time() {
+        PROGRAM.get_or_init(|| Self::new(Clock::of_virtual_time()));
+    }
+
+    fn new(clock: Clock) -> Self {
         Self {
-            clock: Clock::new(),
+            clock,
             read: AtomicI64::new(i64::MIN),
             physical: Mutex::new(Physical { correction: ClockCorrection::NONE, latest: Instant::NEVER }),
             mailbox: Mailbox::new(),
@@ -136,7 +141,7 @@ mod tests {
 
     #[test]
     fn a_time_in_the_past_is_exact_back_to_what_the_event_loop_has_read() {
-        let host: &'static HostOutside = Box::leak(Box::new(HostOutside::new()));
+        let host: &'static HostOutside = Box::leak(Box::new(HostOutside::new(Clock::new())));
         let nanoseconds = |time: Instant| time.as_nanos() - host.clock.at(0).as_nanos();
         let before = nanoseconds(host.clock.now());
         assert_eq!(HostOutsideAt(host, before).physical_time(), host.clock.at(before));

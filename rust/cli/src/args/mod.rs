@@ -245,9 +245,9 @@ panics, become places in the LF program.")]
     #[command(long_about = "\
 Build and run images in a Zephyr workspace: `lfz west lf-fed-build src/Program.lf`.
 
-The commands are lf-build, lf-fed-build, lf-fed-run and lf-fed-flash; each says more with --help. They are those that
-west has in a workspace whose manifest names this project, and take the workspace around the current folder, that of
-ZEPHYR_BASE, or the registered one.")]
+The commands are lf-build, lf-run, lf-fed-build, lf-fed-run and lf-fed-flash; each says more with --help. They are those
+that west has in a workspace whose manifest names this project, and take the workspace around the current folder, that
+of ZEPHYR_BASE, or the registered one.")]
     West {
         /// The command, and its arguments.
         #[arg(required = true, trailing_var_arg = true, allow_hyphen_values = true)]

@@ -54,8 +54,11 @@ pub struct TestArgs {
     #[arg(long, value_name = "TIME", value_parser = time::parse, default_value = "60 s")]
     pub timeout: Duration,
     /// Compile with optimizations.
-    #[arg(long)]
+    #[arg(long, conflicts_with = "board")]
     pub release: bool,
+    /// Run the tests as images on this board, which `native_sim` or QEMU plays: `native_sim/native/64`.
+    #[arg(long, value_name = "BOARD")]
+    pub board: Option<String>,
 }
 
 /// `lfz add`

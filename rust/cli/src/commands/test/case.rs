@@ -1,12 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Tests of a reactor that a file describes: a program for each, which sets the inputs at their times and compares the
-//! outputs.
+//! Tests of a reactor that a file describes: a program for each, which sets the inputs at their times, schedules the
+//! physical actions, and compares the outputs.
 
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
 use std::path::Path;
 
 use lf_compiler::parse;
+use lf_compiler::syntax::ast::{ActionKind, Direction, Reactor, TypeSyntax};
 use serde::Deserialize;
 
 use crate::compile::read_text;
@@ -38,12 +39,14 @@ struct Case {
     until: Option<String>,
 }
 
-/// A value of a port, or a tag.
+/// A value of a port or a physical action, or a tag.
 #[derive(Debug, Deserialize)]
 #[serde(untagged)]
 enum Entry {
     One(Scalar),
     Tag(String, u32),
+    /// The event of a physical action without values.
+    Pure(()),
 }
 
 /// A value as the target language writes it; a text is code.
@@ -70,11 +73,17 @@ impl Scalar {
 /// The tag at which a port has a value: nanoseconds after the start, and microsteps.
 type At = (u64, u32);
 
-/// The values of each port, in order.
+/// The values of each port or action, in order; an empty one is an event without a value.
 type Events = BTreeMap<String, Vec<(At, String)>>;
 
-/// Returns the programs of a file's cases, with the names of these.
-pub(super) fn programs(name: &str, text: &str, folder: &Path) -> Result<Vec<(String, String)>, Failure> {
+/// Returns the programs of a file's cases, with the names of these. As images they do not wait for physical time;
+/// programs of this computer are to run in virtual time.
+pub(super) fn programs(
+    name: &str,
+    text: &str,
+    folder: &Path,
+    is_image: bool,
+) -> Result<Vec<(String, String)>, Failure> {
     let description: Description = serde_saphyr::from_str(text).map_err(|error| {
         let place = error.location().map_or_else(String::new, |at| format!(":{}:{}", at.line(), at.column()));
         let message = error.without_snippet().to_string();
@@ -84,31 +93,104 @@ pub(super) fn programs(name: &str, text: &str, folder: &Path) -> Result<Vec<(Str
     let shown = file.display();
     let code =
         read_text(&file).map_err(|error| Failure::message(format!("{name}: {shown} cannot be read: {error}")))?;
-    let target =
-        parse(&description.file, &code).unit.target.map_or_else(|| "Rust".to_owned(), |target| target.name.text);
+    let unit = parse(&description.file, &code).unit;
+    let target = unit.target.map_or_else(|| "Rust".to_owned(), |target| target.name.text);
+    let named = |reactor: &&Reactor| reactor.name.as_ref().is_some_and(|name| name.text == description.reactor);
+    let tested = unit.reactors.iter().find(named).map(|reactor| Tested::of(reactor, &code)).ok_or_else(|| {
+        let names: Vec<_> = unit.reactors.iter().filter_map(|reactor| reactor.name.as_ref()).collect();
+        let names = listed(names.iter().map(|name| name.text.as_str()));
+        Failure::message(format!("{name}: {shown} has no reactor `{}`; it has {names}", description.reactor))
+    })?;
     let import = std::path::absolute(&file)?;
     let head = format!(
-        "target {target} {{ fast: true, timeout: UNTIL }}\nimport {} from \"{}\"\n",
+        "target {target} {{ {}timeout: UNTIL }}\nimport {} from \"{}\"\n",
+        if is_image { "fast: true, " } else { "" },
         description.reactor,
         import.display()
     );
-    let is_rust = target.eq_ignore_ascii_case("Rust");
+    let language = if target.eq_ignore_ascii_case("Rust") { BodyLanguage::Rust } else { BodyLanguage::C };
     let program = |case: &Case| {
-        let events = |list| events(list).map_err(|error| Failure::message(format!("{name}: {}: {error}", case.name)));
-        let (inputs, outputs) = (events(&case.inputs)?, events(&case.outputs)?);
+        let wrong = |error: String| Failure::message(format!("{name}: {}: {error}", case.name));
+        let (mut inputs, outputs) = (events(&case.inputs).map_err(wrong)?, events(&case.outputs).map_err(wrong)?);
         let last = inputs.values().chain(outputs.values()).flatten().map(|((time, _), _)| *time).max().unwrap_or(0);
         let until = case.until.as_ref().map_or(Ok(last), |until| time_of(until));
-        let until = until.map_err(|error| Failure::message(format!("{name}: {}: until: {error}", case.name)))?;
-        let body = if is_rust { BodyLanguage::Rust } else { BodyLanguage::C }.body(
-            &description.reactor,
-            case,
-            &inputs,
-            &outputs,
-        );
+        let until = until.map_err(|error| wrong(format!("until: {error}")))?;
+        let actions = tested.take_actions(&mut inputs);
+        tested.check(&inputs, &outputs, &actions).map_err(wrong)?;
+        let body = language.body(&tested, case, [&inputs, &actions, &outputs]);
         // The last time counts with all its microsteps.
         Ok((case.name.clone(), head.replace("UNTIL", &format!("{} ns", until.saturating_add(1))) + &body))
     };
     description.cases.iter().map(program).collect()
+}
+
+/// The reactor of a file, as far as its tests have to know it.
+struct Tested {
+    name: String,
+    inputs: Vec<String>,
+    outputs: Vec<String>,
+    /// Its physical actions with their types as the file writes them, if they have values.
+    actions: BTreeMap<String, Option<String>>,
+    /// Whether it inherits ports and actions of others, which this file need not have.
+    inherits: bool,
+}
+
+impl Tested {
+    fn of(reactor: &Reactor, code: &str) -> Self {
+        let ports = |direction| {
+            let ports = reactor.body.ports.iter().filter(move |port| port.direction == direction);
+            ports.map(|port| port.name.text.clone()).collect()
+        };
+        let physical = reactor.body.actions.iter().filter(|action| action.kind == ActionKind::Physical);
+        let text = |ty: &TypeSyntax| code.get(ty.span.start..ty.span.end).unwrap_or_default().to_owned();
+        Self {
+            name: reactor.name.as_ref().map_or_else(String::new, |name| name.text.clone()),
+            inputs: ports(Direction::Input),
+            outputs: ports(Direction::Output),
+            actions: physical.map(|action| (action.name.text.clone(), action.ty.as_ref().map(text))).collect(),
+            inherits: !reactor.extends.is_empty(),
+        }
+    }
+
+    /// Takes the events of physical actions out of those of inputs.
+    fn take_actions(&self, inputs: &mut Events) -> Events {
+        let names = self.actions.keys();
+        names.filter_map(|name| inputs.remove(name).map(|events| (name.clone(), events))).collect()
+    }
+
+    /// Refuses names that the reactor does not have, and values where there are none.
+    fn check(&self, inputs: &Events, outputs: &Events, actions: &Events) -> Result<(), String> {
+        let name = &self.name;
+        for (events, known, kind) in [(inputs, &self.inputs, "input"), (outputs, &self.outputs, "output")] {
+            for (port, values) in events {
+                if !self.inherits && !known.contains(port) {
+                    let more = if kind == "input" { self.actions.keys() } else { BTreeMap::new().keys() };
+                    let names = listed(known.iter().chain(more).map(String::as_str));
+                    return Err(format!("`{name}` has no {kind} `{port}`; it has {names}"));
+                }
+                if values.iter().any(|(_, value)| value.is_empty()) {
+                    return Err(format!("`{port}` has no value"));
+                }
+            }
+        }
+        for (action, events) in actions {
+            let has_type = self.actions.get(action).is_some_and(Option::is_some);
+            if let Some((_, value)) = events.iter().find(|(_, value)| value.is_empty() == has_type) {
+                return Err(if value.is_empty() {
+                    format!("the physical action `{action}` needs a value")
+                } else {
+                    format!("the physical action `{action}` has no values: write `{action}:`, with nothing behind it")
+                });
+            }
+        }
+        Ok(())
+    }
+}
+
+/// Returns names as a list for a sentence.
+fn listed<'n>(names: impl Iterator<Item = &'n str>) -> String {
+    let names: Vec<_> = names.map(|name| format!("`{name}`")).collect();
+    if names.is_empty() { "none".to_owned() } else { names.join(", ") }
 }
 
 /// Returns the values by port; `at` is their tag.
@@ -122,8 +204,12 @@ fn events(list: &[BTreeMap<String, Entry>]) -> Result<Events, String> {
             _ => return Err("each entry has an `at`: `10 ms`, or `[10 ms, 1]` with a microstep".to_owned()),
         };
         for (port, value) in entry.iter().filter(|(port, _)| *port != "at") {
-            let Entry::One(value) = value else { return Err(format!("`{port}` has no value")) };
-            events.entry(port.clone()).or_default().push((at, value.code()));
+            let value = match value {
+                Entry::One(value) => value.code(),
+                Entry::Pure(()) => String::new(),
+                Entry::Tag(..) => return Err(format!("`{port}` is no tag, but gets a value")),
+            };
+            events.entry(port.clone()).or_default().push((at, value));
         }
     }
     for values in events.values_mut() {
@@ -145,16 +231,28 @@ enum BodyLanguage {
 }
 
 impl BodyLanguage {
-    /// Returns the main reactor.
-    fn body(self, reactor: &str, case: &Case, inputs: &Events, outputs: &Events) -> String {
+    /// Returns the main reactor, and one that is derived from the tested one where actions are scheduled.
+    fn body(self, tested: &Tested, case: &Case, [inputs, actions, outputs]: [&Events; 3]) -> String {
         let given: Vec<_> =
             case.parameters.iter().map(|(name, value)| format!("{name} = {{= {} =}}", value.code())).collect();
         let mut text = String::new();
         // Writing to a String cannot fail.
-        let _ = writeln!(text, "main reactor {{\n  tested = new {reactor}({})", given.join(", "));
-        for (number, (port, (at, value))) in
-            inputs.iter().flat_map(|(port, values)| values.iter().map(move |value| (port, value))).enumerate()
-        {
+        let mut class = tested.name.as_str();
+        if !actions.is_empty() {
+            class = "Scheduled";
+            let _ = writeln!(text, "reactor Scheduled extends {} {{", tested.name);
+            for (number, (action, (at, value))) in each(actions).enumerate() {
+                let code = self.schedule(action, tested.actions.get(action).and_then(Option::as_deref), value);
+                let _ = writeln!(
+                    text,
+                    "  timer scheduled_at_{number}({} ns)\n  reaction(scheduled_at_{number}) -> {action} {{= {code} =}}",
+                    at.0
+                );
+            }
+            text.push_str("}\n");
+        }
+        let _ = writeln!(text, "main reactor {{\n  tested = new {class}({})", given.join(", "));
+        for (number, (port, (at, value))) in each(inputs).enumerate() {
             let set = match self {
                 Self::Rust => format!("ctx.set(tested__{port}, {value});"),
                 Self::C => format!("lf_set(tested.{port}, {value});"),
@@ -173,6 +271,23 @@ impl BodyLanguage {
         }
         text + "}\n"
     }
+
+    /// Returns code that schedules a physical action now.
+    fn schedule(self, action: &str, ty: Option<&str>, value: &str) -> String {
+        match (self, ty) {
+            (Self::Rust, None) => format!("ctx.schedule_physical(&{action}, Asap).expect(\"there is room\");"),
+            (Self::Rust, Some(_)) => {
+                format!("ctx.schedule_physical_with_v(&{action}, Some({value}), Asap).expect(\"there is room\");")
+            }
+            (Self::C, None) => format!("lf_schedule({action}, 0);"),
+            (Self::C, Some(ty)) => format!("{ty} value = {value}; lf_schedule_copy({action}, 0, &value, 1);"),
+        }
+    }
+}
+
+/// Returns all events of all ports or actions.
+fn each(events: &Events) -> impl Iterator<Item = (&String, &(At, String))> {
+    events.iter().flat_map(|(name, values)| values.iter().map(move |value| (name, value)))
 }
 
 fn rust_output(text: &mut String, port: &str, values: &[(At, String)]) -> std::fmt::Result {

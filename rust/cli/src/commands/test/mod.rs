@@ -20,11 +20,14 @@ use crate::terminal;
 
 /// The ending of files that describe tests of a reactor.
 const DESCRIBED: &str = ".test.yaml";
+/// The number of lines that are printed of a test that failed as an image. Zephyr's build prints hundreds before.
+const LAST_LINES: usize = 40;
 
 /// One test: a program that ends with status 0 if it passes.
 struct Test {
     name: String,
     program: PathBuf,
+    is_federated: bool,
     /// The folder for generated files, if the program itself is one.
     out: Option<PathBuf>,
 }
@@ -33,7 +36,7 @@ struct Test {
 pub(super) fn test(arguments: &TestArgs) -> Result<ExitCode, Failure> {
     let mut tests = Vec::new();
     for path in &arguments.paths {
-        find(path, &mut tests)?;
+        find(path, arguments.board.is_some(), &mut tests)?;
     }
     let all = tests.len();
     tests.retain(|test| arguments.filter.as_ref().is_none_or(|filter| test.name.contains(filter)));
@@ -69,7 +72,7 @@ pub(super) fn test(arguments: &TestArgs) -> Result<ExitCode, Failure> {
 }
 
 /// Adds the tests in a folder or a file.
-fn find(path: &Path, tests: &mut Vec<Test>) -> Result<(), Failure> {
+fn find(path: &Path, is_image: bool, tests: &mut Vec<Test>) -> Result<(), Failure> {
     if !path.exists() {
         let hint = "name the folder of the tests, or a single one";
         return Err(Failure::message(format!("{} does not exist: {hint}", path.display())));
@@ -80,28 +83,32 @@ fn find(path: &Path, tests: &mut Vec<Test>) -> Result<(), Failure> {
         let entry = entry.map_err(|error| Failure::message(error.to_string()))?;
         let (file, name) = (entry.path(), entry.path().display().to_string());
         if let Some(stem) = name.strip_suffix(DESCRIBED) {
-            tests.extend(described(file, stem)?);
-        } else if [".lf", ".ulf"].iter().any(|ending| name.ends_with(ending)) && has_main(file)? {
+            tests.extend(described(file, stem, is_image)?);
+        } else if [".lf", ".ulf"].iter().any(|ending| name.ends_with(ending))
+            && let Some(kind) = main_kind(file)?
+        {
             let name = name.trim_end_matches(".lf").trim_end_matches(".ulf").to_owned();
-            tests.push(Test { name, program: file.to_owned(), out: None });
+            let is_federated = kind == ReactorKind::Federated;
+            tests.push(Test { name, program: file.to_owned(), is_federated, out: None });
         }
     }
     Ok(())
 }
 
-fn has_main(file: &Path) -> Result<bool, Failure> {
+/// Returns what the main reactor of a file is, if it has one.
+fn main_kind(file: &Path) -> Result<Option<ReactorKind>, Failure> {
     let name = file.display().to_string();
     let text = read_text(file).map_err(|error| Failure::message(format!("{name} cannot be read: {error}")))?;
     let unit = lf_compiler::parse(&name, &text).unit;
-    Ok(unit.reactors.iter().any(|reactor| reactor.kind != ReactorKind::Plain))
+    Ok(unit.reactors.iter().map(|reactor| reactor.kind).find(|kind| *kind != ReactorKind::Plain))
 }
 
 /// Returns the tests that a file describes, and writes their programs.
-fn described(file: &Path, stem: &str) -> Result<Vec<Test>, Failure> {
+fn described(file: &Path, stem: &str, is_image: bool) -> Result<Vec<Test>, Failure> {
     let name = file.display().to_string();
     let text = read_text(file).map_err(|error| Failure::message(format!("{name} cannot be read: {error}")))?;
     let folder = file.parent().unwrap_or(Path::new("."));
-    let programs = case::programs(&name, &text, folder)?;
+    let programs = case::programs(&name, &text, folder, is_image)?;
     let out = folder.join("build/lfz/tests").join(Path::new(stem).file_name().unwrap_or_default());
     let mut tests = Vec::new();
     for (number, (case, program)) in programs.into_iter().enumerate() {
@@ -109,7 +116,8 @@ fn described(file: &Path, stem: &str) -> Result<Vec<Test>, Failure> {
         fs::create_dir_all(&folder)?;
         let path = folder.join("Test.lf");
         fs::write(&path, program)?;
-        tests.push(Test { name: format!("{stem}: {case}"), program: path, out: Some(folder.join("out")) });
+        let name = format!("{stem}: {case}");
+        tests.push(Test { name, program: path, is_federated: false, out: Some(folder.join("out")) });
     }
     Ok(tests)
 }
@@ -117,22 +125,43 @@ fn described(file: &Path, stem: &str) -> Result<Vec<Test>, Failure> {
 /// Builds and runs the program of a test.
 fn run(test: &Test, arguments: &TestArgs) -> Result<Outcome, Failure> {
     let mut command = Command::new(std::env::current_exe()?);
-    command.arg("run").arg(&test.program).arg("--timeout").arg(format!("{} s", arguments.timeout.as_secs_f64()));
+    match &arguments.board {
+        None => command.arg("run").arg(&test.program),
+        Some(board) => {
+            let west_command = if test.is_federated { "lf-fed-run" } else { "lf-run" };
+            command.args(["west", west_command]).arg(&test.program).arg("--west-commands").arg(format!("-b {board}"));
+            if let Some(settings) = settings_beside(test) {
+                command.arg("--conf-overlays").arg(settings);
+            }
+            &mut command
+        }
+    };
+    command.arg("--timeout").arg(format!("{} s", arguments.timeout.as_secs_f64()));
     command.args(arguments.release.then_some("--release"));
     if let Some(out) = &test.out {
-        command.arg("--out").arg(out);
+        command.arg(if arguments.board.is_some() { "--build-dir" } else { "--out" }).arg(out);
+        command.args(arguments.board.is_none().then_some(["--", "--virtual-time"]).into_iter().flatten());
     }
     // The reason says which value is wrong; where it was compared is no news.
     command.env("RUST_BACKTRACE", "0");
     let begin = Instant::now();
     let output = command.stdin(Stdio::null()).output()?;
-    let failure = (!output.status.success()).then(|| said(&output));
+    let last = arguments.board.as_ref().map_or(usize::MAX, |_| LAST_LINES);
+    let failure = (!output.status.success()).then(|| said(&output, last));
     Ok(Outcome { name: test.name.clone(), took: begin.elapsed(), failure })
 }
 
-/// Returns the output of a test that has failed.
-fn said(output: &Output) -> String {
+/// Returns the prj.conf of the project that a test belongs to: that of the nearest folder around it. West finds those
+/// in the program's own folder by itself.
+fn settings_beside(test: &Test) -> Option<PathBuf> {
+    let program = std::path::absolute(&test.program).ok()?;
+    let around = program.parent()?.ancestors().skip(1);
+    around.map(|folder| folder.join("prj.conf")).find(|file| file.is_file())
+}
+
+/// Returns the output of a test that has failed, of that the last lines.
+fn said(output: &Output, last: usize) -> String {
     let text = [&output.stderr[..], &output.stdout].map(|bytes| String::from_utf8_lossy(bytes).into_owned()).concat();
-    let lines = text.lines().filter(|line| !line.starts_with("Compil"));
-    lines.map(|line| format!("    {line}\n")).collect::<Vec<_>>().concat()
+    let lines: Vec<_> = text.lines().filter(|line| !line.starts_with("Compil")).collect();
+    lines[lines.len().saturating_sub(last)..].iter().map(|line| format!("    {line}\n")).collect()
 }
