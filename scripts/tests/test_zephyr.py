@@ -444,3 +444,42 @@ def test_a_wrong_setting_ends_the_build_with_its_log(tmp_path: Path) -> None:
     assert result.returncode != 0
     assert "NO_SUCH_SYMBOL" in result.stderr
     assert "Read the whole log" in result.stderr
+
+
+DESCRIBED = """
+reactor: Limit
+file: Limit.lf
+cases:
+  - name: it rises
+    inputs: [{ at: 0 ms, x: 1 }, { at: 10 ms, x: 3 }]
+    outputs: [{ at: 0 ms, y: false }, { at: 10 ms, y: true }]
+  - name: it falls
+    inputs: [{ at: 10 ms, x: 3 }]
+    outputs: [{ at: 10 ms, y: false }]
+"""
+LIMIT = """target Rust
+reactor Limit {
+    input x: u8
+    output y: bool
+    reaction(x) -> y {= ctx.set(y, ctx.get(x) > Some(2)); =}
+}
+"""
+
+
+@pytest.mark.parametrize(("board", "case"), [("native_sim/native/64", "it"), ("qemu_cortex_m3", "it rises")])
+def test_tests_of_a_reactor_run_as_images(board: str, case: str, request: pytest.FixtureRequest) -> None:
+    if "qemu" in board:
+        request.getfixturevalue("_arm")
+    folder = BUILD / "lfz-test" / board.split("/")[0]
+    folder.mkdir(parents=True, exist_ok=True)
+    (folder / "Limit.lf").write_text(LIMIT)
+    (folder / "limit.test.yaml").write_text(DESCRIBED)
+    lfz = str(compiler.find(None, os.environ).path)
+    command = [lfz, "test", str(folder), "--board", board, "--filter", case]
+    result = subprocess.run(command, capture_output=True, text=True, check=False)
+    assert "limit: it rises ... ok" in result.stdout, result.stderr
+    if case == "it":
+        assert result.stdout.endswith("1 passed, 1 failed\n")
+        # What the build printed before is no reason.
+        assert result.stderr.lstrip().startswith("*** Booting Zephyr")
+        assert "y is true at (10000000, 0), instead of false at (10000000, 0)" in result.stderr

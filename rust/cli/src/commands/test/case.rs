@@ -164,7 +164,7 @@ impl Tested {
         for (events, known, kind) in [(inputs, &self.inputs, "input"), (outputs, &self.outputs, "output")] {
             for (port, values) in events {
                 if !self.inherits && !known.contains(port) {
-                    let more = if kind == "input" { self.actions.keys() } else { BTreeMap::new().keys() };
+                    let more = self.actions.keys().filter(|_| kind == "input");
                     let names = listed(known.iter().chain(more).map(String::as_str));
                     return Err(format!("`{name}` has no {kind} `{port}`; it has {names}"));
                 }

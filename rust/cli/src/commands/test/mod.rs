@@ -20,7 +20,9 @@ use crate::terminal;
 
 /// The ending of files that describe tests of a reactor.
 const DESCRIBED: &str = ".test.yaml";
-/// The number of lines that are printed of a test that failed as an image. Zephyr's build prints hundreds before.
+/// The beginning of what an image prints. Before it stands the output of Zephyr's build.
+const BOOTS: &str = "*** Booting ";
+/// The number of lines that are printed of a build that failed, which prints hundreds.
 const LAST_LINES: usize = 40;
 
 /// One test: a program that ends with status 0 if it passes.
@@ -146,8 +148,7 @@ fn run(test: &Test, arguments: &TestArgs) -> Result<Outcome, Failure> {
     command.env("RUST_BACKTRACE", "0");
     let begin = Instant::now();
     let output = command.stdin(Stdio::null()).output()?;
-    let last = arguments.board.as_ref().map_or(usize::MAX, |_| LAST_LINES);
-    let failure = (!output.status.success()).then(|| said(&output, last));
+    let failure = (!output.status.success()).then(|| said(&output, arguments.board.is_some()));
     Ok(Outcome { name: test.name.clone(), took: begin.elapsed(), failure })
 }
 
@@ -159,9 +160,12 @@ fn settings_beside(test: &Test) -> Option<PathBuf> {
     around.map(|folder| folder.join("prj.conf")).find(|file| file.is_file())
 }
 
-/// Returns the output of a test that has failed, of that the last lines.
-fn said(output: &Output, last: usize) -> String {
+/// Returns the output of a test that has failed.
+fn said(output: &Output, is_image: bool) -> String {
     let text = [&output.stderr[..], &output.stdout].map(|bytes| String::from_utf8_lossy(bytes).into_owned()).concat();
     let lines: Vec<_> = text.lines().filter(|line| !line.starts_with("Compil")).collect();
-    lines[lines.len().saturating_sub(last)..].iter().map(|line| format!("    {line}\n")).collect()
+    let last = || lines.len().saturating_sub(LAST_LINES);
+    let boots = || lines.iter().rposition(|line| line.starts_with(BOOTS));
+    let first = if is_image { boots().unwrap_or_else(last) } else { 0 };
+    lines[first..].iter().map(|line| format!("    {line}\n")).collect()
 }
