@@ -18,6 +18,7 @@ mod noise;
 mod outside;
 mod panics;
 mod parameters;
+mod physical_time;
 mod platform;
 pub mod rti;
 mod sockets;
@@ -41,6 +42,7 @@ pub use main_program::{RTI_VARIABLE, main};
 pub use max_length::MaxLength;
 pub use panics::{Lines, name_lf_lines};
 pub use parameters::{Parameter, ParameterKind, Parameters};
+pub use physical_time::PhysicalTime;
 pub use platform::Linux;
 pub use thread::SpawnPhysicalThread;
 pub use wake::interruption_status;
@@ -49,7 +51,7 @@ pub use workers::Threads;
 
 /// The names that reaction bodies and preambles see without an import.
 pub mod prelude {
-    pub use crate::SpawnPhysicalThread;
+    pub use crate::{PhysicalTime, SpawnPhysicalThread};
     #[cfg(feature = "devices")]
     pub use crate::device;
     pub use lf_model::prelude::*;

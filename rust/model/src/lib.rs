@@ -112,4 +112,7 @@ pub mod prelude {
         PhysicalActionRef, PhysicalLink, Port, ReactionContext, Timer, Watchdog,
     };
     pub use crate::{after, assert_tag_is, delay, payload, tag};
+
+    // Programs for LF's own runtime name that crate.
+    pub use crate::prelude as reactor_rt;
 }

@@ -95,6 +95,10 @@ impl Bodies for CBodies<'_> {
         Vec::new()
     }
 
+    fn reactor_modules(&self) -> Vec<String> {
+        Vec::new()
+    }
+
     fn uses_devices(&self) -> bool {
         false
     }

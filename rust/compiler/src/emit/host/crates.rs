@@ -73,6 +73,14 @@ fn root(job: &Job<'_>, bodies: &dyn Bodies) -> Result<(File, FileMap), EmitError
         let module = ident(module);
         quote!(pub mod #module;)
     });
+    let reactors = bodies.reactor_modules();
+    let reactors = (!reactors.is_empty()).then(|| {
+        let paths = reactors.iter().filter_map(|path| path.parse::<TokenStream>().ok());
+        quote!(
+            #[doc = " The modules of the reactors, at the paths that LF's own compiler gives them."]
+            pub mod reactors { #(pub use crate::#paths;)* }
+        )
+    });
     // They stay where they are, so that all messages about them name the user's own files.
     let included = job.view.cargo.modules.iter().map(|included| {
         let (path, module) = (job.settings.absolute(&included.path), ident(&included.name));
@@ -101,6 +109,7 @@ fn root(job: &Job<'_>, bodies: &dyn Bodies) -> Result<(File, FileMap), EmitError
         #rti
         #(#modules)*
         #(#included)*
+        #reactors
         #sizes
         #bindings
         #entry

@@ -2,12 +2,12 @@
 //! The host's access to bodies in Rust.
 
 use core::cell::RefCell;
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 
 use proc_macro2::TokenStream;
 use quote::quote;
 
-use super::layout::Layout;
+use super::layout::{Layout, REACTORS};
 use super::payloads::Payloads;
 use super::reactor::{parsed_type, type_alias};
 use super::{calls, file_module, reactor, sending};
@@ -87,6 +87,16 @@ impl Bodies for RustBodies<'_> {
 
     fn modules(&self) -> Vec<&str> {
         self.layout.files().map(|(_, module)| module).collect()
+    }
+
+    fn reactor_modules(&self) -> Vec<String> {
+        let language = self.job.view.language;
+        let is_named = self.codes().any(|code| language.words(code).any(|word| word == REACTORS));
+        let paths = self.layout.files().flat_map(|(file, module)| {
+            self.layout.classes_of(file).map(move |(_, class)| (class, format!("{module}::{class}")))
+        });
+        // Two files can have reactors of one name; the paths of LF's compiler do not tell them apart either.
+        paths.filter(|_| is_named).collect::<BTreeMap<_, _>>().into_values().collect()
     }
 
     // The compiler has not read the user's own modules.

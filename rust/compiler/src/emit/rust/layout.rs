@@ -16,8 +16,11 @@ use crate::lexical::is_plain;
 use crate::plan::{ClassIndex, Federate, FileIndex, ReactorClass};
 
 /// Root modules that a file's module must not hide: those of the crate itself, and crates at the beginning of paths.
-const RESERVED: [&str; 12] =
-    ["alloc", "core", "federate", "lf", "lib", "log", "main", "mod", "postcard", "rti", "serde", "std"];
+const RESERVED: [&str; 13] =
+    ["alloc", "core", "federate", "lf", "lib", "log", "main", "mod", "postcard", REACTORS, "rti", "serde", "std"];
+
+/// The module in which LF's own compiler has the modules of all reactors.
+pub(super) const REACTORS: &str = "reactors";
 
 /// The module with the declarations of C headers.
 const BINDINGS: &str = "c";

@@ -50,7 +50,7 @@ pub(super) const KNOWN_TYPES: [&str; 38] = [
 ];
 
 /// The names of this project that bodies see without an import, on any platform.
-pub(super) const PRELUDE: [&str; 33] = [
+pub(super) const PRELUDE: [&str; 35] = [
     "After",
     "Asap",
     "Duration",
@@ -66,6 +66,7 @@ pub(super) const PRELUDE: [&str; 33] = [
     "PhysicalActionRef",
     "PhysicalLink",
     "Port",
+    "PhysicalTime",
     "ReactionContext",
     "SpawnPhysicalThread",
     "Timer",
@@ -81,6 +82,7 @@ pub(super) const PRELUDE: [&str; 33] = [
     "log",
     "payload",
     "println",
+    "reactor_rt",
     "tag",
     "trace",
     "warn",
@@ -101,6 +103,7 @@ mod tests {
             let items = &text[text.find("pub mod prelude {").expect("each has a prelude")..];
             let items = &items[..items.find("\n}").expect("it ends")];
             let uses = items.split(';').filter_map(|item| item.rsplit_once("pub use ").map(|(_, item)| item));
+            let uses = uses.map(|item| item.rsplit(" as ").next().unwrap_or(item));
             let names = uses.flat_map(|item| {
                 let listed = item.split_once('{').map(|(_, list)| list.trim_end_matches('}'));
                 listed.unwrap_or_else(|| item.rsplit("::").next().unwrap_or(item)).split(',').map(str::trim)
