@@ -18,6 +18,7 @@ mod doctor;
 mod fmt;
 mod graph;
 mod keys;
+mod lfc_rust;
 mod lsp;
 mod lsp_features;
 mod micro;

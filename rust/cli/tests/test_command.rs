@@ -151,8 +151,11 @@ fn physical_actions_are_scheduled_at_their_times() {
         ("test/button_in_c.test.yaml", &described("../src/ButtonInC.lf")),
     ]);
     let output = run(folder.path(), &[]);
-    let expected =
-        ["test/button: it is pressed twice ... ok", "test/button_in_c: it is pressed twice ... ok", "2 passed, 0 failed"];
+    let expected = [
+        "test/button: it is pressed twice ... ok",
+        "test/button_in_c: it is pressed twice ... ok",
+        "2 passed, 0 failed",
+    ];
     assert_eq!(lines(&output), expected, "{}", text(&output.stderr));
 }
 
@@ -171,7 +174,8 @@ fn names_that_a_reactor_does_not_have_are_told_before_anything_is_built() {
         let said = text(&run(folder.path(), &[]).stderr);
         assert!(said.starts_with(&format!("error: test/a.test.yaml: a: {expected}")), "{said}");
     }
-    let other = folder(&[("test/Button.lf", button), ("test/a.test.yaml", "reactor: Fan\nfile: Button.lf\ncases: []\n")]);
+    let other =
+        folder(&[("test/Button.lf", button), ("test/a.test.yaml", "reactor: Fan\nfile: Button.lf\ncases: []\n")]);
     let said = text(&run(other.path(), &[]).stderr);
     assert!(said.contains("test/Button.lf has no reactor `Fan`; it has `Button`"), "{said}");
 }

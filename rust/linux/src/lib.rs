@@ -51,9 +51,9 @@ pub use workers::Threads;
 
 /// The names that reaction bodies and preambles see without an import.
 pub mod prelude {
-    pub use crate::{PhysicalTime, SpawnPhysicalThread};
     #[cfg(feature = "devices")]
     pub use crate::device;
+    pub use crate::{PhysicalTime, SpawnPhysicalThread};
     pub use lf_model::prelude::*;
     // Both spellings work: `info!` and `log::info!`.
     pub use log::{self, debug, error, info, trace, warn};
