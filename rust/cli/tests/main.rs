@@ -19,6 +19,7 @@ mod fmt;
 mod graph;
 mod keys;
 mod lsp;
+mod lsp_bodies;
 mod lsp_features;
 mod micro;
 mod new;
