@@ -246,7 +246,7 @@ mod tests {
     fn a_mask_is_a_comment_with_the_places_of_the_code() {
         assert_eq!(mask(" ctx. ").as_deref(), Some("/*xx*/"));
         assert_eq!(mask("\n  let = \"ü\";\n  ").as_deref(), Some("\n/*xxxxxxxxxx\n*/"));
-        assert_eq!(mask("\n.\n  self.\n}\n").as_deref(), Some("\n \n/*xxxx*/\n \n"));
+        assert_eq!(mask("\n.\n  self.\n}\n").as_deref(), Some("\n \n/*xxx*/\n \n"));
         assert_eq!(mask(" . "), None);
     }
 }
