@@ -3,9 +3,11 @@
 
 import * as vscode from "vscode";
 import { registerDebugging } from "./debug";
+import { registerFederations } from "./federations";
 import { registerGraph } from "./graph";
 import { registerPrograms } from "./programs";
 import { Server } from "./server";
+import { registerTrace } from "./trace";
 
 let server: Server | undefined;
 
@@ -14,6 +16,8 @@ export async function activate(context: vscode.ExtensionContext): Promise<void> 
   server = new Server(context);
   registerPrograms(context);
   registerGraph(context);
+  registerTrace(context);
+  registerFederations(context);
   registerDebugging(context);
   await server.start();
 }

@@ -4,6 +4,7 @@
 import * as path from "node:path";
 import * as vscode from "vscode";
 import { captured, findLfz, folderOf, programFile } from "./lfz";
+import { escaped, page } from "./page";
 
 /** The open graphs, by the paths of their programs. */
 const graphs = new Map<string, vscode.WebviewPanel>();
@@ -44,31 +45,21 @@ async function draw(file: vscode.Uri, panel: vscode.WebviewPanel): Promise<void>
     return;
   }
   try {
-    panel.webview.html = page(await captured(lfz, ["graph", file.fsPath], folderOf(file)));
+    panel.webview.html = pictured(await captured(lfz, ["graph", file.fsPath], folderOf(file)));
   } catch (error) {
     const text = error instanceof Error ? error.message : String(error);
-    panel.webview.html = page(`<pre>${escaped(text)}</pre>`);
+    panel.webview.html = pictured(`<pre>${escaped(text)}</pre>`);
   }
 }
 
-function escaped(text: string): string {
-  return text.replace(/&/g, "&amp;").replace(/</g, "&lt;");
-}
-
-/** Returns a page with a picture that the wheel zooms with Ctrl, and the mouse moves. */
-function page(content: string): string {
-  const nonce = Array.from({ length: 4 }, () => Math.random().toString(36).slice(2)).join("");
-  const policy = `default-src 'none'; style-src 'unsafe-inline'; img-src data:; script-src 'nonce-${nonce}'`;
-  return `<!DOCTYPE html>
-<html><head><meta charset="utf-8"><meta http-equiv="Content-Security-Policy" content="${policy}">
-<style>
+const STYLE = `
   body { margin: 0; height: 100vh; overflow: auto; background: #fff; color: #000; }
   #graph { transform-origin: 0 0; width: max-content; padding: 8px; }
   #graph svg { display: block; }
   pre { white-space: pre-wrap; font-family: monospace; }
-</style></head>
-<body><div id="graph">${content.replace(/^\s*<\?xml[^>]*\?>/, "")}</div>
-<script nonce="${nonce}">
+`;
+
+const ZOOM = `
   const graph = document.getElementById("graph");
   const picture = graph.querySelector("svg");
   let scale = picture ? Math.min(1, (innerWidth - 24) / picture.getBoundingClientRect().width) : 1;
@@ -87,5 +78,9 @@ function page(content: string): string {
       scrollBy(-event.movementX, -event.movementY);
     }
   });
-</script></body></html>`;
+`;
+
+/** Returns a page with a picture that the wheel zooms with Ctrl, and the mouse moves. */
+function pictured(content: string): string {
+  return page(STYLE, `<div id="graph">${content.replace(/^\s*<\?xml[^>]*\?>/, "")}</div>`, ZOOM);
 }

@@ -253,11 +253,9 @@ impl Federation {
         for federate in &self.federates {
             federate.start(&mut supervisor, federate.launch(&descendants, federate.role(), &id, port))?;
         }
-        if self.federates.iter().chain(&self.left_out).any(|federate| federate.transient) {
-            match Control::open() {
-                Ok(control) => supervisor.obey(control),
-                Err(error) => supervisor.note(&format!("`lfz ctl` cannot control this run: {error}")),
-            }
+        match Control::open() {
+            Ok(control) => supervisor.obey(control),
+            Err(error) => supervisor.note(&format!("`lfz ctl` cannot control this run: {error}")),
         }
         Ok(supervisor.finish()?)
     }

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //! The language server, asked as editors do: over the standard input and output of the program.
 
+use std::ffi::OsStr;
 use std::fmt::Write as _;
 use std::fs;
 use std::io::{BufRead, BufReader, Read, Write};
@@ -32,19 +33,27 @@ pub(crate) struct Editor {
     output: BufReader<ChildStdout>,
     folder: tempfile::TempDir,
     asked: u64,
+    /// The methods by which the server has told something.
+    pub(crate) heard: Vec<String>,
 }
 
 impl Editor {
     /// Returns an editor in a folder, whose name needs escapes in a URI, with the files of the tests.
+    /// No tool for bodies is there: what they say differs from computer to computer.
     pub(crate) fn start() -> Self {
+        Self::start_with_tools(OsStr::new("/nowhere"))
+    }
+
+    /// Returns such an editor with tools in these folders.
+    pub(crate) fn start_with_tools(path: &OsStr) -> Self {
         let folder = tempfile::Builder::new().prefix("a b%ü").tempdir().expect("a temporary folder");
         fs::write(folder.path().join("lib.lf"), LIBRARY).expect("it can be written");
         fs::write(folder.path().join("Main.lf"), "target Rust // older\n").expect("it can be written");
         let mut command = Command::new(env!("CARGO_BIN_EXE_lfz"));
-        command.arg("lsp").stdin(Stdio::piped()).stdout(Stdio::piped());
+        command.arg("lsp").env("PATH", path).stdin(Stdio::piped()).stdout(Stdio::piped());
         let mut server = command.spawn().expect("lfz can be started");
         let (input, output) = (server.stdin.take().unwrap(), BufReader::new(server.stdout.take().unwrap()));
-        let mut editor = Self { server, input, output, folder, asked: 0 };
+        let mut editor = Self { server, input, output, folder, asked: 0, heard: Vec::new() };
         let commands = ["lfz.run", "lfz.runFederation", "lfz.debug", "lfz.buildForBoard", "lfz.showGraph"];
         let capabilities = json!({ "experimental": { "commands": { "commands": commands } } });
         let initialized =
@@ -65,7 +74,7 @@ impl Editor {
         self.input.flush().expect("the server reads");
     }
 
-    fn tell(&mut self, method: &str, params: &Value) {
+    pub(crate) fn tell(&mut self, method: &str, params: &Value) {
         self.write(&json!({ "jsonrpc": "2.0", "method": method, "params": params }));
     }
 
@@ -93,7 +102,9 @@ impl Editor {
         }
         let mut bytes = vec![0; length];
         self.output.read_exact(&mut bytes).expect("it is as long as it says");
-        serde_json::from_slice(&bytes).expect("it is JSON")
+        let message: Value = serde_json::from_slice(&bytes).expect("it is JSON");
+        self.heard.extend(message["method"].as_str().map(str::to_owned));
+        message
     }
 
     /// Asks, and returns the answer; what is told meanwhile is forgotten.
@@ -138,6 +149,16 @@ impl Editor {
     /// Writes a file beside the others.
     pub(crate) fn write_file(&self, name: &str, text: &str) {
         fs::write(self.folder.path().join(name), text).expect("it can be written");
+    }
+
+    /// Returns what is told next by a method that begins so.
+    pub(crate) fn told(&mut self, method: &str) -> Value {
+        loop {
+            let message = self.read();
+            if message["method"].as_str().is_some_and(|told| told.starts_with(method)) {
+                return message["params"].clone();
+            }
+        }
     }
 
     /// Returns the diagnostics that are told next, of a file.

@@ -20,6 +20,7 @@ mod graph;
 mod keys;
 mod lfc_rust;
 mod lsp;
+mod lsp_bodies;
 mod lsp_features;
 mod micro;
 mod new;

@@ -21,8 +21,12 @@ use crate::trace::MEASURED;
 /// When something cannot be removed, or a folder has not been generated.
 pub(crate) fn clean_program(file: &Path, places: &Places, freed: &mut Freed) -> Result<(), Failure> {
     let name = file.file_stem().unwrap_or_default().to_string_lossy();
-    for platform in [Platform::Host, Platform::Zephyr] {
-        let folders = Folders::new(file, &name, platform, places)?;
+    let folders = |platform: Platform| Folders::new(file, &name, platform, places);
+    let mut all = vec![folders(Platform::Host)?, folders(Platform::Zephyr)?];
+    if places.out.is_none() {
+        all.push(folders(Platform::Host)?.for_editors());
+    }
+    for folders in all {
         clean_out(&folders.out, freed)?;
         folders.store.forget_program(&folders.out, freed)?;
         // Builds created these folders, which are empty now.

@@ -13,6 +13,7 @@ mod native;
 mod origin;
 mod places;
 mod progress;
+mod readable;
 mod resolution;
 mod runtime;
 mod rustc;
@@ -32,6 +33,7 @@ pub(crate) use cargo::cargo_program;
 pub(crate) use clean::{clean_all, clean_program};
 pub(crate) use console::Console;
 pub(crate) use places::{application, home};
+pub(crate) use readable::ReadableCode;
 pub(crate) use source::{Files, Program, STANDARD_INPUT, compile, compile_input, count, read_text, standard_input};
 pub(crate) use store::Freed;
 pub(crate) use stored::{explain, name_lf_lines};
@@ -278,9 +280,8 @@ fn is_on_host(name: &str, plan: &Plan, deployment: &Deployment) -> bool {
     is_federate && deployment.place(name).platform == PlacePlatform::Host
 }
 
-/// Writes the generated files; Zephyr's build compiles its crates itself, so their source maps and the
-/// compiler's name lie beside them.
-fn generate(file: &Path, program: &Program, deployment: &Deployment, folders: &Folders) -> Result<Emitted, Failure> {
+/// Generates the crates of all participants, for their folder.
+fn emitted(plan: &Plan, deployment: &Deployment, folders: &Folders) -> Result<Emitted, Failure> {
     let path = |folder: &str| {
         let path = folders.home.join("rust").join(folder);
         text_of(&path).map(str::to_owned)
@@ -293,7 +294,13 @@ fn generate(file: &Path, program: &Program, deployment: &Deployment, folders: &F
     let keys = folders.out.join(KEYS);
     let keys = text_of(&keys)?;
     let settings = Settings { lf_linux, lf_zephyr, lf_c_build, version: &version, current, deployment, keys };
-    let emitted = emit(&program.plan, &settings).map_err(|errors| report(&errors))?;
+    emit(plan, &settings).map_err(|errors| report(&errors))
+}
+
+/// Writes the generated files; Zephyr's build compiles its crates itself, so their source maps and the
+/// compiler's name lie beside them.
+fn generate(file: &Path, program: &Program, deployment: &Deployment, folders: &Folders) -> Result<Emitted, Failure> {
+    let emitted = emitted(&program.plan, deployment, folders)?;
     let images = || emitted.participants.iter().filter(|participant| participant.artifact != Artifact::Host);
     let maps = images().map(|participant| stored::file(program, &emitted, &participant.folder));
     let mut beside = maps.collect::<Result<Vec<_>, _>>()?;

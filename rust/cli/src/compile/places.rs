@@ -44,6 +44,12 @@ impl Folders {
         Ok(Self { out, store: store(places)?, home })
     }
 
+    /// Returns these folders with one for crates that tools of editors read, beside that of the build.
+    pub(crate) fn for_editors(mut self) -> Self {
+        self.out.set_file_name("editor");
+        self
+    }
+
     /// Returns the folder of the compiled programs of this program alone.
     pub(crate) fn target(&self) -> PathBuf {
         self.out.join("target")

@@ -6,7 +6,8 @@
 //! - `programs/KEY`: the intermediate results of one program, with hard links to files of the former. Its lock is held
 //!   while the program is compiled, so different programs are compiled side by side.
 //!
-//! Of both only the latest are kept, and of programs only those whose generated crates are still there.
+//! Of both only the latest are kept, and of programs only those whose generated crates are still there. The folder
+//! `editor` has what rust-analyzer has cargo check; cargo itself locks it.
 
 use std::fs::{self, File};
 use std::hash::{DefaultHasher, Hash, Hasher as _};
@@ -29,6 +30,9 @@ const PROGRAMS_MAX: usize = 64;
 
 /// The file that names the owner of a folder's intermediate results: the folder of the generated crates.
 const OWNER: &str = "owner";
+
+/// The kind of what tools of editors have cargo check.
+const EDITOR: &str = "editor";
 
 /// The folder.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -76,6 +80,11 @@ impl Store {
         Ok(locked)
     }
 
+    /// Returns the folder for what tools of editors have cargo check.
+    pub(super) fn editor(&self) -> PathBuf {
+        self.folder.join(EDITOR).join("check")
+    }
+
     /// Removes the stored files of the program whose crates are generated in a folder.
     ///
     /// # Errors
@@ -89,7 +98,7 @@ impl Store {
     /// # Errors
     /// When something cannot be removed.
     pub(crate) fn forget_all(&self, freed: &mut Freed) -> io::Result<()> {
-        for kind in ["programs", "runtime"] {
+        for kind in ["programs", "runtime", EDITOR] {
             for (folder, _) in entries(&self.folder.join(kind))? {
                 remove_unused(&folder, freed)?;
             }

@@ -3,9 +3,10 @@
 //!
 //! Checking a large program takes less time than a key stroke, so nothing is kept between two questions but the texts
 //! that the editor has open. After a change all open files are checked, each as the main file of a program, with the
-//! texts of the editor in the place of those on disk.
+//! texts of the editor in the place of those on disk. The tools that answer in bodies, too, have a thread of their own.
 
 mod asked;
+mod bodies;
 mod buffers;
 mod completion;
 mod diagnostics;
@@ -17,28 +18,31 @@ mod places;
 mod positions;
 mod tokens;
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 
+use crossbeam_channel::{at, never, select};
 use lsp_server::{Connection, ErrorCode, Message, Notification, ProtocolError, Request, Response};
 use lsp_types::notification::{
-    DidChangeTextDocument, DidCloseTextDocument, DidOpenTextDocument, Notification as _, PublishDiagnostics,
+    DidChangeTextDocument, DidCloseTextDocument, DidOpenTextDocument, LogMessage, Notification as _,
+    PublishDiagnostics, ShowMessage,
 };
 use lsp_types::request::{
     CodeActionRequest, CodeLensRequest, Completion, DocumentSymbolRequest, FoldingRangeRequest, Formatting,
     GotoDefinition, HoverRequest, InlayHintRequest, PrepareRenameRequest, References, Rename, Request as _,
-    SemanticTokensFullRequest,
+    SemanticTokensFullRequest, SignatureHelpRequest,
 };
 use lsp_types::{
-    CodeActionKind, CodeActionOptions, CodeLensOptions, CompletionOptions, FoldingRangeProviderCapability,
-    HoverProviderCapability, OneOf, PublishDiagnosticsParams, RenameOptions, SemanticTokensFullOptions,
-    SemanticTokensLegend, SemanticTokensOptions, ServerCapabilities, TextDocumentSyncCapability, TextDocumentSyncKind,
-    Uri, WorkDoneProgressOptions,
+    CodeActionKind, CodeActionOptions, CodeLensOptions, CompletionOptions, Diagnostic, FoldingRangeProviderCapability,
+    HoverProviderCapability, LogMessageParams, MessageType, OneOf, PublishDiagnosticsParams, RenameOptions,
+    SemanticTokensFullOptions, SemanticTokensLegend, SemanticTokensOptions, ServerCapabilities, ShowMessageParams,
+    SignatureHelpOptions, TextDocumentSyncCapability, TextDocumentSyncKind, Uri, WorkDoneProgressOptions,
 };
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 use serde_json::{Value, json};
 
 use crate::failure::Failure;
+use bodies::{BodyQuestion, BodyReply, BodyTools};
 use buffers::Buffers;
 
 /// Serves an editor until it asks for the end.
@@ -47,10 +51,12 @@ use buffers::Buffers;
 /// When what comes is no language server protocol, or ends without a word.
 pub(crate) fn serve() -> Result<(), Failure> {
     let (connection, threads) = Connection::stdio();
-    let served = Server::new(&connection).run();
+    let mut server = Server::new(&connection);
+    let result = server.run();
+    server.tools.end();
     drop(connection);
     let joined = threads.join();
-    served.map_err(|error| Failure::message(format!("the editor's messages cannot be understood: {error}")))?;
+    result.map_err(|error| Failure::message(format!("the editor's messages cannot be understood: {error}")))?;
     joined.map_err(|error| Failure::message(format!("the editor is gone: {error}")))
 }
 
@@ -61,11 +67,23 @@ struct Server<'c> {
     told: BTreeSet<String>,
     /// The commands that the editor has for code lenses.
     commands: Vec<String>,
+    tools: BodyTools,
+    /// The diagnostics of the compiler, and those of the tools, by the editor's names of the files.
+    own: BTreeMap<String, Vec<Diagnostic>>,
+    of_tools: BTreeMap<String, Vec<Diagnostic>>,
 }
 
 impl<'c> Server<'c> {
     fn new(connection: &'c Connection) -> Self {
-        Self { connection, buffers: Buffers::default(), told: BTreeSet::new(), commands: Vec::new() }
+        Self {
+            connection,
+            buffers: Buffers::default(),
+            told: BTreeSet::new(),
+            commands: Vec::new(),
+            tools: BodyTools::default(),
+            own: BTreeMap::new(),
+            of_tools: BTreeMap::new(),
+        }
     }
 
     fn run(&mut self) -> Result<(), ProtocolError> {
@@ -74,7 +92,22 @@ impl<'c> Server<'c> {
         let capabilities = capabilities();
         let about = json!({ "name": "lfz", "version": env!("CARGO_PKG_VERSION") });
         self.connection.initialize_finish(id, json!({ "capabilities": capabilities, "serverInfo": about }))?;
-        while let Ok(message) = self.connection.receiver.recv() {
+        loop {
+            let message = select! {
+                recv(self.connection.receiver) -> message => message,
+                recv(self.tools.replies()) -> reply => {
+                    match reply {
+                        Ok(reply) => self.hear(reply),
+                        Err(_) => self.tools.forget(),
+                    }
+                    continue;
+                }
+                recv(self.tools.deadline().map_or_else(never, at)) -> _ => {
+                    self.tools.late().into_iter().for_each(|response| self.send(Message::Response(response)));
+                    continue;
+                }
+            };
+            let Ok(message) = message else { return Ok(()) };
             let mut next = Some(message);
             let mut has_changed = false;
             // What was typed meanwhile is checked once.
@@ -84,8 +117,9 @@ impl<'c> Server<'c> {
                         if self.connection.handle_shutdown(&request)? {
                             return Ok(());
                         }
-                        let response = self.answer(request);
-                        self.send(Message::Response(response));
+                        if let Some(response) = self.respond(request) {
+                            self.send(Message::Response(response));
+                        }
                     }
                     Message::Notification(notification) => has_changed |= self.note(notification),
                     Message::Response(_) => {}
@@ -93,10 +127,57 @@ impl<'c> Server<'c> {
                 next = self.connection.receiver.try_recv().ok();
             }
             if has_changed {
+                self.own = diagnostics::diagnostics(&self.buffers);
                 self.tell_diagnostics();
+                self.tools.change(&self.buffers);
             }
         }
-        Ok(())
+    }
+
+    /// Answers a question, unless a tool may add something to the answer.
+    fn respond(&mut self, request: Request) -> Option<Response> {
+        let kind = match request.method.as_str() {
+            HoverRequest::METHOD => Some(BodyQuestion::Hover),
+            GotoDefinition::METHOD => Some(BodyQuestion::Definition),
+            Completion::METHOD => Some(BodyQuestion::Completion),
+            SignatureHelpRequest::METHOD => Some(BodyQuestion::Signature),
+            _ => None,
+        };
+        let Some(kind) = kind else { return Some(self.answer(request)) };
+        let question = (request.id.clone(), request.method.clone(), request.params.clone());
+        let response = self.answer(request);
+        match response.response_result {
+            Ok(own) => self.tools.ask(&self.buffers, kind, question, own),
+            Err(_) => Some(response),
+        }
+    }
+
+    /// Passes on what comes of the tools.
+    fn hear(&mut self, reply: BodyReply) {
+        match reply {
+            BodyReply::Answer(number, answer) => {
+                if let Some(response) = self.tools.answered(number, answer) {
+                    self.send(Message::Response(response));
+                }
+            }
+            BodyReply::Diagnostics(all) => {
+                self.of_tools.clear();
+                for (path, diagnostic) in all {
+                    if let Some(uri) = self.buffers.uri(&path) {
+                        self.of_tools.entry(uri).or_default().push(diagnostic);
+                    }
+                }
+                self.tell_diagnostics();
+            }
+            BodyReply::Remark(message) => {
+                let told = ShowMessageParams { typ: MessageType::INFO, message };
+                self.send(Message::Notification(Notification::new(ShowMessage::METHOD.to_owned(), told)));
+            }
+            BodyReply::Note(message) => {
+                let told = LogMessageParams { typ: MessageType::INFO, message };
+                self.send(Message::Notification(Notification::new(LogMessage::METHOD.to_owned(), told)));
+            }
+        }
     }
 
     /// Sends a message. When the editor is gone, the next one cannot be received.
@@ -155,6 +236,8 @@ impl<'c> Server<'c> {
             CodeLensRequest::METHOD => answered(params, |asked| lenses::lenses(buffers, &self.commands, &asked)),
             InlayHintRequest::METHOD => answered(params, |asked| lenses::hints(buffers, &asked)),
             Completion::METHOD => answered(params, |asked| completion::completion(buffers, &asked)),
+            // Only bodies have functions, and only tools know them.
+            SignatureHelpRequest::METHOD => Ok(Value::Null),
             _ => {
                 let text = format!("lfz does not answer `{method}`");
                 return Response::new_err(id, ErrorCode::MethodNotFound as i32, text);
@@ -168,7 +251,10 @@ impl<'c> Server<'c> {
 
     /// Tells the diagnostics of all open files, and of those that they import.
     fn tell_diagnostics(&mut self) {
-        let mut all = diagnostics::diagnostics(&self.buffers);
+        let mut all = self.own.clone();
+        for (uri, diagnostics) in &self.of_tools {
+            all.entry(uri.clone()).or_default().extend(diagnostics.iter().cloned());
+        }
         for uri in std::mem::take(&mut self.told) {
             all.entry(uri).or_default();
         }
@@ -216,8 +302,12 @@ fn capabilities() -> ServerCapabilities {
         code_lens_provider: Some(CodeLensOptions { resolve_provider: Some(false) }),
         inlay_hint_provider: Some(OneOf::Left(true)),
         completion_provider: Some(CompletionOptions {
-            trigger_characters: Some([".", ">", "@", "\""].map(str::to_owned).into()),
+            trigger_characters: Some([".", ">", "@", "\"", ":"].map(str::to_owned).into()),
             ..CompletionOptions::default()
+        }),
+        signature_help_provider: Some(SignatureHelpOptions {
+            trigger_characters: Some(["(", ",", "<"].map(str::to_owned).into()),
+            ..SignatureHelpOptions::default()
         }),
         ..ServerCapabilities::default()
     }

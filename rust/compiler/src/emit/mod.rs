@@ -29,8 +29,8 @@ use view::View;
 pub use file::{EmitError, File};
 pub(crate) use job::Job;
 pub use job::Settings;
-pub use source_map::SourceMap;
 pub(crate) use source_map::{Anchor, FileMap, Lines, Origin, Piece};
+pub use source_map::{SourceMap, VerbatimPart};
 
 /// All generated files of a program.
 #[derive(Clone, Debug)]

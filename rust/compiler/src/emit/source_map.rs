@@ -41,6 +41,26 @@ pub(crate) struct Anchor {
     pub(crate) to: Option<Origin>,
 }
 
+/// A part of a line of a generated file that is text of the program. Lines and columns count from 1, columns and the
+/// length in characters.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct VerbatimPart<'m> {
+    /// The generated file.
+    pub generated: &'m str,
+    /// Its line.
+    pub line: usize,
+    /// The column of the part's beginning.
+    pub column: usize,
+    /// The length.
+    pub len: usize,
+    /// The LF file.
+    pub lf: &'m str,
+    /// The line there.
+    pub lf_line: usize,
+    /// The column there.
+    pub lf_column: usize,
+}
+
 /// A place in the LF program.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub(crate) struct Origin {
@@ -75,6 +95,16 @@ impl SourceMap {
         let file = self.files.get(generated_path)?;
         let place = file.piece(line, column).or_else(|| file.anchor(line))?;
         Some((self.lf_paths.get(place.file)?.as_str(), place.line, place.column))
+    }
+
+    /// Returns all verbatim parts, by generated file and place.
+    pub fn verbatim(&self) -> impl Iterator<Item = VerbatimPart<'_>> {
+        let all = self.files.iter().flat_map(|(path, file)| file.pieces.iter().map(move |piece| (path, piece)));
+        all.filter_map(|(path, Piece { line, column, len, to })| {
+            let lf = self.lf_paths.get(to.file)?;
+            let (line, column, len) = (*line, *column, *len);
+            Some(VerbatimPart { generated: path, line, column, len, lf, lf_line: to.line, lf_column: to.column })
+        })
     }
 
     /// Returns whether a place in a generated file lies in a verbatim piece, so that an excerpt of the LF file shows

@@ -72,6 +72,11 @@ const ATTRIBUTES: &[(&str, &str, &str)] = &[
 
 /// Returns what may stand at a place.
 pub(super) fn completion(buffers: &Buffers, asked: &CompletionParams) -> Option<Vec<CompletionItem>> {
+    // A colon asks for what a path of Rust or C++ leads to, which only their tools know.
+    let context = asked.context.as_ref();
+    if context.and_then(|context| context.trigger_character.as_deref()) == Some(":") {
+        return None;
+    }
     let asked = Asked::new(buffers, &asked.text_document_position)?;
     let language = language(&asked);
     let all = match context::wanted(asked.text, asked.byte) {

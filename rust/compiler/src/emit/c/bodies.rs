@@ -66,6 +66,7 @@ impl Bodies for CBodies<'_> {
             all = CompilerArguments::default();
         } else {
             all.folders.extend(headers.iter().map(|folder| (*folder).to_owned()));
+            files.push(File { path: format!("{folder}/compile_flags.txt"), text: all.compile_flags(job) });
         }
         files.push(File { path: format!("{folder}/build.rs"), text: all.build_script(job, "program") });
         Ok(files)

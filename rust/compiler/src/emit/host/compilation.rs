@@ -125,6 +125,17 @@ impl<'p> CompilerArguments<'p> {
         )
     }
 
+    /// Returns the arguments by which tools such as clangd read the C of a crate: the lines of `compile_flags.txt`.
+    /// Headers that a build script makes are missing.
+    pub(in crate::emit) fn compile_flags(&self, job: &Job<'_>) -> String {
+        // The crate lf-c lies beside lf-c-build.
+        let runtime = format!("{}c", job.settings.lf_c_build.trim_end_matches("c-build"));
+        let own = [format!("{runtime}/include"), runtime, "c".to_owned()];
+        let includes = own.iter().chain(&self.folders).map(|folder| format!("-I{folder}\n"));
+        let package = "-DLF_FED_PACKAGE_DIRECTORY=\"\"\n".to_owned();
+        includes.chain(self.flags.iter().map(|flag| format!("{flag}\n"))).chain([package]).collect()
+    }
+
     /// Returns the commands by which Zephyr's build includes the program, apart from compiling the files of a folder;
     /// `own` are folders of headers in CMake's notation.
     pub(in crate::emit) fn cmake(&self, job: &Job<'_>, own: impl Iterator<Item = String>) -> String {
