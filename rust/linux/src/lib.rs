@@ -20,6 +20,7 @@ mod panics;
 mod parameters;
 mod platform;
 pub mod rti;
+mod rti_commands;
 mod sockets;
 mod thread;
 #[cfg(feature = "tls")]
