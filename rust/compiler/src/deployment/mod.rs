@@ -225,11 +225,13 @@ impl Deployment {
         self.federates.values().filter(|place| place.spare.is_some()).count()
     }
 
-    /// Returns this deployment with the spare board of a federate in the place of the first one, if it has a spare.
+    /// Returns this deployment with the two boards of a federate exchanged, if it has a spare one.
     pub fn with_spare(&self, federate: &str) -> Option<Self> {
-        let spare = self.federates.get(federate)?.spare.clone()?;
+        let first = self.federates.get(federate)?;
+        let spare = first.spare.as_deref()?.clone();
+        let first = Box::new(Place { spare: None, ..first.clone() });
         let mut deployment = self.clone();
-        deployment.federates.insert(federate.to_owned(), *spare);
+        deployment.federates.insert(federate.to_owned(), Place { spare: Some(first), ..spare });
         Some(deployment)
     }
 
