@@ -41,6 +41,15 @@ class Network:
 
 
 @dataclass(frozen=True)
+class Spare:
+    """The image for a second board of a federate, with which it is swapped: the same program with other addresses."""
+
+    kconfig: Path
+    overlay: Path
+    network: Network
+
+
+@dataclass(frozen=True)
 class Participant:
     """A federate, the main reactor of a program without federates, or an RTI that is an image of its own."""
 
@@ -67,6 +76,33 @@ class Participant:
     # Whether it may come and go while the federation runs, and whether it is started again when it has failed.
     transient: bool = False
     restarts: bool = False
+    # The number of the federate in the federation.
+    id: int | None = None
+    # The image for a second board, if the deployment has one.
+    spare: Spare | None = None
+    # For such an image, the federate that it is of.
+    spare_of: str | None = None
+
+    @property
+    def federate(self) -> str:
+        """Return the name in the program, also of an image for a spare board."""
+        return self.name if self.spare_of is None else self.spare_of
+
+    def on_spare(self) -> Participant | None:
+        """Return the same federate on its spare board, if it has one; no federate has a name with a hyphen."""
+        if self.spare is None:
+            return None
+        spare, name = self.spare, f"{self.name}-spare"
+        return replace(
+            self,
+            name=name,
+            kconfig=spare.kconfig,
+            overlay=spare.overlay,
+            network=spare.network,
+            probe=None,
+            spare=None,
+            spare_of=self.name,
+        )
 
     @property
     def has_rti(self) -> bool:
@@ -113,6 +149,11 @@ class Description:
                 "Build the federate first, or check its name with `lfz plan`.",
             )
         return [participant for participant in self.participants if not names or participant.name in names]
+
+    def with_spares(self, names: list[str]) -> list[Participant]:
+        """The participants with these names, each followed by its image for a spare board, if it has one."""
+        both = ((item, item.on_spare()) for item in self.select(names))
+        return [item for pair in both for item in pair if item is not None]
 
     def merged_over(self, older: Description) -> Description:
         """This description of some federates, completed by what was known about the others."""
@@ -209,13 +250,14 @@ def _participant(item: Any) -> Participant:
     name, crate, platform = _text(item["name"]), Path(_text(item["crate"])), _text(item["platform"])
     is_rti = _text(item["role"]) == "rti"
     joint_rti = not is_rti and _truth(item["joint_rti"])
-    if not is_rti:
-        _number(item["id"])
+    number = None if is_rti else _number(item["id"])
     transient = not is_rti and _truth(item["transient"])
     if platform == "host":
         program, restarts = Path(_text(item["program"])), _truth(item["restarts"])
         options = tuple(_text(word) for word in item["options"])
-        return Participant(name, crate, program=program, options=options, transient=transient, restarts=restarts)
+        return Participant(
+            name, crate, program=program, options=options, transient=transient, restarts=restarts, id=number
+        )
     return Participant(
         name,
         crate,
@@ -228,7 +270,13 @@ def _participant(item: Any) -> Participant:
         runner=_optional_text(item["runner"]),
         probe=_optional_text(item["probe"]),
         transient=transient,
+        id=number,
+        spare=None if item["spare"] is None else _spare(item["spare"]),
     )
+
+
+def _spare(item: Any) -> Spare:
+    return Spare(Path(_text(item["kconfig"])), Path(_text(item["overlay"])), _network(item["network"]))
 
 
 def _network(item: Any) -> Network:

@@ -91,7 +91,7 @@ def build_federation(
             "Write `federated reactor` instead of `main reactor`.",
         )
     check(described)
-    participants = described.select(list(request.federates))
+    participants = described.with_spares(list(request.federates))
     planned = images(request, participants, described.is_federated, cargo_folder(os.environ))
     if planned:
         workspace = find_workspace(os.environ, command.topdir)

@@ -24,6 +24,9 @@ board has to be started by hand; choose the others with -f.
 Boards of QEMU, and native_sim images that have an `ip` in the deployment file, get a network with those addresses that
 exists for this run only and is separate from all others. It needs root or a kernel that allows user namespaces.
 
+`lfz ctl` starts, stops and swaps transient federates while it runs: a board for the spare one that it has in the
+deployment file.
+
 Each line of output bears the name of the participant that wrote it. ^C stops all participants, and so does the first
 one that fails.
 
@@ -54,6 +57,13 @@ class LfFedRun(LfCommand):
             type=Path,
             help="run the images in these build folders of `west build`, one for each federate on a board; with "
             "--deployment the federates on this computer are built, else nothing is",
+        )
+        parser.add_argument(
+            "--without",
+            metavar="FEDERATE",
+            action="append",
+            default=[],
+            help="do not start this federate; `lfz ctl start` starts it while the others run",
         )
         parser.add_argument("--timeout", metavar="TIME", help="stop all after this time: 90, 90s, 500ms, 2min")
         parser.add_argument(
@@ -106,10 +116,12 @@ class LfFedRun(LfCommand):
             federates=args.federate,
             port=args.rti_port,
             bench=Bench(args.vcd, args.devices, dict(args.drift)),
+            without=args.without,
         )
+        user = os.getuid()
         if federation.network is not None:
             federation.network.enter()
-        lfz.supervise(federation.description(timeout_ns))
+        lfz.supervise(federation.description(timeout_ns, user))
 
 
 def _drift(text: str) -> tuple[str, float]:

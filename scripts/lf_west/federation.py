@@ -51,6 +51,8 @@ class Federation:
     port: int
     participants: tuple[Participant, ...]
     application: Application
+    # The names of those that run only when `lfz ctl start` starts them.
+    without: Sequence[str] = ()
     # Where virtual boards are attached, if there are any.
     network: PrivateNetwork | None = None
     bench: Bench = field(default_factory=Bench)
@@ -80,7 +82,8 @@ class Federation:
                 self._moves(participant)
             # What it has to know is in the image.
             mac = None if participant.network is None else participant.network.mac
-            trace = self._recording(participant) if self.bench.vcd is not None and qemu.has_pins(board) else None
+            is_recorded = self.bench.vcd is not None and qemu.has_pins(board) and participant.spare_of is None
+            trace = self._recording(participant) if is_recorded else None
             return [*qemu.command(board, image, interface or "", mac, trace)]
         words = [str(image), self._id("-lf-federation-id="), f"-lf-rti-address={address}"]
         words.append(self._port("-lf-rti-port=", participant))
@@ -93,17 +96,23 @@ class Federation:
             return self.rti.host
         return _ADDRESS_V6 if ":" in self.rti.host else _ADDRESS
 
-    def description(self, timeout_ns: int | None) -> dict[str, Any]:
-        """Return the description for `lfz supervise`; the RTI itself prints its address."""
+    def description(self, timeout_ns: int | None, user: int | None = None) -> dict[str, Any]:
+        """Return the description for `lfz supervise`; the RTI itself prints its address.
+
+        `lfz ctl` of this user controls the run.
+        """
         image = self.rti_image
+        federates = [item for item in self.participants if item is not image]
         return {
             "version": 1,
             "speaker": "west",
             "id": {"begins_with" if self.is_own else "exactly": self.rti.federation_id},
+            "user": user,
             "timeout_ns": timeout_ns,
             "grace_ns": None if self.network is None else _BOARDS_GRACE_NS,
-            "rti": {"name": "RTI", "words": self.rti_command()} if image is None else self._process(image),
-            "federates": [self._process(item) for item in self.participants if item is not image],
+            "rti": self._rti_process() if image is None else self._process(image),
+            "federates": [self._process(item) for item in federates if item.name not in self.without],
+            "left_out": [self._process(item) for item in federates if item.name in self.without],
             "oscilloscope": self._oscilloscope(),
         }
 
@@ -130,7 +139,7 @@ class Federation:
     def _bench_words(self, participant: Participant, vcd: str, devices: str) -> list[Word]:
         """The options of a program, which has their values as words of their own, or of an image on native_sim."""
         options = []
-        if self.bench.vcd is not None and self._has_pins(participant):
+        if self.bench.vcd is not None and participant.spare_of is None and self._has_pins(participant):
             options.append((vcd, str(self._recording(participant))))
         if self.bench.devices is not None and participant.program is not None:
             options.append((devices, str(self.bench.devices)))
@@ -139,7 +148,7 @@ class Federation:
             moves = self._moves(participant)
             if self._has_pins(participant):
                 options.append((devices, str(moves)))
-        drift = self.bench.drifts.get(participant.name)
+        drift = self.bench.drifts.get(participant.federate)
         if drift is not None:
             options.append(("-rt-drift=", repr(drift)))
         return [word for option in options for word in ([option[0] + option[1]] if "=" in option[0] else option)]
@@ -153,13 +162,26 @@ class Federation:
     def _moves(self, participant: Participant) -> Path:
         """Return the moves of the script for an image, which does not read the script itself."""
         readers = ",".join(f"{item.name}={self._takes(item)}" for item in self.participants if not item.is_rti)
-        command = [str(self.lfz), "moves", str(self.bench.devices), participant.name, "--readers", readers]
+        command = [str(self.lfz), "moves", str(self.bench.devices), participant.federate, "--readers", readers]
         result = subprocess.run(command, stdout=subprocess.PIPE, text=True, check=False)
         if result.returncode != 0:
             raise LfError(f"the script {self.bench.devices} for --devices cannot be used.")
         file = self._recording(participant).with_suffix(".moves")
         file.write_text(result.stdout, encoding="utf-8")
         return file
+
+    def _rti_process(self) -> dict[str, Any]:
+        # It takes commands where it is the only one that can tell a federate to leave.
+        takes_commands = any(item.transient and item.is_image for item in self.participants)
+        words = [*self.rti_command(), *(["--commands"] if takes_commands else [])]
+        return {"name": "RTI", "words": words, "streams": "commands" if takes_commands else "lines"}
+
+    def _instances(self, participant: Participant) -> str | dict[str, list[Word]]:
+        """Return how many instances can run at the same time: one for each network interface."""
+        if self.network is None or participant.name not in self.network.interfaces:
+            return "any"
+        spare = participant.on_spare()
+        return "one" if spare is None else {"spare": self.command(spare)}
 
     def _process(self, participant: Participant) -> dict[str, Any]:
         is_played = participant.board is not None and qemu.is_played(participant.board)
@@ -172,6 +194,8 @@ class Federation:
             "status_line": status_line,
             "transient": participant.transient,
             "restarts": participant.restarts,
+            "image_id": participant.id if participant.is_image and participant.transient else None,
+            "instances": self._instances(participant),
         }
 
     def _id(self, before: str = "") -> Word:
@@ -195,6 +219,7 @@ def plan_federation(
     federates: Sequence[str],
     port: int | None,
     bench: Bench | None = None,
+    without: Sequence[str] = (),
 ) -> Federation:
     """Determine the processes to run; refuse by name participants that cannot run on this computer."""
     rti = described.rti
@@ -213,7 +238,8 @@ def plan_federation(
         )
     _refuse_other_boards(participants)
     _refuse_other_drifts(participants, bench or Bench())
-    for item in participants:
+    _refuse_left_out(described, participants, without)
+    for item in described.with_spares([item.name for item in participants]):
         file = item.program or image_file(application, item)
         if not file.is_file():
             raise LfError(
@@ -250,9 +276,19 @@ def plan_federation(
         port=port if port is not None else (0 if is_own else rti.port),
         participants=tuple(participants),
         application=application,
+        without=without,
         network=network,
         bench=bench or Bench(),
     )
+
+
+def _refuse_left_out(described: Description, participants: Sequence[Participant], without: Sequence[str]) -> None:
+    """Only a federate of this run that does not have the RTI can be started later."""
+    here = [item.name for item in participants]
+    for item in described.select(list(without)) if without else []:
+        if item.has_rti or item.name not in here:
+            reason = "has the RTI, which the others need" if item.has_rti else "is not among those of -f"
+            raise LfError(f"--without: {item.name} {reason}.", f"Leave it out: --without is for {', '.join(here)}")
 
 
 def _refuse_other_boards(participants: Sequence[Participant]) -> None:
@@ -292,7 +328,8 @@ def _refuse_other_drifts(participants: Sequence[Participant], bench: Bench) -> N
 
 def _network(participants: Sequence[Participant], rti: Rti) -> PrivateNetwork | None:
     """The network of the participants that have an interface of their own."""
-    boards = {item.name: item.network for item in participants if item.network is not None}
+    places = [place for item in participants for place in (item, item.on_spare()) if place is not None]
+    boards = {place.name: place.network for place in places if place.network is not None}
     if not boards:
         return None
     try:

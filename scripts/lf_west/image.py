@@ -99,7 +99,7 @@ def plan_image(
     board, kconfig, overlay = participant.board, participant.kconfig, participant.overlay
     if board is None or kconfig is None or overlay is None:
         raise LfError(f"{participant.name} is a program of this computer, so no image can be built of it.")
-    confs, overlays = user_files(application, board, participant.name if federated else None)
+    confs, overlays = user_files(application, board, participant.federate if federated else None)
     user_cmake = [*west.cmake, *cmake_arguments]
     more_confs, user_cmake = _taken_out("EXTRA_CONF_FILE", user_cmake)
     more_overlays, user_cmake = _taken_out("EXTRA_DTC_OVERLAY_FILE", user_cmake)

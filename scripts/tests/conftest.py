@@ -202,7 +202,7 @@ class World:
         if platform == "host":
             return {**item, "platform": "host", "program": str(self.bin / f"grid-{name}"), "options": []}
         files = {"kconfig": str(crate / f"{name}.conf"), "overlay": str(crate / f"{name}.overlay")}
-        place = {"network": None, "runner": None, "probe": None}
+        place = {"network": None, "runner": None, "probe": None, "spare": None}
         return {**item, "platform": "zephyr", "board": platform, **files, **place}
 
     def attach(self, rti: str, **addresses: str) -> None:

@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import json
 import os
 import subprocess
 import sys
@@ -16,6 +17,7 @@ from test_runs import BOARD, planned
 from lf_west import private_network, qemu
 from lf_west.description import Network
 from lf_west.errors import LfError
+from lf_west.main import main
 from lf_west.private_network import PrivateNetwork, plan_network
 
 RTI = ip_address("10.0.0.1")
@@ -77,6 +79,57 @@ def test_a_participant_in_a_network_of_ipv6_is_told_the_rtis_address(grid: World
     federates = {item["name"]: item["words"] for item in planned(grid).description(None)["federates"]}
     assert federates["a"][1:3] == ["--rti", "[fd00::1]:15045"]
     assert "-lf-rti-address=fd00::1" in federates["b"]
+
+
+def give_spare(world: World, name: str, address: str) -> None:
+    """Make a federate transient, and let the compiler say that it has a spare board."""
+    described = json.loads(world.description.read_text())
+    (item,) = (item for item in described["participants"] if item["name"] == name)
+    place = {**item["network"], "ip": address, "mac": "02:00:00:00:00:99"}
+    item |= {"transient": True, "spare": {"kconfig": "spare.conf", "overlay": "spare.overlay", "network": place}}
+    world.write(described)
+
+
+def test_a_spare_board_is_built_and_has_an_interface_of_its_own(grid: World) -> None:
+    give_spare(grid, "c", "10.0.0.13")
+    assert main(["lf-fed-build", grid.file]) == 0
+    builds = {call[call.index("--build-dir") + 1].rsplit("/", 1)[1]: call for call in grid.calls("west")}
+    assert set(builds) == {"b", "c", "c-spare", "d"}
+    (confs,) = (word for word in builds["c-spare"] if word.startswith("-DEXTRA_CONF_FILE="))
+    assert confs.split("=")[1].split(";")[0] == "spare.conf"
+    # It is another image of the same crate.
+    crates = [[word for word in builds[name] if word.startswith("-DLF_FEDERATE_CRATE=")] for name in ("c", "c-spare")]
+    assert crates[0] == crates[1]
+    federation = planned(grid)
+    assert federation.network is not None
+    assert federation.network.interfaces == {"b": "lf0", "c": "lf1", "c-spare": "lf2"}
+    described = federation.description(None)
+    processes = {item["name"]: item for item in described["federates"]}
+    assert set(processes) == {"a", "b", "c", "d"}
+    spare = processes["c"]["instances"]["spare"]
+    assert "ifname=lf2," in spare[6] and spare[6].endswith("mac=02:00:00:00:00:99")
+    assert spare[-1].endswith("/c-spare/zephyr/zephyr.elf")
+    assert [processes[name]["instances"] for name in "abd"] == ["any", "one", "any"]
+
+
+def test_the_rti_takes_commands_for_images_that_come_and_go(grid: World) -> None:
+    described = planned(grid).description(None)
+    assert described["rti"]["streams"] == "lines" and "--commands" not in described["rti"]["words"]
+    assert [item["image_id"] for item in described["federates"]] == [None] * 4
+    give_spare(grid, "c", "10.0.0.13")
+    described = planned(grid).description(None)
+    assert described["rti"]["streams"] == "commands" and described["rti"]["words"][-1] == "--commands"
+    assert [item["image_id"] for item in described["federates"]] == [None, None, 2, None]
+
+
+def test_what_is_left_out_is_started_later(grid: World) -> None:
+    planned_here = planned(grid, without=("b",)).description(None)
+    assert [item["name"] for item in planned_here["federates"]] == ["a", "c", "d"]
+    assert [item["name"] for item in planned_here["left_out"]] == ["b"]
+    with pytest.raises(LfError, match="Grid has no federate e"):
+        planned(grid, without=("e",))
+    with pytest.raises(LfError, match="--without: d is not among those of -f"):
+        planned(grid, federates=("a",), without=("d",))
 
 
 def test_programs_reach_an_rti_on_a_board_from_a_free_address() -> None:

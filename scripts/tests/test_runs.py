@@ -24,16 +24,21 @@ BOARD = "native_sim/native/64"
 
 
 def planned(
-    world: World, *, build: bool = True, federates: tuple[str, ...] = (), port: int | None = None
+    world: World,
+    *,
+    build: bool = True,
+    federates: tuple[str, ...] = (),
+    port: int | None = None,
+    without: tuple[str, ...] = (),
 ) -> Federation:
     application = open_application(world.file, None)
     described = description.load(world.description)
-    for item in described.participants:
+    for item in described.with_spares([]):
         if build and item.is_image:
             image = image_file(application, item)
             image.parent.mkdir(parents=True, exist_ok=True)
             image.write_text("")
-    return plan_federation(application, described, lfz=Path("/lfz"), federates=federates, port=port)
+    return plan_federation(application, described, lfz=Path("/lfz"), federates=federates, port=port, without=without)
 
 
 def test_a_federation_is_built_and_run(grid: World) -> None:

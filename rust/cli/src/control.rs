@@ -61,12 +61,12 @@ pub(crate) struct Control {
 }
 
 impl Control {
-    /// Opens the socket of this run.
+    /// Opens the socket of this run, for a user who has another id in the namespace of this process.
     ///
     /// # Errors
     /// When the folder is not this user's, or the system has no sockets left.
-    pub(crate) fn open() -> io::Result<Self> {
-        let path = folder()?.join(std::process::id().to_string());
+    pub(crate) fn open(user: Option<u32>) -> io::Result<Self> {
+        let path = folder(user)?.join(std::process::id().to_string());
         match fs::remove_file(&path) {
             Err(error) if error.kind() != ErrorKind::NotFound => return Err(error),
             _ => {}
@@ -112,7 +112,7 @@ impl Drop for Control {
 /// When the folder of their sockets cannot be read.
 pub(crate) fn runs() -> io::Result<Vec<u32>> {
     let mut runs = Vec::new();
-    for entry in fs::read_dir(folder()?)? {
+    for entry in fs::read_dir(folder(None)?)? {
         let entry = entry?;
         let Some(id) = entry.file_name().to_str().and_then(|name| name.parse().ok()) else { continue };
         match UnixStream::connect(entry.path()) {
@@ -131,7 +131,7 @@ pub(crate) fn runs() -> io::Result<Vec<u32>> {
 /// # Errors
 /// When there is no such run, or it does not answer.
 pub(crate) fn ask(run: u32, request: &ControlRequest) -> io::Result<String> {
-    let mut stream = UnixStream::connect(folder()?.join(run.to_string()))?;
+    let mut stream = UnixStream::connect(folder(None)?.join(run.to_string()))?;
     stream.set_read_timeout(Some(TIME_OUT))?;
     stream.write_all(request.line().as_bytes())?;
     stream.shutdown(Shutdown::Write)?;
@@ -140,12 +140,13 @@ pub(crate) fn ask(run: u32, request: &ControlRequest) -> io::Result<String> {
     Ok(answer)
 }
 
-/// Returns the folder of the sockets, which only this user can enter.
-fn folder() -> io::Result<PathBuf> {
+/// Returns the folder of the sockets, which only this user can enter. Its name has the id of the user outside of the
+/// namespace of this process.
+fn folder(outside: Option<u32>) -> io::Result<PathBuf> {
     let user = rustix::process::getuid().as_raw();
     let folder = match std::env::var_os("XDG_RUNTIME_DIR") {
         Some(own) if !own.is_empty() => PathBuf::from(own).join("lfz"),
-        _ => std::env::temp_dir().join(format!("lfz-{user}")),
+        _ => std::env::temp_dir().join(format!("lfz-{}", outside.unwrap_or(user))),
     };
     match DirBuilder::new().mode(0o700).create(&folder) {
         Err(error) if error.kind() != ErrorKind::AlreadyExists => return Err(error),

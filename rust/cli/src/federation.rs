@@ -31,6 +31,8 @@ pub(crate) struct Federation {
     pub(crate) speaker: Option<String>,
     /// The name of the federation.
     pub(crate) id: FederationId,
+    /// The id of the user who controls the run, where this process has another one, in a namespace.
+    pub(crate) user: Option<u32>,
     /// The time after which all are stopped.
     pub(crate) timeout_ns: Option<u64>,
     /// The time in which the others have to end by themselves after the first failure, and after the federation.
@@ -44,7 +46,7 @@ pub(crate) struct Federation {
     /// All others.
     pub(crate) federates: Vec<Process>,
     /// Those that the user starts.
-    #[serde(skip)]
+    #[serde(default)]
     pub(crate) left_out: Vec<Process>,
     /// The recording of their pins, if there is one.
     pub(crate) oscilloscope: Option<PinRecording>,
@@ -96,12 +98,30 @@ pub(crate) struct Process {
     /// Whether it is started again when it has failed; only for one that may come and go.
     #[serde(default)]
     pub(crate) restarts: bool,
-    /// Whether it is the only one, so that it gets the input of this program.
-    #[serde(skip)]
-    pub(crate) is_alone: bool,
+    /// The id by which the RTI tells it to leave, for an image, which understands no signal.
+    pub(crate) image_id: Option<u16>,
+    /// The number of its instances that can run at the same time.
+    #[serde(default)]
+    pub(crate) instances: Instances,
+    /// Its input, and the form of its output.
+    #[serde(default)]
+    pub(crate) streams: Streams,
     /// The beginning of the line of a simulator's standard output that contains the program's exit status; the
     /// simulator continues after the program in it has ended.
     pub(crate) status_line: Option<String>,
+}
+
+/// The number of instances of a participant that can run at the same time.
+#[derive(Debug, Default, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub(crate) enum Instances {
+    /// Any number.
+    #[default]
+    Any,
+    /// One, because it has a network interface of its own.
+    One,
+    /// Two: one at the first place, and one with these words at another one.
+    Spare(Vec<Argument>),
 }
 
 /// An argument of a command line, or its program.
@@ -132,6 +152,12 @@ pub(crate) enum LateValue {
     RtiPort,
     /// The name of the federation in this run.
     FederationId,
+}
+
+impl Instances {
+    fn is_incomplete(&self) -> bool {
+        matches!(self, Self::Spare(words) if words.is_empty())
+    }
 }
 
 impl<T: Into<OsString>> From<T> for Argument {
@@ -194,17 +220,25 @@ impl Federation {
         Ok(read)
     }
 
+    /// Returns all processes, those that the user starts included.
+    fn processes(&self) -> impl Iterator<Item = &Process> {
+        self.rti.iter().chain(&self.federates).chain(&self.left_out)
+    }
+
     /// Checks the rules that the types alone do not express.
     fn check(&self) -> Result<(), String> {
         let Self { version: Version, .. } = self;
         let mut names = BTreeSet::new();
-        for Process { name, words, .. } in self.rti.iter().chain(&self.federates) {
+        for Process { name, words, .. } in self.processes() {
             if words.is_empty() {
                 return Err(format!("`{name}` has no words, of which the first is the program"));
             }
             if !names.insert(name) {
                 return Err(format!("there are two processes with the name `{name}`"));
             }
+        }
+        if let Some(Process { name, .. }) = self.processes().find(|process| process.instances.is_incomplete()) {
+            return Err(format!("`{name}` has a spare without words, of which the first is the program"));
         }
         let first: &[Process] = self.rti.as_ref().map_or(&self.federates, std::slice::from_ref);
         let knows_early = |process: &&Process| process.words.iter().any(Argument::is_port);
@@ -229,7 +263,7 @@ impl Federation {
     }
 
     fn run_processes(&self, interrupts: Interrupts) -> Result<Ending, Failure> {
-        let names = self.rti.iter().chain(&self.federates).map(|process| process.name.as_str());
+        let names = self.processes().map(|process| process.name.as_str());
         let output = Output::of_this_process(self.speaker.as_deref(), names).with_consoles(self.consoles()?);
         // It is dropped last, when no process is left that would start more.
         let descendants = Descendants::of_run(name_of_run())?;
@@ -253,7 +287,7 @@ impl Federation {
         for federate in &self.federates {
             federate.start(&mut supervisor, federate.launch(&descendants, federate.role(), &id, port))?;
         }
-        match Control::open() {
+        match Control::open(self.user) {
             Ok(control) => supervisor.obey(control),
             Err(error) => supervisor.note(&format!("`lfz ctl` cannot control this run: {error}")),
         }
@@ -263,7 +297,7 @@ impl Federation {
     /// Returns the consoles of images, by the names of the processes.
     fn consoles(&self) -> Result<BTreeMap<String, Console>, Failure> {
         let mut consoles = BTreeMap::new();
-        for Process { name, crate_folder, .. } in self.rti.iter().chain(&self.federates) {
+        for Process { name, crate_folder, .. } in self.processes() {
             if let Some(console) = crate_folder.as_deref().map_or(Ok(None), Console::of)? {
                 consoles.insert(name.clone(), console);
             }
@@ -291,21 +325,27 @@ impl Process {
         let own = self.environment.iter().map(|(name, value)| (OsString::from(name), OsString::from(value)));
         let (name, mark) = descendants.mark();
         // What a federate starts finds the RTI, too.
+        let texts = |words: &[Argument]| words.iter().map(|word| word.text(id, port)).collect();
         let rti = port.map(|port| (RTI_VARIABLE.into(), format!("127.0.0.1:{port}").into()));
         Launch {
             name: self.name.clone(),
             role,
             restarts: self.transient && self.restarts,
             status_line: self.status_line.clone(),
-            streams: if self.is_alone { Streams::Own } else { Streams::Lines },
-            words: self.words.iter().map(|word| word.text(id, port)).collect(),
+            streams: self.streams,
+            is_exclusive: !matches!(self.instances, Instances::Any),
+            places: match &self.instances {
+                Instances::Any | Instances::One => vec![texts(&self.words)],
+                Instances::Spare(words) => vec![texts(&self.words), texts(words)],
+            },
+            image_id: self.image_id,
             environment: own.chain([(name.into(), mark.into())]).chain(rti).collect(),
             folder: self.folder.clone(),
         }
     }
 
     fn start(&self, supervisor: &mut Supervisor, launch: Launch) -> Result<(), Failure> {
-        terminal::tell_command(launch.words.iter().cloned());
+        terminal::tell_command(launch.places.iter().flatten().take(self.words.len()).cloned());
         let started = supervisor.launch(launch);
         started.map_err(|error| Failure::message(format!("{} cannot be started: {error}", self.name)))
     }

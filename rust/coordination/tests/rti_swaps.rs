@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Federates that come, go and are swapped, where no recording shows it.
 
-use lf_coordination::Deadline;
 use lf_coordination::rti::{Config, ConnectionId, Outcome, Rti, SetupError, Status};
+use lf_coordination::{Deadline, FederateId};
 use lf_model::time::{Instant, Interval};
 use lf_testkit::rti::dialogue::{FEDERATION, START, at, config, hello, message, read, wait};
 use lf_testkit::rti::{Rig, Sizes};
@@ -99,6 +99,24 @@ fn a_successor_that_vanishes_leaves_the_place_to_the_next_one() {
     assert_eq!(read(&mut rig, last), ["UPSTREAM_DISCONNECTED"]);
     rig.close(old);
     let next = introduce(&mut rig, 1, &[(0, DELAY_NONE)]);
+    rig.message(next, &Message::Timestamp(START + 3));
+    assert_eq!(heard(&mut rig, next), ["ACK", "start 3 0"]);
+}
+
+#[test]
+fn who_takes_part_can_be_told_to_leave() {
+    let (mut rig, [_, middle, last]) = chain();
+    let dismiss = |rig: &mut Rig, federate| rig.rti.dismiss(FederateId(federate), &mut rig.outlet);
+    assert!([0, 2, 3].iter().all(|other| !dismiss(&mut rig, *other)), "they are persistent, or nobody");
+    assert!(dismiss(&mut rig, 1));
+    assert_eq!(heard(&mut rig, middle), ["STOP"]);
+    rig.message(middle, &Message::Resign);
+    assert_eq!(read(&mut rig, last), ["UPSTREAM_DISCONNECTED"]);
+    assert!(!dismiss(&mut rig, 1), "it has left");
+    // Its next life is not concerned.
+    rig.close(middle);
+    let next = introduce(&mut rig, 1, &[(0, DELAY_NONE)]);
+    assert!(!dismiss(&mut rig, 1), "it is not there yet");
     rig.message(next, &Message::Timestamp(START + 3));
     assert_eq!(heard(&mut rig, next), ["ACK", "start 3 0"]);
 }

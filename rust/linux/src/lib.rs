@@ -21,6 +21,7 @@ mod parameters;
 mod physical_time;
 mod platform;
 pub mod rti;
+mod rti_commands;
 mod sockets;
 mod thread;
 #[cfg(feature = "tls")]

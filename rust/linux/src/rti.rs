@@ -9,11 +9,12 @@ use lf_coordination::rti::{AfterLoss, Config, START_REPORT};
 pub use lf_coordination::rti::{CLOCK_SYNC_TRIALS, ClockSync, Outcome};
 use lf_model::time::Interval;
 use lf_runtime::trace::Recording;
-use lf_runtime::{AUTHENTICATOR, Inlet, Outgoing, RtiLoop, RtiPorts, RtiSetup, log_rti_event};
+use lf_runtime::{AUTHENTICATOR, Inlet, Outgoing, RtiLoop, RtiPorts, RtiSetup, Turn, log_rti_event};
 
 use crate::credentials::{Credentials, CredentialsError};
 use crate::noise::NoiseMemory;
 use crate::platform::Linux;
+use crate::rti_commands::{RtiCommand, RtiCommands};
 use crate::trace_file::TraceFile;
 pub use crate::trace_file::{TRACE_MIB, TRACE_UNLIMITED};
 
@@ -46,6 +47,7 @@ pub struct Trace {
 
 /// The user's options for the RTI.
 #[derive(Clone, Debug)]
+#[allow(clippy::struct_excessive_bools, reason = "these are switches of a command line")]
 pub struct Options {
     /// The number of federates of the federation, at least 1.
     pub federates: u16,
@@ -75,6 +77,8 @@ pub struct Options {
     pub payload_bytes_max: usize,
     /// The encryption of its connections.
     pub credentials: Credentials,
+    /// Whether it takes commands from standard input: `stop FEDERATE` tells a transient federate with this id to leave.
+    pub commands: bool,
 }
 
 impl Options {
@@ -107,6 +111,7 @@ impl Options {
             go_on_after_loss: false,
             payload_bytes_max,
             credentials: Credentials::None,
+            commands: false,
         }
     }
 }
@@ -186,5 +191,16 @@ pub fn serve(options: &Options, listening: impl FnOnce(u16)) -> Result<Outcome, 
     if let (Some(trace), Some(Trace { values, .. })) = (&mut trace, &options.trace) {
         rti.record(Recording::new(trace, *values));
     }
-    Ok(rti.run())
+    let commands = options.commands.then(RtiCommands::of_standard_input).transpose().map_err(RtiError::System)?;
+    loop {
+        match rti.turn() {
+            Turn::Wait(until) => rti.wait(until),
+            Turn::Ended(outcome) => return Ok(outcome),
+        }
+        for RtiCommand::Stop(federate) in commands.iter().flat_map(RtiCommands::pending) {
+            if !rti.dismiss(federate) {
+                log::warn!("federate {federate} is not there, or not transient: nobody is told to leave");
+            }
+        }
+    }
 }

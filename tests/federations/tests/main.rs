@@ -4,6 +4,7 @@
 #![allow(clippy::unwrap_used, reason = "a failed unwrap in a helper is that test's failure")]
 
 mod authentication;
+mod boards;
 mod centralized;
 mod clocks;
 mod decentralized;

@@ -35,7 +35,7 @@ fn comes_and_goes(name: &str) {
     run.wait_for("five of life 2");
     assert!(ctl(&run, &["swap", "middle"]).contains("takes its place"));
     let finished = run.succeed();
-    finished.line(&["middle", "another instance takes the place"]);
+    finished.line(&["middle", "the RTI tells this federate to leave"]);
     finished.line(&["sink", "five of life 3"]);
     assert!(!finished.of("sink").any(|line| line.contains(" after ")), "a value is missing: {finished}");
 }

@@ -280,11 +280,14 @@ Run the processes of a description, as `lfz run` runs those of a program: the RT
 listens, their output prefixed. All end together: the first failure, ^C or the time limit gives the others a while, then
 SIGTERM, then SIGKILL.
 
-The description is JSON: { version: 1, speaker: NAME, id: { exactly: ID } or { begins_with: ID }, timeout_ns,
-grace_ns, terminate_ns, rti: PROCESS, rti_port, federates: [PROCESS, ...], oscilloscope }. The oscilloscope is
-{ file, parts: [{ name, file, is_trace }] }: what is to be one file, recordings of participants and traces of QEMU. A
-PROCESS is { name, words: [WORD, ...], environment: { NAME: TEXT }, folder, crate, status_line, transient, restarts },
-a WORD a text or { before: TEXT, known: rti_port or federation_id }.
+The description is JSON: { version: 1, speaker: NAME, id: { exactly: ID } or { begins_with: ID }, user, timeout_ns,
+grace_ns, terminate_ns, rti: PROCESS, rti_port, federates: [PROCESS, ...], left_out: [PROCESS, ...], oscilloscope }.
+Those of left_out are started by `lfz ctl`. The oscilloscope is { file, parts: [{ name, file, is_trace }] }: what is to
+be one file, recordings of participants and traces of QEMU. A PROCESS is { name, words: [WORD, ...],
+environment: { NAME: TEXT }, folder, crate, status_line, transient, restarts, image_id, instances, streams }, a WORD a
+text or { before: TEXT, known: rti_port or federation_id }. image_id is the id of a federate that understands no signal,
+which an RTI with streams: commands tells to leave; instances is any, one, or { spare: [WORD, ...] } for two, the second
+of which is started so.
 
 Exit status: that of the first participant that failed; 124 after the time limit; 130 after ^C."
     )]

@@ -129,12 +129,16 @@ fn description(built: &Built, keys: Option<&HandedOut>) -> Result<Value, Failure
                     value["program"] = json!(built.programs.get(&participant.name).map(|program| path(program)));
                     value["options"] = json!(options(&participant.name)?);
                 }
-                Artifact::Zephyr { board, kconfig, overlay, place } => {
+                Artifact::Zephyr { board, kconfig, overlay, place, spare } => {
                     value["platform"] = json!("zephyr");
                     value["board"] = json!(board);
                     value["kconfig"] = json!(path(&built.out.join(kconfig)));
                     value["overlay"] = json!(path(&built.out.join(overlay)));
                     add_place(&mut value, place);
+                    value["spare"] = json!(spare.as_ref().zip(place.spare.as_deref()).map(|(files, place)| {
+                        json!({ "kconfig": path(&built.out.join(&files.kconfig)),
+                            "overlay": path(&built.out.join(&files.overlay)), "network": network(place) })
+                    }));
                 }
             }
             Ok(value)
@@ -144,13 +148,17 @@ fn description(built: &Built, keys: Option<&HandedOut>) -> Result<Value, Failure
 }
 
 fn add_place(value: &mut Value, place: &Place) {
-    value["network"] = json!(place.network.map(|network| {
+    value["network"] = network(place);
+    value["runner"] = json!(place.runner);
+    value["probe"] = json!(place.probe);
+}
+
+fn network(place: &Place) -> Value {
+    json!(place.network.map(|network| {
         json!({ "ip": network.ip.to_string(), "prefix": network.prefix_bits,
             "gateway": network.gateway.map(|gateway| gateway.to_string()),
             "mac": place.mac.map(|mac| mac.to_string()) })
-    }));
-    value["runner"] = json!(place.runner);
-    value["probe"] = json!(place.probe);
+    }))
 }
 
 fn path(path: &Path) -> String {
@@ -246,6 +254,33 @@ federated reactor at example.com:4242 {
         assert_eq!(dnet, format!("--dnet_disabled {on}"));
         let waits = options_of("clock-sync: on, coordination-options: { log-waits: 500 ms },");
         assert_eq!(waits, format!("--log-waits 500000000 ns {on}"));
+    }
+
+    /// The images of a federate and of its spare board differ in their addresses only.
+    #[test]
+    fn a_spare_board_has_settings_of_its_own() {
+        let folder = tempfile::tempdir().expect("a temporary folder");
+        let deployment = folder.path().join("deployment.yaml");
+        let places = "rti: { ip: 10.0.0.1 }\nfederates:\n  \
+            first: { platform: qemu_cortex_m3, ip: 10.0.0.2, spare: { ip: 10.0.0.12 } }\n  \
+            second: { platform: qemu_cortex_m3, ip: 10.0.0.3 }\n";
+        fs::write(&deployment, places).expect("it can be written");
+        let text = TEXT.replace("  first =", "  @transient\n  first =");
+        let value = described_for(folder.path(), &text, None, Some(&deployment));
+        let participants = &value["participants"];
+        assert_eq!(participants[1]["spare"], json!(null));
+        let (first, spare) = (&participants[0], &participants[0]["spare"]);
+        assert_eq!(
+            spare["network"],
+            json!({ "ip": "10.0.0.12", "prefix": 24, "gateway": null,
+            "mac": "02:00:0a:00:00:0c" })
+        );
+        let lines = |value: &Value| {
+            let text = fs::read_to_string(value["kconfig"].as_str().expect("it is a path")).expect("it is there");
+            text.lines().map(str::to_owned).collect::<Vec<_>>()
+        };
+        let differing: Vec<String> = lines(spare).into_iter().filter(|line| !lines(first).contains(line)).collect();
+        assert_eq!(differing, ["CONFIG_NET_CONFIG_MY_IPV4_ADDR=\"10.0.0.12\""]);
     }
 
     /// The command line takes precedence, then the program, then the board that every computer can build for.

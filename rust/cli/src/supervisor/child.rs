@@ -1,13 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 //! One participant's process: its group, its output, its end.
 
-use std::io::{self, ErrorKind, IsTerminal, Read};
+use std::io::{self, ErrorKind, IsTerminal, Read, Write};
 use std::os::fd::{AsFd, BorrowedFd, OwnedFd};
 use std::os::unix::process::{CommandExt, ExitStatusExt};
 use std::process::{Child as Process, ChildStderr, ChildStdout, Command, ExitStatus, Stdio};
 
 use rustix::fs::{OFlags, fcntl_getfl, fcntl_setfl};
 use rustix::process::{Pid, PidfdFlags, Signal, kill_process, kill_process_group, pidfd_open};
+use serde::Deserialize;
 
 use super::output::Stream;
 
@@ -26,12 +27,16 @@ pub(crate) enum Role {
 }
 
 /// The input of a participant, and the form of its output.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "snake_case")]
 pub(crate) enum Streams {
     /// It reads nothing; its lines are shown as they become whole, so that those of several do not mix.
+    #[default]
     Lines,
     /// It reads this program's input, and its output is shown at once, including a question that ends no line.
     Own,
+    /// It is an RTI, which reads commands of this program; its lines are shown as they become whole.
+    Commands,
 }
 
 /// A started process.
@@ -50,6 +55,10 @@ pub(super) struct Child {
     has_told: bool,
     /// Whether the user has asked it to leave.
     pub(super) was_asked: bool,
+    /// The index of its place, among those of its launch.
+    pub(super) place: usize,
+    /// The id by which the RTI tells it to leave, for an image, which understands no signal.
+    pub(super) image_id: Option<u16>,
     streams: Streams,
 }
 
@@ -79,9 +88,13 @@ impl Child {
         command: &mut Command,
     ) -> io::Result<Self> {
         command.stdout(Stdio::piped()).stderr(Stdio::piped());
-        command.stdin(if streams == Streams::Own { Stdio::inherit() } else { Stdio::null() });
+        command.stdin(match streams {
+            Streams::Lines => Stdio::null(),
+            Streams::Own => Stdio::inherit(),
+            Streams::Commands => Stdio::piped(),
+        });
         // A terminal lets only one group read, and sends that one ^C and ^Z; the shell has chosen this program's.
-        let has_group = streams == Streams::Lines || !io::stdin().is_terminal();
+        let has_group = streams != Streams::Own || !io::stdin().is_terminal();
         if has_group {
             command.process_group(0);
         }
@@ -109,6 +122,8 @@ impl Child {
             status_line,
             has_told: false,
             was_asked: false,
+            place: 0,
+            image_id: None,
             streams,
         })
     }
@@ -121,6 +136,11 @@ impl Child {
     /// Returns whether a line of its output has announced its end.
     pub(super) fn has_told(&self) -> bool {
         self.has_told
+    }
+
+    /// Writes a command for this participant. Returns `false` if it takes none, or has ended.
+    pub(super) fn command(&mut self, line: &str) -> bool {
+        self.process.stdin.as_mut().is_some_and(|input| writeln!(input, "{line}").is_ok())
     }
 
     /// Returns whether there is a process.

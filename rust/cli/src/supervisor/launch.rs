@@ -28,16 +28,20 @@ pub(crate) struct Launch {
     /// The beginning of the line of a simulator's output that contains the program's exit status.
     pub(crate) status_line: Option<String>,
     pub(crate) streams: Streams,
-    /// The program and its arguments.
-    pub(crate) words: Vec<OsString>,
+    /// The program and its arguments; for an image that has a spare board, also those with which it runs there.
+    pub(crate) places: Vec<Vec<OsString>>,
+    /// Whether only one instance can run at a place at a time, as on a board.
+    pub(crate) is_exclusive: bool,
+    /// The id by which the RTI tells it to leave, for an image, which understands no signal.
+    pub(crate) image_id: Option<u16>,
     /// Variables beside those of this program.
     pub(crate) environment: Vec<(OsString, OsString)>,
     pub(crate) folder: Option<PathBuf>,
 }
 
 impl Launch {
-    fn command(&self) -> Command {
-        let mut words = self.words.iter();
+    fn command(&self, place: usize) -> Command {
+        let mut words = self.places.get(place).into_iter().flatten();
         let mut command = guard::command(words.next().cloned().unwrap_or_default());
         command.args(words).envs(self.environment.iter().map(|(name, value)| (name, value)));
         if let Some(folder) = &self.folder {
@@ -63,9 +67,66 @@ impl Supervisor {
         self.launches.push(launch);
     }
 
+    /// Starts an instance at a free place. One that has ended there as a program, and is still there as a board, is
+    /// switched off before.
     fn launch_again(&mut self, launch: &Launch) -> io::Result<()> {
         let Launch { name, role, status_line, streams, .. } = launch;
-        self.start(name, *role, status_line.as_deref(), *streams, &mut launch.command())
+        let place = self.free_place(launch).ok_or_else(|| io::Error::other("another instance is in its place"))?;
+        let is_here = |child: &Child| child.is_there() && child.name == *name && child.place == place;
+        while launch.is_exclusive
+            && let Some(index) = self.children.iter().position(is_here)
+        {
+            self.ended(index, &mut |_, _| false)?;
+        }
+        self.start(name, *role, status_line.as_deref(), *streams, &mut launch.command(place))?;
+        if let Some(child) = self.children.last_mut() {
+            (child.place, child.image_id) = (place, launch.image_id);
+        }
+        Ok(())
+    }
+
+    /// Returns the first place where another instance can run.
+    fn free_place(&self, launch: &Launch) -> Option<usize> {
+        let is_free = |place: &usize| !self.running(&launch.name).any(|child| child.place == *place);
+        (0..launch.places.len()).find(|place| !launch.is_exclusive || is_free(place))
+    }
+
+    /// Asks a participant to leave: by a signal, or through the RTI if it is an image. Returns `false` if the RTI takes
+    /// no commands.
+    pub(super) fn ask(&mut self, index: usize) -> bool {
+        let asked = if let Some(id) = self.children[index].image_id {
+            let rti = self.children.iter_mut().find(|child| child.role == Role::Rti);
+            rti.is_some_and(|rti| rti.command(&format!("stop {id}")))
+        } else {
+            self.children[index].signal(Signal::TERM);
+            true
+        };
+        self.children[index].was_asked |= asked;
+        asked
+    }
+
+    /// Has the instances of a transient federate leave; those that were asked before are killed, as they may hang.
+    fn dismiss(&mut self, name: &str) -> Result<String, String> {
+        let (mut asked, mut killed) = (false, false);
+        for index in 0..self.children.len() {
+            let child = &self.children[index];
+            if !child.is_running() || child.name != name {
+                continue;
+            }
+            if child.was_asked {
+                child.signal(Signal::KILL);
+                killed = true;
+            } else if self.ask(index) {
+                asked = true;
+            } else {
+                return Err(format!(
+                    "{name} is an image, which only its RTI can tell to leave: an `lfz rti` that this run has started, \
+                     and no RTI on a board"
+                ));
+            }
+        }
+        let verb = if killed && !asked { "killed, as it was asked to leave before" } else { "asked to leave" };
+        Ok(format!("{name} is {verb}"))
     }
 
     /// Plans to start a participant again that has failed, if it is one for that.
@@ -118,20 +179,17 @@ impl Supervisor {
                 Ok(format!("{name} is started"))
             }
             _ if !is_transient => Err(format!("{name} is not transient: only such federates leave and are swapped")),
+            ControlRequest::Swap(_) if running == 1 && self.free_place(&launch).is_none() => Err(format!(
+                "{name} is on a board, and another instance needs another one: say which in the deployment file, \
+                 `spare: {{ ip: ADDRESS }}`"
+            )),
             _ if running == 0 => Err(format!("{name} does not run; `lfz ctl start {name}` starts it")),
             ControlRequest::Swap(_) if running > 1 => Err(format!("another instance of {name} is about to begin")),
             ControlRequest::Swap(_) => {
                 self.launch_again(&launch).map_err(starts)?;
                 Ok(format!("another instance of {name} is started, and takes its place"))
             }
-            _ => {
-                for child in self.children.iter_mut().filter(|child| child.is_running() && child.name == *name) {
-                    // One that has been asked before may hang.
-                    child.signal(if child.was_asked { Signal::KILL } else { Signal::TERM });
-                    child.was_asked = true;
-                }
-                Ok(format!("{name} is asked to leave"))
-            }
+            _ => self.dismiss(name),
         }
     }
 
@@ -144,9 +202,10 @@ impl Supervisor {
         let mut text = format!("run {}", std::process::id());
         for Launch { name, role, .. } in self.launches.iter().filter(|launch| launch.role != Role::Rti) {
             let kind = if *role == Role::Transient { ", transient" } else { "" };
-            let state = match self.running(name).count() {
-                0 => "does not run",
-                1 => "runs",
+            let state = match (self.running(name).count(), self.running(name).next()) {
+                (0, _) => "does not run",
+                (1, Some(child)) if child.place > 0 => "runs on its spare board",
+                (1, _) => "runs",
                 _ => "is being swapped",
             };
             text = text + "\n  " + name + ": " + state + kind;

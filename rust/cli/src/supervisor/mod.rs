@@ -177,15 +177,20 @@ impl Supervisor {
             self.act(action);
         }
         self.restart(Instant::now())?;
-        let is_transient = |child: &&Child| child.role == Role::Transient;
-        let running = self.children.iter().filter(|child| child.is_running());
+        let stays = |child: &Child| child.role == Role::Transient && child.is_running();
         // The RTI serves transient federates as long as they stay.
-        if running.clone().any(|child| is_transient(&child)) && self.plan.dismisses(Instant::now()) {
-            for child in running.clone().filter(is_transient) {
-                self.output.note(&format!("{} is still there after the others; stopping it", child.name));
-                child.signal(Signal::TERM);
+        if self.children.iter().any(stays) && self.plan.dismisses(Instant::now()) {
+            for index in 0..self.children.len() {
+                if stays(&self.children[index]) {
+                    let name = &self.children[index].name;
+                    self.output.note(&format!("{name} is still there after the others; stopping it"));
+                    if !self.ask(index) {
+                        self.children[index].signal(Signal::TERM);
+                    }
+                }
             }
         }
+        let running = self.children.iter().filter(|child| child.is_running());
         let names = || running.clone().map(|child| child.name.as_str()).collect::<Vec<_>>().join(", ");
         if running.clone().next().is_some()
             && let Some((action, why)) = self.plan.due(Instant::now(), names)

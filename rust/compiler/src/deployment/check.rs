@@ -75,7 +75,47 @@ impl DeploymentChecker<'_> {
         }
         let text = |value: &Option<Spanned<String>>| value.as_ref().map(|text| text.value.clone());
         let (runner, probe) = (text(&raw.runner), text(&raw.probe));
-        Some(Place { platform, network, mac, ethernet, runner, probe, restarts: false })
+        Some(Place { platform, network, mac, ethernet, runner, probe, restarts: false, spare: None })
+    }
+
+    /// Returns the place of the spare board of a federate, whose first board has this place.
+    pub(super) fn spare(&mut self, name: &str, raw: &RawPlace, first: &Place, plan: &Plan) -> Option<Place> {
+        let Spanned { value: spare, referenced, .. } = raw.spare.as_ref()?;
+        let is_transient = plan.federates.iter().any(|federate| federate.name == name && federate.transient);
+        let refused = match (first.network, is_transient) {
+            // A board without a valid address has its error already.
+            (None, _) if raw.ip.is_some() => return None,
+            (None, _) => Some((
+                format!("`spare` has no meaning for platform {}", raw.platform.value),
+                "a program of this computer can run twice where it is",
+            )),
+            (_, false) => Some((
+                format!("`spare`: {name} is not transient, and only such federates are swapped"),
+                "write `@transient` before its instance",
+            )),
+            _ => None,
+        };
+        if let Some((message, hint)) = refused {
+            self.error(*referenced, message, Some(hint));
+            return None;
+        }
+        let network = first.network?;
+        let ip = self.address(Some(&spare.ip), "ip")?;
+        self.once("IP address", ip.to_string(), name, spare.ip.referenced);
+        if !network.contains(ip) {
+            let message = format!("the spare's address {ip} is not in the network of {}", network.ip);
+            self.error(spare.ip.referenced, message, Some("a spare board takes the place of the first one there"));
+        }
+        let is_virtual = first.platform.is_virtual();
+        let mac = match &spare.mac {
+            Some(mac) => self.mac(name, mac),
+            None => is_virtual.then(|| Mac::of_virtual_board(ip)),
+        };
+        if first.mac.is_some() && mac.is_none() && spare.mac.is_none() {
+            let hint = "give the spare a `mac` of its own, because the first board has one";
+            self.error(*referenced, "`spare`: two boards with one MAC address", Some(hint));
+        }
+        Some(Place { network: Some(BoardNetwork { ip, ..network }), mac, probe: None, ..first.clone() })
     }
 
     /// Returns whether a federate starts again when it has failed.
@@ -254,8 +294,8 @@ impl DeploymentChecker<'_> {
     }
 
     /// Reports an RTI that a board cannot reach: one on this computer's loopback, or one without a route.
-    pub(super) fn reachable(&mut self, federate: &Place, raw: &RawPlace, rti: &RtiPlace) {
-        let (Some(network), Some(raw_ip)) = (federate.network, &raw.ip) else { return };
+    pub(super) fn reachable(&mut self, federate: &Place, raw_ip: Option<&Spanned<String>>, rti: &RtiPlace) {
+        let (Some(network), Some(raw_ip)) = (federate.network, raw_ip) else { return };
         let hint = match rti.home {
             RtiHome::Program => "give `rti` the `ip` under which the boards reach this computer",
             RtiHome::Image(_) => "give `rti` an `ip` of its own, or another platform",

@@ -17,6 +17,10 @@
 //!     runner: pyocd                 # optional; as in `west flash --runner`
 //!     probe: "0240000034544e45"     # optional; which of several probes
 //!   filter: { platform: host, restart: on-failure }   # a transient federate that starts again when it has failed
+//!   meter:
+//!     platform: qemu_cortex_m3
+//!     ip: 10.0.0.4
+//!     spare: { ip: 10.0.0.14 }      # optional; a second board, with which a transient federate is swapped
 //! ```
 //!
 //! The RTI can be an image, too: alone on a board, for which it has the keys of a federate beside its port, or jointly
@@ -102,6 +106,8 @@ pub struct Place {
     pub probe: Option<String>,
     /// Whether the federate, which is transient, starts again when it has failed.
     pub restarts: bool,
+    /// The place of a second board of the same kind, with which the federate, which is transient, is swapped.
+    pub spare: Option<Box<Self>>,
 }
 
 impl Place {
@@ -212,6 +218,21 @@ impl Deployment {
     /// Returns whether the RTI is in the image of this federate.
     pub fn is_joint(&self, federate: &str) -> bool {
         matches!(&self.rti.home, RtiHome::Joint(name) if name == federate)
+    }
+
+    /// Returns the number of spare boards.
+    pub fn spares(&self) -> usize {
+        self.federates.values().filter(|place| place.spare.is_some()).count()
+    }
+
+    /// Returns this deployment with the two boards of a federate exchanged, if it has a spare one.
+    pub fn with_spare(&self, federate: &str) -> Option<Self> {
+        let first = self.federates.get(federate)?;
+        let spare = first.spare.as_deref()?.clone();
+        let first = Box::new(Place { spare: None, ..first.clone() });
+        let mut deployment = self.clone();
+        deployment.federates.insert(federate.to_owned(), Place { spare: Some(first), ..spare });
+        Some(deployment)
     }
 
     /// Returns the place of a federate; this computer if it is not listed.

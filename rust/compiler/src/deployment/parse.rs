@@ -44,10 +44,19 @@ fn check(path: &str, raw: &RawDeployment, plan: &Plan) -> Result<Deployment, Vec
         let restarts = checker.restarts(name, &spanned.value, plan);
         if let Some(place) = checker.place(name, &spanned.value) {
             let place = Place { restarts, ..place };
-            deployment.federates.insert((*name).clone(), place);
+            let spare = checker.spare(name, &spanned.value, &place, plan);
+            deployment.federates.insert((*name).clone(), Place { spare: spare.map(Box::new), ..place });
         }
     }
     checker.joint(raw, &federates, plan, &mut deployment);
+    for (name, spanned) in &federates {
+        if let Some(spare) = spanned.as_ref().and_then(|spanned| spanned.value.spare.as_ref())
+            && deployment.is_joint(name)
+        {
+            let message = format!("`spare`: {name} has the RTI in its image, and without it there is no federation");
+            checker.error(spare.referenced, message, Some("put the RTI elsewhere"));
+        }
+    }
     // A wrong address of the RTI allows no conclusions.
     let rti_ip_is_wrong = deployment.rti.ip.is_none()
         && (deployment.rti.home != RtiHome::Program || raw.rti.as_ref().is_some_and(|rti| rti.ip.is_some()));
@@ -55,7 +64,10 @@ fn check(path: &str, raw: &RawDeployment, plan: &Plan) -> Result<Deployment, Vec
         if let (Some(spanned), Some(place)) = (spanned, deployment.federates.get(*name))
             && !deployment.is_joint(name)
         {
-            checker.reachable(place, &spanned.value, &deployment.rti);
+            checker.reachable(place, spanned.value.ip.as_ref(), &deployment.rti);
+            if let (Some(raw), Some(spare)) = (&spanned.value.spare, &place.spare) {
+                checker.reachable(spare, Some(&raw.value.ip), &deployment.rti);
+            }
         }
     }
     checker.errors.sort_by_key(|error| (error.line, error.column));

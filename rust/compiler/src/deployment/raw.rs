@@ -65,7 +65,16 @@ participant!(RawPlace {
     platform: Spanned<String>,
     joint_rti: Option<Spanned<bool>>,
     restart: Key,
+    spare: Option<Spanned<RawSpare>>,
 });
+
+/// A second board of the same kind, in the network of the first one.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields, rename_all = "kebab-case")]
+pub(super) struct RawSpare {
+    pub(super) ip: Spanned<String>,
+    pub(super) mac: Key,
+}
 
 impl RawRti {
     /// Returns the keys of its place, on a platform.
@@ -75,6 +84,7 @@ impl RawRti {
             platform,
             joint_rti: None,
             restart: None,
+            spare: None,
             ip,
             netmask,
             prefix,

@@ -18,7 +18,7 @@ mod tests;
 mod view;
 
 use crate::boards::ethernet_label;
-use crate::deployment::{Place, Platform, RtiHome};
+use crate::deployment::{Deployment, Place, Platform, RtiHome};
 use crate::lexical::Language;
 use crate::plan::{Federate, Plan};
 use crate::stack::with_stack;
@@ -87,7 +87,18 @@ pub enum Artifact {
         overlay: String,
         /// Its place, with runner and probe.
         place: Box<Place>,
+        /// The files of the image for its spare board, if it has one: the same program with other addresses.
+        spare: Option<SpareFiles>,
     },
+}
+
+/// The settings of the image of a spare board, whose place is in that of the first board.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct SpareFiles {
+    /// The Kconfig fragment, below the output folder.
+    pub kconfig: String,
+    /// The devicetree overlay, below the output folder.
+    pub overlay: String,
 }
 
 /// Generates the crates of a program.
@@ -161,8 +172,17 @@ impl Emitter<'_> {
             Platform::Host => (package, Artifact::Host),
             Platform::Zephyr(board) => {
                 let is_cpp = View::new(plan, plan.language_of(federate)).native.is_cpp;
-                let text = federate_kconfig(plan, federate, deployment, self.settings.keys, is_cpp);
-                (ZEPHYR_PACKAGE.to_owned(), self.image(&name, &folder, board, &place, text))
+                let kconfig =
+                    |places: &Deployment| federate_kconfig(plan, federate, places, self.settings.keys, is_cpp);
+                let (first, second) = (kconfig(deployment), deployment.with_spare(&name).as_ref().map(kconfig));
+                let spare = place.spare.as_deref().zip(second).map(|(spare, text)| {
+                    let (kconfig, overlay) = self.image_files(&name, &format!("{folder}/spare"), board, spare, text);
+                    SpareFiles { kconfig, overlay }
+                });
+                let (kconfig, overlay) = self.image_files(&name, &folder, board, &place, first);
+                let board = board.clone();
+                let artifact = Artifact::Zephyr { board, kconfig, overlay, place: Box::new(place), spare };
+                (ZEPHYR_PACKAGE.to_owned(), artifact)
             }
         };
         let role = Role::Federate { id: federate.id, joint_rti };
@@ -173,19 +193,21 @@ impl Emitter<'_> {
     fn rti(&mut self, name: String, place: &Place, folder: String) -> Option<Participant> {
         let Platform::Zephyr(board) = &place.platform else { return None };
         let text = rti_kconfig(self.plan, &name, place, self.settings.deployment, self.settings.keys);
-        let artifact = self.image(&name, &folder, board, place, text);
+        let (kconfig, overlay) = self.image_files(&name, &folder, board, place, text);
+        let (board, place) = (board.clone(), Box::new(place.clone()));
+        let artifact = Artifact::Zephyr { board, kconfig, overlay, place, spare: None };
         let package = ZEPHYR_PACKAGE.to_owned();
         Some(self.program(Participant { role: Role::Rti, name, folder, package, artifact }, None))
     }
 
-    /// Adds the files of an image beside its program.
-    fn image(&mut self, name: &str, folder: &str, board: &str, place: &Place, kconfig_text: String) -> Artifact {
+    /// Adds the files of an image beside its program; returns the paths of the Kconfig fragment and of the overlay.
+    fn image_files(&mut self, name: &str, folder: &str, board: &str, place: &Place, text: String) -> (String, String) {
         let (kconfig, overlay_path) = (format!("{folder}/{name}.conf"), format!("{folder}/{name}.overlay"));
-        self.emitted.files.push(File { path: kconfig.clone(), text: kconfig_text });
+        self.emitted.files.push(File { path: kconfig.clone(), text });
         let label = place.ethernet.as_deref().or_else(|| ethernet_label(board));
         let text = overlay(self.plan, name, place.mac.zip(label));
         self.emitted.files.push(File { path: overlay_path.clone(), text });
-        Artifact::Zephyr { board: board.to_owned(), kconfig, overlay: overlay_path, place: Box::new(place.clone()) }
+        (kconfig, overlay_path)
     }
 
     /// Adds the program of a participant.

@@ -72,7 +72,7 @@ pub(crate) fn federate_kconfig(
         fragment.set("STD_CPP17", "y");
     }
     if plan.is_federated() {
-        network_of_federate(&mut fragment, plan, federate, is_joint, &place);
+        network_of_federate(&mut fragment, plan, federate, is_joint, deployment);
     } else {
         fragment
             .comment("The program is not federated. It can use the network all the same, if other settings say so.");
@@ -85,7 +85,15 @@ pub(crate) fn federate_kconfig(
 }
 
 /// Adds the sockets of a federate, and those of the RTI in its image, with what they need.
-fn network_of_federate(fragment: &mut Fragment, plan: &Plan, federate: &Federate, is_joint: bool, place: &Place) {
+fn network_of_federate(
+    fragment: &mut Fragment,
+    plan: &Plan,
+    federate: &Federate,
+    is_joint: bool,
+    deployment: &Deployment,
+) {
+    let place = &deployment.place(&federate.name);
+    let spares = deployment.spares();
     network(fragment, place);
     let own = federate_sockets(plan, federate);
     fragment.comment("The sockets of the federate.");
@@ -101,7 +109,8 @@ fn network_of_federate(fragment: &mut Fragment, plan: &Plan, federate: &Federate
     sockets(fragment, own, if is_joint { rti_sockets(plan) } else { 0 }, place);
     buffers(fragment, connections(plan, federate, is_joint), place);
     let peers: BTreeSet<u16> = federate.peers_in().into_iter().chain(federate.peers_out()).collect();
-    neighbors(fragment, if is_joint { plan.federates.len() } else { 1 + peers.len() }, place);
+    let others = if is_joint { plan.federates.len() } else { 1 + peers.len() };
+    neighbors(fragment, others + spares, place);
     datagrams(fragment, plan);
 }
 
@@ -118,7 +127,7 @@ pub(crate) fn rti_kconfig(plan: &Plan, name: &str, place: &Place, deployment: &D
     sockets(&mut fragment, 0, rti_sockets(plan), place);
     let federates = plan.federates.len();
     buffers(&mut fragment, Connections { ends: federates, receiving: federates, local: false }, place);
-    neighbors(&mut fragment, plan.federates.len(), place);
+    neighbors(&mut fragment, plan.federates.len() + deployment.spares(), place);
     datagrams(&mut fragment, plan);
     fragment.set("LF_USER_THREADS", 0);
     logging(&mut fragment, plan.target.logging);

@@ -43,7 +43,8 @@ pub enum Event<'m> {
     /// Such a federate has left: close the connection to it.
     #[cfg(feature = "transients")]
     PeerLeft(FederateId),
-    /// Another instance takes the place of this federate, which stops alone, one microstep after its current tag.
+    /// The RTI tells this federate to leave, mostly because another instance takes its place: it stops alone, one
+    /// microstep after its current tag.
     #[cfg(feature = "transients")]
     Replaced,
     /// All federates have joined: logical time begins at this physical time.

@@ -26,7 +26,8 @@ use super::machine::Rti;
 use super::members::Members;
 use super::outlet::{ConnectionId, Outlet, Verdict};
 use super::sending::Sending;
-use super::storage::{Membership, Phase, extended, id};
+use super::storage::{Membership, Phase, Slot, extended, id};
+use crate::FederateId;
 
 impl Members<'_> {
     /// Returns whether a connection is that of a federate that takes the place of another one.
@@ -184,6 +185,21 @@ impl Rti<'_> {
             let stop_tag = self.stop.tag();
             self.sending(outlet).flush(federate, stop_tag);
         }
+    }
+
+    /// Tells a transient federate to leave: it stops one microstep after its current tag, as one whose place another
+    /// instance takes. Returns `false`, and does nothing, if no transient federate with this id takes part.
+    pub fn dismiss(&mut self, federate: FederateId, outlet: &mut impl Outlet) -> bool {
+        let index = usize::from(federate.0);
+        let takes_part = |slot: &Slot| slot.is_transient() && slot.clock.is_some();
+        let is_there = self.tags.start.is_some() && self.members.slots.get(index).is_some_and(takes_part);
+        if is_there && self.members.running(index).is_some() {
+            self.members.slots[index].pending.notices.stop = true;
+            let stop_tag = self.stop.tag();
+            self.sending(outlet).flush(index, stop_tag);
+            return true;
+        }
+        false
     }
 
     /// Returns the federate whose place the one on this connection waits to take.

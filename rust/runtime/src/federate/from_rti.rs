@@ -173,7 +173,7 @@ impl<P: Platform, N: Needs> FromRti<'_, '_, '_, P, N> {
             Event::UpstreamCame(federate) => self.execution.upstream_comes(federate.0),
             #[cfg(feature = "transients")]
             Event::Replaced => {
-                log::info!("another instance takes the place of this federate, which stops");
+                log::info!("the RTI tells this federate to leave: it stops alone");
                 self.execution.stop_alone();
             }
             #[cfg(feature = "transients")]

@@ -4,6 +4,8 @@
 use core::fmt;
 
 use lf_coordination::Deadline;
+#[cfg(feature = "transients")]
+use lf_coordination::FederateId;
 use lf_coordination::auth::Nonce;
 use lf_coordination::rti::{
     Config, ConnectionId, Outcome, Rti, RtiEvent, RtiStorage, SetupError, Status, Verdict, Waits,
@@ -127,6 +129,12 @@ impl<'a, 's, P: Platform, N: FnMut(RtiEvent<'_>), B: Storage> RtiLoop<'a, 's, P,
                 Turn::Ended(outcome) => return outcome,
             }
         }
+    }
+
+    /// Tells a transient federate to leave: it stops alone, soon. Returns `false` if no such federate takes part.
+    #[cfg(feature = "transients")]
+    pub fn dismiss(&mut self, federate: FederateId) -> bool {
+        self.drive(|rti, outlet| rti.dismiss(federate, outlet))
     }
 
     /// Does everything that can be done now. Bounded by the number of connections with something to do times

@@ -130,6 +130,10 @@ pub struct RtiArgs {
     /// limit.
     #[arg(long, value_name = "TIME", default_value = "60 s", value_parser = start_time_out)]
     start_time_out: TimeOut,
+    /// Take commands from standard input, one in a line: `stop FEDERATE` tells the transient federate with this id to
+    /// leave.
+    #[arg(long)]
+    commands: bool,
 }
 
 /// The time after which the RTI gives up, if it does.
@@ -173,6 +177,7 @@ impl RtiArgs {
             go_on_after_loss: self.go_on_after_loss,
             start_barrier_time_out: self.start_time_out.0,
             log_waits: self.log_waits,
+            commands: self.commands,
             credentials: self.credentials(warnings),
             trace: self.trace(),
             payload_bytes_max: match self.max_message {

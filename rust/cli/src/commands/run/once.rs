@@ -17,7 +17,7 @@ use crate::federation::{Argument, Federation, FederationId, LateValue, Process, 
 use crate::guard;
 use crate::keys::{HandedOut, KeySource};
 use crate::pins::{self, PinRecording};
-use crate::supervisor::{Ending, Interrupts};
+use crate::supervisor::{Ending, Interrupts, Streams};
 use crate::terminal;
 use crate::trace;
 
@@ -144,9 +144,10 @@ fn federation(
         if let Some(file) = pins.as_ref().and_then(|pins| pins.file_of(name)) {
             words.extend(["--vcd".into(), file.into()]);
         }
-        let is_alone = planned.is_none();
+        // The only one gets the input of this program.
+        let streams = if planned.is_none() { Streams::Own } else { Streams::Lines };
         let transient = federate.transient;
-        let process = Process { name: name.clone(), words, transient, is_alone, ..Process::default() };
+        let process = Process { name: name.clone(), words, transient, streams, ..Process::default() };
         if arguments.without.contains(name) { left_out.push(process) } else { federates.push(process) }
     }
     let (rti, rti_port) = rti.unzip();
@@ -154,6 +155,7 @@ fn federation(
         version: Version,
         speaker: planned.map(|_| "lfz".to_owned()),
         id: FederationId::BeginsWith(name.clone()),
+        user: None,
         timeout_ns: arguments.timeout.map(|timeout| u64::try_from(timeout.as_nanos()).unwrap_or(u64::MAX)),
         grace_ns: None,
         terminate_ns: None,

@@ -3,6 +3,7 @@
 
 use super::fixture;
 use crate::deployment::{Deployment, Mac, Platform, RtiHome, RtiPlace};
+use crate::plan::Plan;
 
 fn parse(text: &str) -> Result<Deployment, Vec<crate::FileError>> {
     Deployment::parse("deployment.yaml", text, &fixture::plan())
@@ -61,6 +62,45 @@ fn only_transient_federates_start_again() {
     let refused = parse("on-failure", false).expect_err("it is persistent");
     assert!(refused.contains("unit is not transient"), "{refused}");
     assert!(parse("always", true).expect_err("there is no such word").contains("\"always\" is not known"));
+}
+
+/// A spare board is where the first one is, apart from its addresses, and only what is swapped has one.
+#[test]
+fn a_transient_federate_can_have_a_spare_board() {
+    let mut plan = fixture::plan();
+    let parse = |plan: &Plan, unit: &str, other: &str| {
+        let text = format!("rti: {{ ip: 10.0.0.1 }}\nfederates:\n  unit: {unit}\n  other: {other}\n");
+        Deployment::parse("deployment.yaml", &text, plan).map_err(|errors| {
+            let lines = errors.iter().map(|error| error.message.clone() + "; " + error.hint.as_deref().unwrap_or("-"));
+            lines.collect::<Vec<_>>().join("\n")
+        })
+    };
+    let unit = "{ platform: qemu_cortex_m3, ip: 10.0.0.2, runner: qemu, spare: { ip: 10.0.0.12 } }";
+    let other = "{ platform: qemu_cortex_m3, ip: 10.0.0.3 }";
+    let refused = parse(&plan, unit, other).expect_err("it is persistent");
+    assert!(refused.contains("unit is not transient") && refused.contains("write `@transient`"), "{refused}");
+    plan.federates.iter_mut().for_each(|federate| federate.transient = true);
+    let deployment = parse(&plan, unit, other).expect("it is right");
+    assert_eq!((deployment.spares(), deployment.with_spare("other")), (1, None));
+    let spare = deployment.with_spare("unit").expect("it has one").place("unit");
+    let first = deployment.place("unit");
+    assert_eq!(spare.address(), Some("10.0.0.12".parse().expect("an address")));
+    assert_eq!((spare.mac, &spare.platform), (Some(Mac([2, 0, 10, 0, 0, 12])), &first.platform));
+    assert_eq!(spare.runner.as_deref(), Some("qemu"));
+    assert_eq!(spare.spare.and_then(|back| back.address()), first.address());
+    for (unit, words) in [
+        ("{ platform: host, spare: { ip: 10.0.0.12 } }", "`spare` has no meaning for platform host"),
+        ("{ platform: native_sim, spare: { ip: 10.0.0.12 } }", "a program of this computer can run twice"),
+        ("{ platform: qemu_cortex_m3, ip: 10.0.0.2, spare: { ip: 10.0.0.3 } }", "already that of \"unit\""),
+        ("{ platform: qemu_cortex_m3, ip: 10.0.0.2, spare: { ip: 10.0.0.2 } }", "already that of \"unit\""),
+        ("{ platform: qemu_cortex_m3, ip: 10.0.0.2, spare: { ip: 10.9.0.2 } }", "10.9.0.2 is not in the network of"),
+        ("{ platform: qemu_cortex_m3, ip: 10.0.0.2, spare: { mac: '02:00:00:00:00:02' } }", "missing field `ip`"),
+        ("{ platform: b, ip: 10.0.0.2, ethernet: e, mac: '02:00:00:00:00:02', spare: { ip: 10.0.0.9 } }", "one MAC"),
+        ("{ platform: b, ip: 10.0.0.2, joint-rti: true, spare: { ip: 10.0.0.9 } }", "unit has the RTI in its image"),
+    ] {
+        let refused = parse(&plan, unit, other).expect_err(unit);
+        assert!(refused.contains(words), "{unit}: {refused}");
+    }
 }
 
 fn home_of(properties: &str, text: &str) -> Result<RtiPlace, Vec<crate::FileError>> {
