@@ -14,7 +14,7 @@ import pytest
 from conftest import BUILD, LF
 from test_private_networks import _allowed
 from test_virtual_boards import _qemu, assert_all_ended_well
-from test_zephyr import ALLOCATOR, LIMIT_S, PROGRAMS, _arm, lf, symbols
+from test_zephyr import ALLOCATOR, LIMIT_S, PROGRAMS, SECURE, _arm, lf, symbols
 
 from lf_west import compiler
 from lf_west.workspace import REPOSITORY
@@ -27,8 +27,6 @@ pytestmark = pytest.mark.zephyr
 # a little. Who needs more says here why.
 FLASH_MAX_KIB = 148.0
 RAM_MAX_KIB = 63.75
-# Parts of mangled names: what an image with encrypted connections has.
-SECURE = re.compile(r"9lf_secure|10lf_runtime6secure")
 
 
 def with_keys(file: Path) -> Path:
