@@ -171,10 +171,8 @@ fn nobody_without_a_key_disturbs_an_encrypted_federation() {
             assert!(output.starts_with("exit status: 0"), "{output}");
             assert!(output.contains("is not authentic, or old, and ignored") && !is_misled(output), "{output}");
         }
-        // Those that accept connections. They tell of some of them only.
-        for output in [rti, sink] {
-            assert!(output.contains("is not secure and not used: "), "{output}");
-        }
+        // The sink listens no longer than until the source has connected, so it may have heard no stranger.
+        assert!(rti.contains("is not secure and not used: "), "{rti}");
     });
 }
 
