@@ -23,6 +23,7 @@ PARTS: dict[str, tuple[Callable[[Setting], Finding], str]] = {
     "engine": (engine.engine, "what a reaction costs in a program that is not federated"),
     "latency": (rti.latency, "how long grants and messages are on their way"),
     "throughput": (rti.throughput, "messages per second, processor time for each, and memory"),
+    "encryption": (rti.encryption, "what encrypted connections cost beside plain ones, on Linux"),
     "growth": (rti.growth, "what a grant takes as the federation grows"),
     "large": (rti.large, "one large federation from its start to its end"),
     "clock": (clocks.clock, "how far clocks are apart, in virtual time"),

@@ -57,6 +57,27 @@ def throughput(setting: Setting) -> Finding:
     )
 
 
+def encryption(setting: Setting) -> Finding:
+    """Measure our RTI with encrypted connections beside the same with plain ones."""
+    words = ("--exchanges", setting.exchanges, "--seconds", setting.seconds)
+    seen = setting.bench("encryption", "--lfz", setting.lfz, "--rounds", setting.rounds, *words)
+    spread = spread_out(seen, {"median": 50, "99 %": 99})
+    return finding(
+        "Encryption",
+        "What does encryption cost on Linux?",
+        [
+            f"Latency over {setting.exchanges} exchanges, throughput over {setting.seconds} s, in turns with plain "
+            f"connections; best of {setting.rounds} rounds.",
+            "All federates share one thread that encrypts and decrypts for them, too: the rate of messages falls with "
+            "its load. The processor time is that of the RTI alone.",
+        ],
+        [*spread, *(one for one in seen if not one.samples)],
+        ("lfz rti, encrypted",),
+        ["median µs", "99 % µs", "messages/s", "CPU µs/message"],
+        "latency, or federates and messages per tag",
+    )
+
+
 def growth(setting: Setting) -> Finding:
     """Measure the cost of a grant as the federation grows."""
     seen = setting.rtis("growth", "--seconds", setting.seconds)

@@ -36,10 +36,12 @@ PROGRAMS = Path(__file__).parent / "programs"
 ALLOCATOR = re.compile(
     r"(k_|_)?(malloc|calloc|realloc|reallocarray|memalign|aligned_alloc)(_r)?|_?free(_r)?|.*__(rust|rg|rdl)_\w*alloc\w*"
 )
-# Parts of mangled names: SHA-256, the event loop's connections past the RTI, and traces.
+# Parts of mangled names: those of encrypted connections.
+SECURE = re.compile(r"9lf_secure|10lf_runtime6secure")
+# SHA-256, the event loop's connections past the RTI, traces, and encryption.
 UNUSED = re.compile(
     r"4sha2|10lf_runtime8federate(?:5peers|7inbound|8outbound|12accept_queue|9from_peer)|10lf_runtime5trace"
-    r"|9lf_zephyr5trace|lf_trace_print"
+    rf"|9lf_zephyr5trace|lf_trace_print|{SECURE.pattern}"
 )
 # Images of the boards that QEMU plays. Those that are the same in several deployments are built once here.
 BOARDS = BUILD / "boards"
@@ -197,8 +199,8 @@ def test_the_sender_of_the_message_test_fits_a_small_board_without_an_allocator(
     assert [name for name in linked if ALLOCATOR.fullmatch(name)] == []
     # The kernel's own functions refer to its functions for heaps, but there is no heap.
     assert linked["_k_heap_list_start"] == linked["_k_heap_list_end"]
-    # Nor is there anything of authentication and of connections with other federates, which the program does not use,
-    # and of traces, which the image does not use.
+    # Nor is there anything of authentication, encryption and connections with other federates, which the program does
+    # not use, and of traces, which the image does not use.
     assert [name for name in linked if UNUSED.search(name)] == []
 
 

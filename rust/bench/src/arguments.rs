@@ -54,6 +54,8 @@ pub(crate) enum Part {
     Latency,
     /// Messages per second, processor time for each, and memory.
     Throughput,
+    /// Latency and throughput of our RTI, encrypted beside plain.
+    Encryption,
     /// The cost of a grant as the federation grows.
     Growth,
     /// One large federation from its start to its end.

@@ -13,7 +13,7 @@ use std::time::{Duration, Instant};
 
 use lf_wire::{Decoded, Limits, Message, NeighborStructure, UDP_PORT_CLOCK_SYNC_INITIAL, decode};
 
-use crate::peer::connect;
+use crate::link::connect;
 use crate::{FEDERATION, Program, Result, Samples};
 
 /// LF's default, which both sides know.

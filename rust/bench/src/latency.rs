@@ -2,16 +2,16 @@
 //! The latency of a message from one federate to another.
 
 use std::io::{Read, Write};
-use std::net::TcpStream;
 use std::time::Instant;
 
 use lf_wire::{Decoded, Limits, Message, Tag, decode};
 
 use crate::forwarder::Waiting;
 use crate::graph::{Graph, Shape};
-use crate::peer::{Load, Peer, connect};
+use crate::link::connect;
+use crate::peer::{Load, Peer};
 use crate::process::{Program, start_self};
-use crate::{Result, Samples};
+use crate::{Access, Result, Samples};
 
 /// The period in nanoseconds of logical time.
 const PERIOD_NS: i64 = 1_000_000;
@@ -27,41 +27,42 @@ pub struct Latency {
     pub message: Samples,
 }
 
-/// Measures an RTI that has been started for two federates at this port.
+/// Measures an RTI that has been started for two federates.
 ///
 /// # Errors
 /// When the RTI does not answer as it should.
-pub fn rti_latency(port: u16, exchanges: u32) -> Result<Latency> {
+pub fn rti_latency(rti: Access, exchanges: u32) -> Result<Latency> {
     let graph = Graph::new(Shape::Chain, 2, PERIOD_NS);
     let load = Load { period_ns: PERIOD_NS, messages: 1, rounds_ahead: 0 };
-    let (mut up, mut down) = (Peer::join(port, 0, &graph, load)?, Peer::join(port, 1, &graph, load)?);
+    let (mut up, mut down) = (Peer::join(rti, 0, &graph, load)?, Peer::join(rti, 1, &graph, load)?);
     up.tell_clock()?;
     down.tell_clock()?;
     up.await_start()?;
     down.await_start()?;
     let mut latency = Latency::default();
-    send(down.stream(), &Message::NextEventTag(down.tag_of(0)))?;
+    let first = Message::NextEventTag(down.tag_of(0));
+    send(down.link(), &first)?;
     for round in 1..=u64::from(WARM_UP + exchanges) {
         let (tag, next) = (up.tag_of(round), up.tag_of(round + 1));
         let message = Message::TaggedMessage { port: 0, federate: 1, tag, payload: &[0; 8] };
         let begin = Instant::now();
-        send(up.stream(), &message)?;
-        expect(down.stream(), &message)?;
+        send(up.link(), &message)?;
+        expect(down.link(), &message)?;
         let on_its_way = begin.elapsed();
 
         let announcement = Message::NextEventTag(next);
         let begin = Instant::now();
-        send(up.stream(), &announcement)?;
-        expect(down.stream(), &Message::TagGrant(Tag::new(next.time - 1, u32::MAX)))?;
+        send(up.link(), &announcement)?;
+        expect(down.link(), &Message::TagGrant(Tag::new(next.time - 1, u32::MAX)))?;
         if round > u64::from(WARM_UP) {
             latency.grant.push(begin.elapsed());
             latency.message.push(on_its_way);
         }
-        send(down.stream(), &Message::LatestTagComplete(tag))?;
+        send(down.link(), &Message::LatestTagComplete(tag))?;
     }
-    for peer in [&up, &down] {
-        send(peer.stream(), &Message::NextEventTag(Tag::FOREVER))?;
-        send(peer.stream(), &Message::Resign)?;
+    for peer in [&mut up, &mut down] {
+        send(peer.link(), &Message::NextEventTag(Tag::FOREVER))?;
+        send(peer.link(), &Message::Resign)?;
     }
     Ok(latency)
 }
@@ -72,7 +73,7 @@ pub fn rti_latency(port: u16, exchanges: u32) -> Result<Latency> {
 /// When it cannot be started, or does not answer as it should.
 pub fn program_latency(program: &Program, exchanges: u32) -> Result<Latency> {
     let rti = program.start(2)?;
-    rti_latency(rti.port, exchanges)
+    rti_latency(rti.access(), exchanges)
 }
 
 /// Measures the raw forwarder, with messages as long as those of the RTI.
@@ -85,21 +86,21 @@ pub fn forwarder_latency(waiting: Waiting, exchanges: u32) -> Result<Latency> {
         Waiting::Awake => "forward-awake",
     };
     let (_child, port, _) = start_self(role)?;
-    let from = connect(port)?;
+    let mut from = connect(port)?;
     from.set_nodelay(true)?;
-    let to = connect(port)?;
+    let mut to = connect(port)?;
     let mut latency = Latency::default();
     let tag = Tag::new(0, 0);
     let message = Message::TaggedMessage { port: 0, federate: 1, tag, payload: &[0; 8] };
     let grant = Message::TagGrant(tag);
     for round in 0..WARM_UP + exchanges {
         let begin = Instant::now();
-        send(&from, &message)?;
-        expect(&to, &message)?;
+        send(&mut from, &message)?;
+        expect(&mut to, &message)?;
         let on_its_way = begin.elapsed();
         let begin = Instant::now();
-        send(&from, &grant)?;
-        expect(&to, &grant)?;
+        send(&mut from, &grant)?;
+        expect(&mut to, &grant)?;
         if round >= WARM_UP {
             latency.grant.push(begin.elapsed());
             latency.message.push(on_its_way);
@@ -108,14 +109,14 @@ pub fn forwarder_latency(waiting: Waiting, exchanges: u32) -> Result<Latency> {
     Ok(latency)
 }
 
-fn send(mut stream: &TcpStream, message: &Message<'_>) -> Result<()> {
+fn send(stream: &mut impl Write, message: &Message<'_>) -> Result<()> {
     let mut bytes = [0; 64];
     let len = message.encode(&mut bytes)?;
     stream.write_all(&bytes[..len])?;
     Ok(())
 }
 
-fn expect(mut stream: &TcpStream, expected: &Message<'_>) -> Result<()> {
+fn expect(stream: &mut impl Read, expected: &Message<'_>) -> Result<()> {
     let mut bytes = [0; 64];
     let bytes = &mut bytes[..expected.encoded_len()];
     stream.read_exact(bytes)?;

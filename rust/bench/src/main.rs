@@ -29,6 +29,7 @@ fn run(arguments: &Arguments) -> Result<()> {
     match arguments.part {
         Part::Latency => rti::latency(arguments),
         Part::Throughput => rti::throughput(arguments),
+        Part::Encryption => rti::encryption(arguments),
         Part::Growth => rti::growth(arguments),
         Part::Large => rti::large(arguments),
         Part::Clock => clocks::clock(arguments.rounds),

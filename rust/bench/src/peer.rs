@@ -3,17 +3,16 @@
 
 use std::collections::BTreeSet;
 use std::io::{ErrorKind, Read, Write};
-use std::net::{Ipv4Addr, TcpStream};
-use std::time::{Duration, Instant, SystemTime, UNIX_EPOCH};
+use std::net::TcpStream;
+use std::time::{SystemTime, UNIX_EPOCH};
 
 use lf_wire::{DELAY_NONE, Decoded, Limits, Message, NeighborStructure, Tag, UDP_PORT_CLOCK_SYNC_OFF, decode};
 
-use crate::{FEDERATION, Graph, Result};
+use crate::link::Link;
+use crate::{Access, FEDERATION, Graph, Result};
 
 /// The maximum number of bytes in one read.
 const READ_BYTES: usize = 1 << 14;
-/// The time in which a connection is tried while the RTI starts.
-const CONNECT_TIME_OUT: Duration = Duration::from_secs(10);
 
 /// The load that every federate produces.
 #[derive(Clone, Copy, Debug)]
@@ -30,7 +29,7 @@ pub struct Load {
 /// One raw federate.
 #[derive(Debug)]
 pub struct Peer {
-    stream: TcpStream,
+    link: Link,
     load: Load,
     waits_for_grants: bool,
     downstream: Vec<(u16, i64)>,
@@ -59,13 +58,11 @@ impl Peer {
     ///
     /// # Errors
     /// When the RTI does not answer as it should.
-    pub fn join(port: u16, id: u16, graph: &Graph, load: Load) -> Result<Self> {
-        let stream = connect(port)?;
-        stream.set_nodelay(true)?;
-        stream.set_read_timeout(Some(CONNECT_TIME_OUT))?;
+    pub fn join(rti: Access, id: u16, graph: &Graph, load: Load) -> Result<Self> {
+        let link = Link::new(rti, id)?;
         let (upstream, downstream) = (graph.upstream(id), graph.downstream(id));
         let mut peer = Self {
-            stream,
+            link,
             load,
             waits_for_grants: !upstream.is_empty(),
             downstream,
@@ -85,7 +82,7 @@ impl Peer {
         peer.say(&Message::FedIds { federate: id, federation_id: FEDERATION.as_bytes() })?;
         peer.write_all()?;
         let mut answer = [0];
-        peer.stream.read_exact(&mut answer)?;
+        peer.link.read_exact(&mut answer)?;
         if decode(&answer, &Limits::NONE) != Ok(Decoded::Complete { message: Message::Ack, len: 1 }) {
             return Err(format!("the RTI does not accept federate {id}").into());
         }
@@ -112,7 +109,7 @@ impl Peer {
     /// When something else comes, or nothing.
     pub fn await_start(&mut self) -> Result<()> {
         let mut bytes = [0; 9];
-        self.stream.read_exact(&mut bytes)?;
+        self.link.read_exact(&mut bytes)?;
         match decode(&bytes, &Limits::NONE) {
             Ok(Decoded::Complete { message: Message::Timestamp(start), .. }) => {
                 self.start = start;
@@ -122,8 +119,13 @@ impl Peer {
         }
     }
 
+    /// Returns its connection, for what is said without its rules.
+    pub(crate) fn link(&mut self) -> &mut Link {
+        &mut self.link
+    }
+
     pub(crate) fn stream(&self) -> &TcpStream {
-        &self.stream
+        self.link.stream()
     }
 
     /// Returns whether only the others' progress keeps it from its next event.
@@ -151,7 +153,7 @@ impl Peer {
     /// Reads the received bytes.
     pub(crate) fn read(&mut self) -> Result<()> {
         let mut buffer = [0; READ_BYTES];
-        match self.stream.read(&mut buffer) {
+        match self.link.read(&mut buffer) {
             Ok(0) => self.ended = true,
             Ok(count) if self.input.is_empty() => {
                 let rest = self.hear_all(&buffer[..count])?;
@@ -175,7 +177,7 @@ impl Peer {
     /// Writes as much of the output as the system accepts.
     pub(crate) fn write(&mut self) -> Result<()> {
         while !self.output.is_empty() {
-            match self.stream.write(&self.output) {
+            match self.link.write(&self.output) {
                 Ok(count) if count == self.output.len() => self.output.clear(),
                 Ok(count) => drop(self.output.drain(..count)),
                 Err(error) if error.kind() == ErrorKind::WouldBlock => break,
@@ -187,7 +189,7 @@ impl Peer {
     }
 
     fn write_all(&mut self) -> Result<()> {
-        self.stream.write_all(&self.output)?;
+        self.link.write_all(&self.output)?;
         self.output.clear();
         Ok(())
     }
@@ -276,17 +278,5 @@ impl Peer {
             self.say(&Message::NextEventTag(next))?;
         }
         Ok(())
-    }
-}
-
-/// Connects as soon as the RTI listens.
-pub(crate) fn connect(port: u16) -> Result<TcpStream> {
-    let until = Instant::now() + CONNECT_TIME_OUT;
-    loop {
-        match TcpStream::connect((Ipv4Addr::LOCALHOST, port)) {
-            Ok(stream) => return Ok(stream),
-            Err(error) if Instant::now() > until => return Err(format!("no RTI listens: {error}").into()),
-            Err(_) => std::thread::sleep(Duration::from_millis(2)),
-        }
     }
 }

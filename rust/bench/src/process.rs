@@ -8,13 +8,17 @@ use std::path::PathBuf;
 use std::process::{Child, ChildStdout, Command, ExitStatus, Stdio};
 use std::time::{Duration, Instant};
 
-use crate::{FEDERATION, Result};
+use tempfile::TempDir;
+
+use crate::{Access, FEDERATION, Result, write_keys};
 
 /// An RTI to measure.
 #[derive(Clone, Debug)]
 pub enum Program {
     /// `lfz rti`, by the path of `lfz`.
     Ours(PathBuf),
+    /// The same with keys, so that all connections are encrypted.
+    Encrypted(PathBuf),
     /// The stock RTI, by its path.
     Stock(PathBuf),
 }
@@ -24,6 +28,7 @@ impl Program {
     pub fn name(&self) -> &'static str {
         match self {
             Self::Ours(_) => "lfz rti",
+            Self::Encrypted(_) => "lfz rti, encrypted",
             Self::Stock(_) => "stock RTI",
         }
     }
@@ -40,18 +45,26 @@ impl Program {
     pub(crate) fn start_with(&self, federates: u16, clock_sync: &[&str]) -> Result<RunningRti> {
         let port = free_port()?;
         let mut command = match self {
-            Self::Ours(path) => {
+            Self::Ours(path) | Self::Encrypted(path) => {
                 let mut command = Command::new(path);
                 command.arg("rti");
                 command
             }
             Self::Stock(path) => Command::new(path),
         };
+        let keys = match self {
+            Self::Encrypted(_) => Some(tempfile::tempdir()?),
+            Self::Ours(_) | Self::Stock(_) => None,
+        };
+        if let Some(folder) = &keys {
+            write_keys(folder.path(), federates)?;
+            command.arg("--keys").arg(folder.path());
+        }
         command.args(["-i", FEDERATION, "-n", &federates.to_string(), "-p", &port.to_string(), "-c"]);
         command.args(clock_sync);
         command.stdin(Stdio::null()).stdout(Stdio::null()).stderr(Stdio::null());
         let child = command.spawn().map_err(|error| format!("{} cannot be started: {error}", self.name()))?;
-        Ok(RunningRti { child: ChildGuard(child), port })
+        Ok(RunningRti { child: ChildGuard(child), port, keys })
     }
 }
 
@@ -61,9 +74,16 @@ pub struct RunningRti {
     child: ChildGuard,
     /// Its TCP port on this computer.
     pub port: u16,
+    /// The folder of its keys, if it has some, which ends with this.
+    keys: Option<TempDir>,
 }
 
 impl RunningRti {
+    /// Returns the way to it.
+    pub fn access(&self) -> Access {
+        Access { port: self.port, is_encrypted: self.keys.is_some() }
+    }
+
     /// Returns the resources that it has used so far.
     pub fn usage(&self) -> Usage {
         usage(self.child.0.id())

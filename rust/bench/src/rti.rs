@@ -60,6 +60,35 @@ pub(crate) fn throughput(arguments: &Arguments) -> Result<()> {
     Ok(())
 }
 
+/// Measures our RTI with and without encryption, in turns: latency, and then throughput.
+pub(crate) fn encryption(arguments: &Arguments) -> Result<()> {
+    let programs = [Program::Ours(arguments.lfz.clone()), Program::Encrypted(arguments.lfz.clone())];
+    for _ in 0..arguments.rounds {
+        for program in &programs {
+            let latency = program_latency(program, arguments.exchanges)?;
+            for (row, samples) in [("NET to TAG", &latency.grant), ("message of 8 bytes", &latency.message)] {
+                Measured::samples("encryption", row, program.name(), "µs", samples).print()?;
+            }
+        }
+        for (federates, messages) in [(2, 1), (16, 1), (16, 16)] {
+            let row = format!("{federates}, {messages}");
+            let graph = Graph::new(Shape::Pairs, federates, PERIOD_NS);
+            let load = Load { period_ns: PERIOD_NS, messages, rounds_ahead: 8 };
+            for program in &programs {
+                let run = run(program, &graph, load, arguments.time())?;
+                let values = [
+                    ("messages/s", run.traffic.messages_per_second()),
+                    ("CPU µs/message", per(run.cpu, run.traffic.messages)),
+                ];
+                for (unit, value) in values {
+                    Measured::value("encryption", &row, program.name(), unit, value).print()?;
+                }
+            }
+        }
+    }
+    Ok(())
+}
+
 pub(crate) fn growth(arguments: &Arguments) -> Result<()> {
     for shape in [Shape::Chain, Shape::Star, Shape::Random] {
         for federates in [2, 8, 32, 128, 500] {
@@ -125,7 +154,7 @@ fn each_run(
 
 fn run(program: &Program, graph: &Graph, load: Load, time: Duration) -> Result<Run> {
     let mut rti = program.start(graph.federates)?;
-    let mut swarm = Swarm::join(rti.port, graph, load)?;
+    let mut swarm = Swarm::join(rti.access(), graph, load)?;
     swarm.run(WARM_UP.min(time), ENDLESS)?;
     let before = rti.usage();
     let traffic = swarm.run(time, ENDLESS)?;

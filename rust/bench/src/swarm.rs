@@ -8,7 +8,7 @@ use std::time::{Duration, Instant};
 
 use rustix::event::{Timespec, epoll};
 
-use crate::{Graph, Load, Peer, Result};
+use crate::{Access, Graph, Load, Peer, Result};
 
 /// The longest time without any progress.
 const SILENCE_MAX: Duration = Duration::from_secs(20);
@@ -68,13 +68,13 @@ fn rate(count: u64, time: Duration) -> f64 {
 }
 
 impl Swarm {
-    /// Lets all federates join the RTI at this port of this computer, and start.
+    /// Lets all federates join this RTI, and start.
     ///
     /// # Errors
     /// When the RTI does not answer as it should, or the system has no resources.
-    pub fn join(port: u16, graph: &Graph, load: Load) -> Result<Self> {
+    pub fn join(rti: Access, graph: &Graph, load: Load) -> Result<Self> {
         let begin = Instant::now();
-        let peers: Result<Vec<_>> = (0..graph.federates).map(|id| Peer::join(port, id, graph, load)).collect();
+        let peers: Result<Vec<_>> = (0..graph.federates).map(|id| Peer::join(rti, id, graph, load)).collect();
         let mut peers = peers?;
         peers.iter_mut().try_for_each(Peer::tell_clock)?;
         peers.iter_mut().try_for_each(Peer::await_start)?;

@@ -15,4 +15,5 @@ mod native;
 mod nesting;
 mod plans;
 mod robust;
+mod security;
 mod wide;

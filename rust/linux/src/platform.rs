@@ -139,8 +139,8 @@ impl Platform for Linux {
         self.sockets.require(socket, participant);
     }
 
-    fn peer(&self, socket: SocketId) -> Option<Participant> {
-        self.sockets.peer(socket)
+    fn may_be(&self, socket: SocketId, participant: Participant) -> bool {
+        self.sockets.may_be(socket, participant)
     }
 
     fn failure(&self, socket: SocketId) -> Option<NetError> {

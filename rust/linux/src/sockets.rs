@@ -234,9 +234,9 @@ impl Sockets {
         }
     }
 
-    /// See [`lf_runtime::platform::Platform::peer`].
-    pub(crate) fn peer(&self, id: SocketId) -> Option<Participant> {
-        self.socket(id).ok()?.secured.as_ref()?.peer()
+    /// See [`lf_runtime::platform::Platform::may_be`].
+    pub(crate) fn may_be(&self, id: SocketId, participant: Participant) -> bool {
+        self.socket(id).is_ok_and(|socket| socket.secured.as_ref().is_none_or(|secured| secured.may_be(participant)))
     }
 
     /// See [`lf_runtime::platform::Platform::failure`].

@@ -198,11 +198,11 @@ pub trait Platform {
     #[cfg(feature = "security")]
     fn require(&mut self, _socket: SocketId, _participant: Participant) {}
 
-    /// Returns the participant at the other end, which has proved to be it; `None` where connections are not
-    /// authenticated.
+    /// Returns whether this participant may be at the other end: where connections are authenticated, only the one that
+    /// has proved to be there, on a connection that is still sound.
     #[cfg(feature = "security")]
-    fn peer(&self, _socket: SocketId) -> Option<Participant> {
-        None
+    fn may_be(&self, _socket: SocketId, _participant: Participant) -> bool {
+        true
     }
 
     /// Returns the reason why the platform has ended a connection, if it has.

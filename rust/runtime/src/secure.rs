@@ -330,10 +330,10 @@ impl<P: Platform, B: AsRef<[u8]> + AsMut<[u8]>> Platform for SecurePlatform<'_, 
         }
     }
 
-    fn peer(&self, socket: SocketId) -> Option<Participant> {
-        match self.index_of(socket) {
-            Some(index) => self.slots[index].channel.peer(),
-            None => self.platform.peer(socket),
+    fn may_be(&self, socket: SocketId, participant: Participant) -> bool {
+        match self.keyring {
+            Some(_) => self.index_of(socket).and_then(|index| self.slots[index].channel.peer()) == Some(participant),
+            None => self.platform.may_be(socket, participant),
         }
     }
 

@@ -8,6 +8,7 @@ use lf_coordination::federate::FederateError;
 use lf_coordination::rti::Outcome;
 use lf_model::time::Interval;
 use lf_runtime::{Coordination, RunError};
+use lf_secure::MARK;
 use lf_testkit::messages::encoded;
 use lf_testkit::world::{Conditions, Fault};
 use lf_wire::{Message, RejectCode};
@@ -118,6 +119,20 @@ proptest! {
         let report = run(&plan, Conditions::seeded(seed));
         prop_assert!(report.results.iter().all(Result::is_err), "{:?}", report.results);
         prop_assert!(report.notices.iter().any(|notice| notice.contains("claimed to be federate 2, which it is not")));
+    }
+
+    /// More connections than there are slots, at the RTI or at a federate, with handshakes that nobody finishes: they
+    /// make way.
+    #[test]
+    fn unfinished_handshakes_make_way(seed: u64, connections in 1..12usize, begun in 0..5usize, to_rti: bool) {
+        let first = [&[MARK, 1, 0, 48][..], &[0x5A; 48]].concat();
+        let says = first[..[0, 1, 4, 30, first.len()][begun]].to_vec();
+        let intruder = Intruder { to: (!to_rti).then_some(2), connections, says };
+        let begins = [(0, MS(400)), (1, MS(500))].into();
+        let plan = Plan { intruders: vec![intruder], begins, ..encrypted(direct_chain()) };
+        let report = run(&plan, Conditions::seeded(seed));
+        assert_complete(&report);
+        prop_assert!(report.ended.iter().all(|ended| *ended < MS(15_000)), "{:?}", report.ended);
     }
 
     /// A program in the name of a federate is refused, and keeps nobody out.

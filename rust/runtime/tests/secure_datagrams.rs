@@ -54,15 +54,15 @@ struct Sockets {
 }
 
 impl Sockets {
-    /// Lets the handshake go on; returns the participant at the other end, once it is known.
-    fn shake_hands(&mut self, host: &mut Host<'_>) -> Option<Participant> {
+    /// Lets the handshake go on; returns whether this participant has proved to be at the other end.
+    fn shake_hands(&mut self, host: &mut Host<'_>, participant: Participant) -> bool {
         host.wait(Deadline::Now, &mut |_, _| {});
-        let connection = self.connection?;
+        let Some(connection) = self.connection else { return false };
         if !self.is_connected {
             self.is_connected = host.connected(connection).is_ok();
             host.set_interest(connection, Interest { readable: true, writable: !self.is_connected });
         }
-        host.peer(connection)
+        host.may_be(connection, participant)
     }
 }
 
@@ -107,9 +107,10 @@ fn datagrams_of_strangers_and_repeated_ones_change_nothing() {
                     (own.connection, own.is_connected) = (Some(socket), true);
                     rti.set_interest(socket, Interest::READ);
                 }
-                let peer = own.shake_hands(&mut rti);
-                assert!(peer.is_none_or(|peer| peer == Participant::Federate(7)));
-                if let (Some(_), Some(to), true) = (peer, to, sent < DATAGRAMS) {
+                let is_known = own.shake_hands(&mut rti, Participant::Federate(7));
+                // It is nobody else, before and after.
+                assert!(own.connection.is_none_or(|socket| !rti.may_be(socket, Participant::Federate(8))));
+                if let (true, Some(to), true) = (is_known, to, sent < DATAGRAMS) {
                     rti.send_to(port, to, &[sent; 9]).unwrap();
                     sent += 1;
                 }
@@ -121,7 +122,7 @@ fn datagrams_of_strangers_and_repeated_ones_change_nothing() {
                     own.connection = federate.connect(Endpoint::new(address_of(RTI), PORT)).ok();
                     own.connection.iter().for_each(|socket| federate.set_interest(*socket, Interest::WRITE));
                 }
-                own.shake_hands(&mut federate);
+                own.shake_hands(&mut federate, Participant::Rti);
                 let mut buffer = [0; 10];
                 loop {
                     match federate.receive_from(port, &mut buffer) {

@@ -32,13 +32,18 @@ pub const fn buffer_bytes(description: &Description) -> usize {
     description.buffer_bytes(LF_RTI_FEDERATES, LF_RTI_BUFFER_SIZE)
 }
 
+/// Returns the RTI's platform. Without encryption this is no code of its own.
+fn platform() -> RtiPlatform {
+    #[cfg(CONFIG_LF_SECURITY)]
+    return crate::security::of_rti(ZephyrPlatform::without_wake());
+    #[cfg(not(CONFIG_LF_SECURITY))]
+    ZephyrPlatform::without_wake()
+}
+
 /// Accepts federates; prints the port on the console.
 pub(crate) fn listen(rti: &'static dyn ImageRti<RtiPlatform>, description: &Description) -> Result<(), RtiError> {
     let port = settings::own_rti_port().map_err(RtiError::Settings)?;
-    let platform = ZephyrPlatform::without_wake();
-    #[cfg(CONFIG_LF_SECURITY)]
-    let platform = crate::security::of_rti(platform);
-    let port = rti.listen(description, platform, port, settings::federation_id())?;
+    let port = rti.listen(description, platform(), port, settings::federation_id())?;
     settings::set_own_rti_port(port);
     crate::println!("listening on TCP port {port}");
     Ok(())

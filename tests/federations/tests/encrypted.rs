@@ -1,15 +1,22 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Encrypted federations of real processes, and a man in the middle of a connection with the RTI, over TCP.
+//! Encrypted federations of real processes, and a man in the middle of their connections, over TCP.
+//!
+//! He changes bytes here, and repeats connections. Connections with the RTI and those between federates are the same
+//! `Channel` below the same `SecurePlatform`, so what `rust/secure/tests/channels.rs` proves of records that are
+//! repeated, exchanged, left out, cut, or from another session holds for both.
 
 use std::fs;
 use std::io::{Read, Write};
 use std::net::{Shutdown, TcpStream};
 use std::os::unix::fs::PermissionsExt;
 use std::path::Path;
+use std::process::Command;
+use std::sync::LazyLock;
+use std::thread;
 
 use lf_federations::{Lfz, Run, TIME_OUT, programs};
 use lf_linux::keys::{federation_text, public_text, secret_text};
-use lf_secure::{Channel, ChannelStage, FederationSecret, Keyring, Participant, PublicKey, Role, StaticSecret};
+use lf_secure::{Channel, ChannelStage, FederationSecret, Keyring, Member, Participant, PublicKey, Role, StaticSecret};
 use lf_wire::{Message, RejectCode};
 use rustix::process::Signal;
 
@@ -27,34 +34,39 @@ fn public(seed: u8) -> PublicKey {
     secret(seed).public()
 }
 
-/// Writes the folder of the RTI's keys, for two federates.
-fn write_keys(folder: &Path) {
+/// The public keys of both federates.
+static MEMBERS: LazyLock<[Member; 2]> =
+    LazyLock::new(|| [(0, 1), (1, 2)].map(|(federate, seed)| Member { federate, key: public(seed) }));
+
+/// Writes a folder with the secret key of this seed and the public ones of all others.
+fn write_keys(folder: &Path, own: u8) {
     let write = |name: &str, text: String, mode: u32| {
         let file = folder.join(name);
         fs::write(&file, text).unwrap();
         fs::set_permissions(&file, fs::Permissions::from_mode(mode)).unwrap();
     };
-    write("own.key", secret_text(secret(RTI).bytes()), 0o600);
+    write("own.key", secret_text(secret(own).bytes()), 0o600);
     write("federation.secret", federation_text(&FEDERATION), 0o600);
-    for federate in [0, 1] {
-        write(&format!("{federate}.pub"), public_text(public(federate + 1).bytes()), 0o644);
+    write("rti.pub", public_text(public(RTI).bytes()), 0o644);
+    for member in &*MEMBERS {
+        write(&format!("{}.pub", member.federate), public_text(member.key.bytes()), 0o644);
     }
 }
 
 /// Starts an RTI with keys, which never has all of its federates; returns it and its port.
 fn start_rti(folder: &Path) -> (Run, u16) {
-    write_keys(folder);
-    Lfz::rti(&["-n", "2", "-i", ID, "--keys", folder.to_str().unwrap()])
+    write_keys(folder, RTI);
+    Lfz::rti(&["-n", "2", "-i", ID, "-c", "on", "--keys", folder.to_str().unwrap()])
 }
 
-/// The directions of a connection: to the RTI, and from it.
+/// The directions of a connection: to its acceptor, and from there.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 enum Way {
     There,
     Back,
 }
 
-/// A connection with the RTI, on which a byte may be changed.
+/// A connection on which a byte may be changed.
 struct Wire {
     stream: TcpStream,
     /// The direction and place of the byte that is changed.
@@ -83,7 +95,7 @@ impl Wire {
             *byte ^= 0x10;
         }
         if way == Way::There {
-            // The RTI may have refused it already.
+            // The other end may have refused it already.
             let _ = self.stream.write_all(bytes);
         }
         if is_last {
@@ -100,13 +112,19 @@ struct Client {
 }
 
 impl Client {
+    /// Connects with the RTI.
     fn new(port: u16, own: u8, change: Option<(Way, usize)>) -> Self {
-        let keyring = Keyring::new(secret(own), FederationSecret::new(FEDERATION), public(RTI), &[]);
+        Self::to(Participant::Rti, port, own, change)
+    }
+
+    /// Connects with a participant, by its port.
+    fn to(participant: Participant, port: u16, own: u8, change: Option<(Way, usize)>) -> Self {
+        let keyring = Keyring::new(secret(own), FederationSecret::new(FEDERATION), public(RTI), &*MEMBERS);
         let mut channel = Channel::new(vec![0; 4096], vec![0; 4096]);
         let mut ephemeral = [0; 32];
         fs::File::open("/dev/urandom").unwrap().read_exact(&mut ephemeral).unwrap();
         channel.begin(Role::Initiator, &keyring, ephemeral, 0, 0);
-        channel.expect(Participant::Rti);
+        channel.expect(participant);
         Self { wire: Wire::new(port, change), channel, keyring }
     }
 
@@ -141,17 +159,29 @@ impl Client {
         self.channel.filled(count, &self.keyring).is_ok()
     }
 
-    /// Introduces itself as this federate, and returns the RTI's answer, if one came that is authentic.
-    fn introduce(&mut self, federate: u16) -> Vec<u8> {
+    /// Does its part of the handshake. Returns whether the other end is the one that it wants.
+    fn shake_hands(&mut self) -> bool {
         self.send();
         while self.channel.stage() == ChannelStage::Handshake {
             if !self.read() {
-                return Vec::new();
+                return false;
             }
         }
         self.send();
+        self.channel.stage() == ChannelStage::Open
+    }
+
+    /// Introduces itself to the RTI as this federate, and returns the answer, if one came that is authentic.
+    fn introduce(&mut self, federate: u16) -> Vec<u8> {
+        self.ask(&Message::FedIds { federate, federation_id: ID.as_bytes() })
+    }
+
+    /// Says this first, and returns the answer, if one came that is authentic.
+    fn ask(&mut self, message: &Message<'_>) -> Vec<u8> {
+        if !self.shake_hands() {
+            return Vec::new();
+        }
         let mut ids = [0; 64];
-        let message = Message::FedIds { federate, federation_id: ID.as_bytes() };
         let count = message.encode(&mut ids).unwrap();
         assert!(self.channel.seal(&ids[..count]));
         self.send();
@@ -184,6 +214,75 @@ fn a_man_in_the_middle_is_noticed_at_every_byte() {
     }
     rti.signal(Signal::TERM);
     rti.finish().line(&["not secure", "not readable"]);
+}
+
+/// Returns the port on which a process listens.
+fn listening_port(process: u32) -> u16 {
+    loop {
+        let sockets = fs::read_dir(format!("/proc/{process}/fd")).unwrap().flatten();
+        let sockets: Vec<_> = sockets.filter_map(|file| fs::read_link(file.path()).ok()).collect();
+        let tables = ["tcp", "tcp6"].map(|name| fs::read_to_string(format!("/proc/{process}/net/{name}")).unwrap());
+        let port = tables.concat().lines().find_map(|line| {
+            let fields: Vec<_> = line.split_whitespace().collect();
+            let is_its = sockets.iter().any(|socket| socket == Path::new(&format!("socket:[{}]", fields[9])));
+            let port = u16::from_str_radix(fields[1].rsplit(':').next()?, 16).ok()?;
+            (fields[3] == "0A" && is_its).then_some(port)
+        });
+        match port {
+            Some(port) => return port,
+            None => thread::yield_now(),
+        }
+    }
+}
+
+/// Each byte of a direct connection between federates is changed once, from the federate that connects and, in the
+/// handshake, from the one that accepts; a connection is repeated; and thieves of the RTI's key and a stranger
+/// introduce themselves as a federate. None of them gets an answer that counts, and then the true one does.
+#[test]
+fn a_man_in_the_middle_of_a_direct_connection_is_noticed_at_every_byte() {
+    let program = super::recording::build("security: noise").program("sink");
+    let folders = [(); 2].map(|()| tempfile::tempdir().unwrap());
+    let (mut rti, port) = start_rti(folders[0].path());
+    write_keys(folders[1].path(), 2);
+    let mut command = Command::new(program);
+    command.args(["--rti", &format!("127.0.0.1:{port}"), "--id", ID, "--keys"]).arg(folders[1].path());
+    let sink = Run::start(command);
+    rti.wait_for("federate 1 has joined");
+    let port = listening_port(sink.id());
+
+    let introduction = Message::P2pSendingFedId { federate: 0, is_transient: None, federation_id: ID.as_bytes() };
+    let client = |own, change| Client::to(Participant::Federate(1), port, own, change);
+    let mut only_hands = client(1, None);
+    assert!(only_hands.shake_hands());
+    let [there, back] = only_hands.wire.seen;
+    for place in 0..back.len() {
+        assert!(client(1, Some((Way::Back, place))).ask(&introduction).is_empty(), "byte {place}");
+    }
+    // An answer to the first message, and perhaps a refusal of the last one.
+    let mut again = TcpStream::connect(("127.0.0.1", port)).unwrap();
+    again.write_all(&there).unwrap();
+    let mut answer = Vec::new();
+    again.read_to_end(&mut answer).unwrap();
+    assert!((back.len()..=back.len() + 3).contains(&answer.len()), "{answer:?}");
+
+    assert_eq!(client(RTI, None).ask(&introduction), [0, RejectCode::Insecure.byte()]);
+    assert!(client(77, None).ask(&introduction).is_empty());
+
+    let mut ack = [0; 1];
+    Message::Ack.encode(&mut ack).unwrap();
+    for place in 0.. {
+        let mut client = client(1, Some((Way::There, place)));
+        let answer = client.ask(&introduction);
+        if place >= client.wire.seen[Way::There as usize].len() {
+            assert_eq!(answer, ack);
+            break;
+        }
+        assert!(answer.is_empty(), "byte {place}");
+    }
+    for run in [sink, rti] {
+        run.signal(Signal::TERM);
+        run.finish();
+    }
 }
 
 /// The recording of a connection has no id and no key in it, and is of no use when it is played again.

@@ -3,6 +3,7 @@
 
 #![allow(clippy::unwrap_used, reason = "a failed unwrap in a helper is that test's failure")]
 
+mod attacks;
 mod authentication;
 mod boards;
 mod centralized;
@@ -25,6 +26,7 @@ mod oscilloscope;
 mod other_rti;
 mod places;
 mod programs;
+mod recording;
 mod rti;
 mod rti_survives;
 mod security;

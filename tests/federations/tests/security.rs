@@ -16,33 +16,38 @@ use rustix::process::Signal;
 const RESULT: &str = "the sum is 666, and directly came true";
 
 /// A program whose connections are encrypted, with its keys.
-struct Encrypted {
-    folder: tempfile::TempDir,
+pub(crate) struct Encrypted {
+    pub(crate) folder: tempfile::TempDir,
+    name: String,
     /// The generated files.
-    out: PathBuf,
+    pub(crate) out: PathBuf,
 }
 
 impl Encrypted {
-    /// Returns the program with this property, in a folder of its own.
     fn with(test: &str, property: &str) -> Self {
+        Self::of(test, "Encrypted.lf", property)
+    }
+
+    /// Returns this program with this property instead of `security: noise`, in a folder of its own.
+    pub(crate) fn of(test: &str, program: &str, property: &str) -> Self {
         let folder = tempfile::tempdir().expect("a temporary folder");
-        let program = fs::read_to_string(programs().join("Encrypted.lf")).expect("it is there");
-        fs::write(folder.path().join("Encrypted.lf"), program.replace("security: noise", property)).expect("it can be");
-        Self { folder, out: Lfz::path().with_file_name("federations").join(test) }
+        let source = fs::read_to_string(programs().join(program)).expect("it is there");
+        fs::write(folder.path().join(program), source.replace("security: noise", property)).expect("it can be");
+        Self { folder, name: program.to_owned(), out: Lfz::path().with_file_name("federations").join(test) }
     }
 
     fn file(&self) -> PathBuf {
-        self.folder.path().join("Encrypted.lf")
+        self.folder.path().join(&self.name)
     }
 
     /// Runs `lfz` with these words, the program and its folder of generated files.
-    fn lfz(&self, words: &[&str], rest: &[&str]) -> Finished {
+    pub(crate) fn lfz(&self, words: &[&str], rest: &[&str]) -> Finished {
         let mut command = Lfz::command(words.iter().copied());
         command.arg(self.file()).args(rest);
         Run::start(command).succeed()
     }
 
-    fn build(&self) {
+    pub(crate) fn build(&self) {
         self.lfz(&["build", "--out", self.out.to_str().expect("it is a text")], &[]);
     }
 
@@ -56,7 +61,7 @@ impl Encrypted {
     }
 
     /// Returns the executable of a federate.
-    fn program(&self, federate: &str) -> PathBuf {
+    pub(crate) fn program(&self, federate: &str) -> PathBuf {
         let mut command = Lfz::command(["build", "--json", "--out"]);
         let output = command.arg(&self.out).arg(self.file()).output().expect("lfz can be started");
         let value: serde_json::Value = serde_json::from_slice(&output.stdout).expect("lfz prints JSON");

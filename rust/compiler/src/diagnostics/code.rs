@@ -181,6 +181,8 @@ codes! {
     MissingBody = "W010-missing-body",
     /// A macro that inherited code uses, and that its own file defines differently or not at all.
     InheritedMacro = "W011-inherited-macro",
+    /// Clock synchronization that is not encrypted in a program whose connections are.
+    OpenClocks = "W012-open-clocks",
 }
 
 impl Code {

@@ -45,6 +45,7 @@ pub(crate) fn check(program: &Program, sources: &dyn SourceProvider, diagnostics
                     reader.read(language, &properties, |known| known.is_late == is_late);
                 }
                 reader.idle_options(&properties);
+                reader.open_clocks(&properties);
                 reader.workers(&properties);
             }
         },
@@ -178,6 +179,19 @@ impl TargetReader<'_> {
             }
             plan::ClockSync::On => {}
         }
+    }
+
+    /// Reports datagrams that TLS does not encrypt.
+    fn open_clocks(&mut self, properties: &[Property]) {
+        if !self.target.security.is_tls() || self.target.clock_sync != plan::ClockSync::On {
+            return;
+        }
+        let property = properties.iter().find(|property| property.key.text == "clock-sync");
+        let Some(Property { key, value }) = property else { return };
+        let message =
+            "`comm-type: TLS` does not encrypt the datagrams of `clock-sync: on`, by which others can steer clocks";
+        let hint = "write `clock-sync: init`, which needs none, or `security: noise` instead of TLS";
+        self.found.push(Diagnostic::new(Code::OpenClocks, key.span.to(value.span), message).hint(hint));
     }
 
     /// Reports a number of workers that is not possible.

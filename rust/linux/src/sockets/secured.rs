@@ -38,8 +38,8 @@ pub(crate) trait Secured: fmt::Debug {
     fn has_more(&mut self) -> bool;
     /// Lets the handshake fail if another participant than this one is at the other end.
     fn require(&mut self, participant: Participant);
-    /// Returns who is at the other end, once that end has proved it.
-    fn peer(&self) -> Option<Participant>;
+    /// Returns whether this participant may be at the other end: the one that has proved it, where that is demanded.
+    fn may_be(&self, participant: Participant) -> bool;
     /// Goes on with the handshake.
     ///
     /// # Errors

@@ -75,6 +75,11 @@ impl Session {
         }
     }
 
+    /// Returns who is at the other end, by its certificate.
+    fn peer(&self) -> Option<Participant> {
+        self.verifier.owner_of(self.connection.peer_certificates()?.first()?)
+    }
+
     /// Writes what is encrypted, as much as the system takes. Reading finds the end of a broken connection, after the
     /// last bytes of the other end.
     fn flush(&mut self, wire: &mut Wire<'_>) {
@@ -112,11 +117,8 @@ impl Secured for Session {
         self.expected = Some(participant);
     }
 
-    fn peer(&self) -> Option<Participant> {
-        if self.stage() != SecuredStage::Open {
-            return None;
-        }
-        self.verifier.owner_of(self.connection.peer_certificates()?.first()?)
+    fn may_be(&self, participant: Participant) -> bool {
+        self.stage() == SecuredStage::Open && (!self.verifier.verifies() || self.peer() == Some(participant))
     }
 
     fn handshake(&mut self, wire: &mut Wire<'_>) -> Result<(), String> {

@@ -77,8 +77,8 @@ impl End {
         self.sockets.read(self.id, buffer)
     }
 
-    fn peer(&self) -> Option<Participant> {
-        self.sockets.peer(self.id)
+    fn may_be(&self, participant: Participant) -> bool {
+        self.sockets.may_be(self.id, participant)
     }
 }
 
@@ -199,7 +199,10 @@ fn both_ends_prove_who_they_are_and_nobody_between_reads_what_they_say() {
     let secret = b"a federation id, a tag and a value".repeat(100);
     let (received, error) = send(&mut client, &mut server, &secret, 7);
     assert_eq!((received == secret, error), (true, None));
-    assert_eq!((client.peer(), server.peer()), (Some(Participant::Rti), Some(Participant::Federate(7))));
+    for participant in [Participant::Rti, Participant::Federate(7), Participant::Federate(8)] {
+        assert_eq!(client.may_be(participant), participant == Participant::Rti);
+        assert_eq!(server.may_be(participant), participant == Participant::Federate(7));
+    }
     drop((client, server));
     let seen = heard.expect("there is a relay").recv().expect("the connection is over");
     assert!(seen.len() > secret.len() && !seen.windows(8).any(|part| secret.windows(8).any(|other| part == other)));
@@ -228,7 +231,7 @@ fn strangers_are_refused_at_both_ends() {
         assert!(send(&mut client, &mut server, b"hello", 9).0.is_empty());
         assert_eq!(send(&mut server, &mut client, b"hello", 9), (Vec::new(), Some(NetError::Insecure)));
     }
-    assert_eq!(server.peer(), None);
+    assert!(!server.may_be(Participant::Federate(0)));
     // The federate does not know the RTI.
     let (mut client, mut server) =
         connection(Some(federate.knows(Some(&stranger), &[])), Some(rti.knows(None, &[(0, &federate)])), direct);
@@ -239,7 +242,7 @@ fn strangers_are_refused_at_both_ends() {
         let (mut client, mut server) = connection(client, Some(rti.knows(None, &[(0, &federate)])), direct);
         let _ = outcome(&mut client, &mut server);
         assert!(send(&mut client, &mut server, &[1; 500], 9).0.is_empty());
-        assert_eq!(server.peer(), None);
+        assert!(!server.may_be(Participant::Federate(0)));
     }
     // A server without TLS.
     let (mut client, mut server) = connection(Some(federate.knows(Some(&rti), &[])), None, direct);
@@ -258,7 +261,7 @@ fn a_known_participant_in_the_place_of_another_is_refused() {
         client.sockets.require(client.id, expected);
         assert_eq!(outcome(&mut client, &mut server).is_ok(), is_right);
         assert_eq!(client.sockets.failure(client.id).is_none(), is_right);
-        assert_eq!(client.peer().is_some(), is_right);
+        assert_eq!(client.may_be(expected), is_right);
     }
 }
 
@@ -268,7 +271,7 @@ fn without_verification_anybody_is_accepted() {
     let (mut client, mut server) = connection(Some(federate.accepts_all()), Some(rti.accepts_all()), direct);
     assert_eq!(outcome(&mut client, &mut server), Ok(()));
     assert_eq!(send(&mut client, &mut server, b"hello", 9), (b"hello".to_vec(), None));
-    assert_eq!((client.peer(), server.peer()), (None, None));
+    assert!(client.may_be(Participant::Rti) && server.may_be(Participant::Federate(0)));
 }
 
 /// Whichever byte of the client's is changed, no changed byte arrives; and a connection that is cut has an error.

@@ -206,7 +206,7 @@ impl<'a, 's, N: Needs> Peers<'a, 's, N> {
                 continue;
             }
             #[cfg(feature = "security")]
-            if platform.peer(socket).is_some_and(|peer| peer != Participant::Federate(federate.0)) {
+            if !platform.may_be(socket, Participant::Federate(federate.0)) {
                 let times = self.accept_queue.refused.count();
                 refuse(platform, socket, address, RejectCode::Insecure, times);
                 continue;

@@ -320,8 +320,7 @@ impl<P: Platform, N: FnMut(RtiEvent<'_>), B: Storage> Outlet for Outgoings<'_, P
     #[cfg(feature = "security")]
     fn may_be(&self, connection: ConnectionId, federate: FederateId) -> bool {
         let socket = self.table.get(connection.0).and_then(|outgoing| outgoing.socket);
-        let peer = socket.and_then(|socket| self.platform.peer(socket));
-        peer.is_none_or(|peer| peer == Participant::Federate(federate.0))
+        socket.is_some_and(|socket| self.platform.may_be(socket, Participant::Federate(federate.0)))
     }
 
     fn half_close(&mut self, connection: ConnectionId) {
