@@ -130,8 +130,8 @@ fn physical_actions_are_scheduled_at_their_times() {
     let body = |language: &str, get: &str| {
         format!(
             "target {language}\nreactor Button {{\n  physical action pressed(2 ms): int\n  physical action bell\n  \
-             output power: int\n  output rung: bool\n  reaction(pressed) -> power {{= {get} =}} deadline(1 nsec) {{= {} \
-             =}}\n  reaction(bell) -> rung {{= {} =}}\n}}\n",
+             output power: int\n  output rung: bool\n  reaction(pressed) -> power {{= {get} =}} deadline(1 nsec) {{= \
+             {} =}}\n  reaction(bell) -> rung {{= {} =}}\n}}\n",
             if language == "C" { "lf_print_error_and_exit(\"too late\");" } else { "panic!(\"too late\");" },
             if language == "C" { "lf_set(rung, true);" } else { "ctx.set(rung, true);" },
         )
@@ -161,7 +161,8 @@ fn physical_actions_are_scheduled_at_their_times() {
 
 #[test]
 fn names_that_a_reactor_does_not_have_are_told_before_anything_is_built() {
-    let button = "target Rust\nreactor Button { input x: i32 physical action pressed physical action level: u8\noutput y: i32 }\n";
+    let button = "target Rust\nreactor Button {\n  input x: i32\n  physical action pressed\n  \
+                  physical action level: u8\n  output y: i32\n}\n";
     for (case, expected) in [
         ("inputs: [{ at: 0 ms, z: 1 }]", "`Button` has no input `z`; it has `x`, `level`, `pressed`"),
         ("outputs: [{ at: 0 ms, x: 1 }]", "`Button` has no output `x`; it has `y`"),

@@ -243,11 +243,8 @@ impl BodyLanguage {
             let _ = writeln!(text, "reactor Scheduled extends {} {{", tested.name);
             for (number, (action, (at, value))) in each(actions).enumerate() {
                 let code = self.schedule(action, tested.actions.get(action).and_then(Option::as_deref), value);
-                let _ = writeln!(
-                    text,
-                    "  timer scheduled_at_{number}({} ns)\n  reaction(scheduled_at_{number}) -> {action} {{= {code} =}}",
-                    at.0
-                );
+                let timer = format!("scheduled_at_{number}");
+                let _ = writeln!(text, "  timer {timer}({} ns)\n  reaction({timer}) -> {action} {{= {code} =}}", at.0);
             }
             text.push_str("}\n");
         }

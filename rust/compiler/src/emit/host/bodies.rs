@@ -33,8 +33,8 @@ pub(in crate::emit) trait Bodies {
     /// Returns the modules at the root of the crate that [`Bodies::emit`] adds.
     fn modules(&self) -> Vec<&str>;
 
-    /// Returns the paths of the reactors' modules if code names them below `crate::reactors`, where LF's own compiler has
-    /// them.
+    /// Returns the paths of the reactors' modules if code names them below `crate::reactors`, where LF's own compiler
+    /// has them.
     fn reactor_modules(&self) -> Vec<String>;
 
     /// Returns whether the bodies use devices of this computer by the crate `lf`.
