@@ -90,7 +90,9 @@ impl<'a, 's, N: Needs> Direct<'a, 's, N> {
         }
         if execution.take_joined() {
             // They may have left before this federate came. They are waited for once they connect.
-            self.peers.strangers().for_each(|federate| execution.end_inputs(federate, |_| false));
+            for federate in self.peers.strangers() {
+                execution.end_inputs(federate, |_| false);
+            }
         }
         if execution.phase() == Phase::Running
             && let Some(federate) = self.peers.wanted(platform.now())

@@ -112,39 +112,10 @@ impl Violation {
     }
 }
 
-impl fmt::Display for Violation {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "{}: ", self.invariant())?;
+impl Violation {
+    /// Describes a violation of decentralized coordination.
+    fn fmt_late(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            Self::TagOrder { federate, before, after } => {
-                write!(f, "f{federate} handled an event at {after} after one at {before}")
-            }
-            Self::Trace { federate, difference } => write!(f, "f{federate} {difference}"),
-            Self::Unordered { federate, first, second } => {
-                write!(f, "f{federate} runs {first} before {second}, unfederated the reverse")
-            }
-            Self::GrantViolated { federate, grant, granted, message } => {
-                write!(f, "f{federate} was sent a message with tag {message} after {grant} {granted}")
-            }
-            Self::GrantOrder { federate, granted, before } => {
-                write!(f, "f{federate} was granted {granted} after {before}")
-            }
-            Self::Deadlock { waiting, now_ns } => {
-                write!(f, "at {now_ns} ns nothing can run, and these wait (0 is the RTI, 1 is f0): {waiting:?}")
-            }
-            Self::NoEnd { running, now_ns, turns } => {
-                write!(f, "at {now_ns} ns, after {turns} turns, these still run (0 is the RTI, 1 is f0): {running:?}")
-            }
-            Self::StopTag { federate, stopped, expected } => {
-                write!(f, "f{federate} stopped at {stopped}, and the stop was to be at {expected}")
-            }
-            Self::End { federate: Some(federate), how } => write!(f, "f{federate} ended: {how}"),
-            Self::End { federate: None, how } => write!(f, "the RTI ended: {how}"),
-            Self::InputFull { federate, how } => write!(f, "f{federate}: {how}"),
-            Self::Bytes { federate, error } => write!(f, "on the connection of f{federate}: {error}"),
-            Self::Capacity { federate, most, capacity } => {
-                write!(f, "a queue of f{federate} held {most} events, and is to hold {capacity}")
-            }
             Self::LateThoughBounded { federate, port, sent, happened: Some(happened) } => {
                 write!(
                     f,
@@ -180,6 +151,52 @@ impl fmt::Display for Violation {
                 write!(f, "f{federate} ran a body at {tag} instead of a handler of late messages, or the reverse")
             }
             Self::Centralized { messages } => write!(f, "{messages} messages were those of centralized coordination"),
+            _ => Ok(()),
+        }
+    }
+}
+
+impl fmt::Display for Violation {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{}: ", self.invariant())?;
+        match self {
+            Self::TagOrder { federate, before, after } => {
+                write!(f, "f{federate} handled an event at {after} after one at {before}")
+            }
+            Self::Trace { federate, difference } => write!(f, "f{federate} {difference}"),
+            Self::Unordered { federate, first, second } => {
+                write!(f, "f{federate} runs {first} before {second}, unfederated the reverse")
+            }
+            Self::GrantViolated { federate, grant, granted, message } => {
+                write!(f, "f{federate} was sent a message with tag {message} after {grant} {granted}")
+            }
+            Self::GrantOrder { federate, granted, before } => {
+                write!(f, "f{federate} was granted {granted} after {before}")
+            }
+            Self::Deadlock { waiting, now_ns } => {
+                write!(f, "at {now_ns} ns nothing can run, and these wait (0 is the RTI, 1 is f0): {waiting:?}")
+            }
+            Self::NoEnd { running, now_ns, turns } => {
+                write!(f, "at {now_ns} ns, after {turns} turns, these still run (0 is the RTI, 1 is f0): {running:?}")
+            }
+            Self::StopTag { federate, stopped, expected } => {
+                write!(f, "f{federate} stopped at {stopped}, and the stop was to be at {expected}")
+            }
+            Self::End { federate: Some(federate), how } => write!(f, "f{federate} ended: {how}"),
+            Self::End { federate: None, how } => write!(f, "the RTI ended: {how}"),
+            Self::InputFull { federate, how } => write!(f, "f{federate}: {how}"),
+            Self::Bytes { federate, error } => write!(f, "on the connection of f{federate}: {error}"),
+            Self::Capacity { federate, most, capacity } => {
+                write!(f, "a queue of f{federate} held {most} events, and is to hold {capacity}")
+            }
+            Self::LateThoughBounded { .. }
+            | Self::LateThoughInTime { .. }
+            | Self::Unreported { .. }
+            | Self::Lost { .. }
+            | Self::Misplaced { .. }
+            | Self::Order { .. }
+            | Self::Mishandled { .. }
+            | Self::Centralized { .. } => self.fmt_late(f),
             Self::Unsent { federate, port, tag } => {
                 write!(f, "f{federate} got a message at port {port} for {tag} that was not sent, or got it before")
             }

@@ -179,9 +179,10 @@ impl Watch {
         while at < end {
             let awaits_start = direction == 1 && self.awaits_start(federate);
             let rest = &bytes[at..end];
-            let decoded = match awaits_start {
-                true => decode_to_transient(rest, &Limits::NONE, |_| true),
-                false => decode(rest, &Limits::NONE),
+            let decoded = if awaits_start {
+                decode_to_transient(rest, &Limits::NONE, |_| true)
+            } else {
+                decode(rest, &Limits::NONE)
             };
             match decoded {
                 Ok(Decoded::Complete { message, len }) => {

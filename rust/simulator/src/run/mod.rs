@@ -227,6 +227,14 @@ pub(crate) struct OutputOptions {
     pub(crate) records: bool,
 }
 
+/// Returns the recorders of all participants that record, which are `all` or those with physical actions.
+fn recorders(scenario: &Scenario, all: bool) -> Vec<Option<Records>> {
+    // The recordings show the times of physical actions.
+    let of_federates = all || scenario.has_physical_actions();
+    let is_kept = |participant: usize| if participant == 0 { all } else { of_federates };
+    (0..=scenario.instances.len()).map(|participant| is_kept(participant).then(Records::default)).collect()
+}
+
 /// Runs a scenario whose federation has this plan.
 pub(crate) fn run(scenario: &Scenario, plan: &Plan, options: OutputOptions) -> Result<Report, BuildError> {
     let OutputOptions { prints, records } = options;
@@ -236,12 +244,7 @@ pub(crate) fn run(scenario: &Scenario, plan: &Plan, options: OutputOptions) -> R
     world.lock().network.medium_mut().watch.prints = prints;
     let rti_log = Rc::new(RefCell::new(RtiLog::default()));
     let mut buffers = RtiBuffers::new(scenario, plan.federates.len());
-    // The recordings show the times of physical actions.
-    let of_federates = records || scenario.has_physical_actions();
-    let recorded = |is_kept: bool| is_kept.then(Records::default);
-    let instances = scenario.instances.len();
-    let records: Vec<_> =
-        (0..=instances).map(|index| recorded(if index == 0 { records } else { of_federates })).collect();
+    let (instances, records) = (scenario.instances.len(), recorders(scenario, records));
     let notices = note_into(Rc::clone(&rti_log), prints);
     let mut rti = RtiMemory::new(scenario, plan, world.platform(0), notices, &mut buffers, records[0].clone());
     let mut federates = Vec::new();

@@ -60,20 +60,7 @@ pub(crate) fn source(scenario: &Scenario, form: Form) -> String {
         target.fast, target.keepalive, target.auth
     );
     let ports = scenario.ports();
-    for (index, (reactor, ports)) in scenario.federates.iter().zip(&ports).enumerate() {
-        if form.has(scenario, index) {
-            class(&mut text, &format!("F{index}"), reactor, ports, waits);
-        } else {
-            let deaf = Reactor { inputs: reactor.inputs.clone(), ..Reactor::default() };
-            let ports = Ports { inputs: ports.inputs.clone(), outputs: Vec::new() };
-            class(&mut text, &format!("F{index}"), &deaf, &ports, waits);
-        }
-    }
-    for (index, connection) in scenario.connections.iter().enumerate() {
-        if !form.has(scenario, connection.from.0) {
-            player_class(&mut text, index, scenario.federates[connection.from.0].outputs[connection.from.1]);
-        }
-    }
+    classes(&mut text, scenario, form, &ports, waits);
     let _ = writeln!(text, "\n{} reactor {{", if federated { "federated" } else { "main" });
     for (index, reactor) in scenario.federates.iter().enumerate() {
         wait(&mut text, "maxwait", reactor.max_wait.filter(|_| waits));
@@ -115,6 +102,24 @@ pub(crate) fn source(scenario: &Scenario, form: Form) -> String {
     }
     text.push_str("}\n");
     text
+}
+
+/// Writes the reactors of all federates, and the players.
+fn classes(text: &mut String, scenario: &Scenario, form: Form, ports: &[Ports], waits: bool) {
+    for (index, (reactor, ports)) in scenario.federates.iter().zip(ports).enumerate() {
+        if form.has(scenario, index) {
+            class(text, &format!("F{index}"), reactor, ports, waits);
+        } else {
+            let deaf = Reactor { inputs: reactor.inputs.clone(), ..Reactor::default() };
+            let ports = Ports { inputs: ports.inputs.clone(), outputs: Vec::new() };
+            class(text, &format!("F{index}"), &deaf, &ports, waits);
+        }
+    }
+    for (index, connection) in scenario.connections.iter().enumerate() {
+        if !form.has(scenario, connection.from.0) {
+            player_class(text, index, scenario.federates[connection.from.0].outputs[connection.from.1]);
+        }
+    }
 }
 
 /// Returns the connections of the same statement as this one, and both sides of the statement.

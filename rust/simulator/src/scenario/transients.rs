@@ -62,7 +62,9 @@ impl Scenario {
         };
         let factor = (wanted / timeout).max(1);
         self.target.timeout = Some(timeout * factor);
-        self.federates.iter_mut().for_each(|federate| federate.stretch(factor));
+        for federate in &mut self.federates {
+            federate.stretch(factor);
+        }
     }
 
     /// Draws the moments at which instances of a federate begin and end.
@@ -116,6 +118,8 @@ impl Reactor {
         for time in self.actions.iter_mut().flat_map(|action| &mut action.outside) {
             *time *= factor;
         }
-        self.children.iter_mut().for_each(|child| child.stretch(factor));
+        for child in &mut self.children {
+            child.stretch(factor);
+        }
     }
 }
