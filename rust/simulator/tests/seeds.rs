@@ -44,8 +44,8 @@ const DECENTRALIZED_COMINGS: Kind = Kind { coordination: Coordination::Decentral
 #[test]
 fn the_first_seeds_with_comings_and_goings_violate_nothing() {
     for kind in [COMINGS, DECENTRALIZED_COMINGS] {
-        run(kind, 0..150);
-        run(kind, RICH..RICH + 50);
+        run(kind, 0..60);
+        run(kind, RICH..RICH + 15);
     }
 }
 
