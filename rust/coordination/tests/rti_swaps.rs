@@ -103,6 +103,43 @@ fn a_successor_that_vanishes_leaves_the_place_to_the_next_one() {
     assert_eq!(heard(&mut rig, next), ["ACK", "start 3 0"]);
 }
 
+/// One that vanishes may have sent messages at a tag that it has not completed.
+#[test]
+fn one_that_has_vanished_does_not_repeat_a_tag() {
+    let (mut rig, [_, old, last]) = chain();
+    rig.message(old, &message(2, 7, b"x"));
+    rig.close(old);
+    assert_eq!(read(&mut rig, last), ["message [120]", "UPSTREAM_DISCONNECTED"]);
+    let next = introduce(&mut rig, 1, &[(0, DELAY_NONE)]);
+    rig.message(next, &Message::Timestamp(START + 3));
+    assert_eq!(heard(&mut rig, next), ["ACK", "start 7 1"]);
+}
+
+/// Nothing comes to a tag that one has had which has left.
+#[test]
+fn one_joins_after_the_tags_of_those_that_have_left() {
+    let (mut rig, [_, old, last]) = chain();
+    rig.message(old, &Message::Resign);
+    rig.close(old);
+    rig.message(last, &Message::NextEventTag(at(9)));
+    rig.message(last, &Message::Resign);
+    assert_eq!(read(&mut rig, last), ["UPSTREAM_DISCONNECTED", "TAG 9 0"]);
+    let next = introduce(&mut rig, 1, &[(0, DELAY_NONE)]);
+    rig.message(next, &Message::Timestamp(START + 3));
+    assert_eq!(heard(&mut rig, next), ["ACK", "start 9 1"]);
+}
+
+#[test]
+fn one_that_sends_directly_to_one_that_has_left_is_refused() {
+    let (mut rig, [_, old, last]) = chain();
+    rig.message(old, &Message::Resign);
+    rig.close(old);
+    rig.message(last, &Message::Resign);
+    let next = introduce(&mut rig, 1, &[(0, DELAY_NONE)]);
+    rig.message(next, &Message::AddressQuery { federate: 2, is_transient: Some(false) });
+    assert_eq!(heard(&mut rig, next), ["ACK", "REJECT 8"]);
+}
+
 #[test]
 fn who_takes_part_can_be_told_to_leave() {
     let (mut rig, [_, middle, last]) = chain();

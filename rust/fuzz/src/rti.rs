@@ -33,13 +33,15 @@ pub(crate) fn with_world(federates: usize, config: Config<'_>, act: impl FnOnce(
     act(&mut World(rig));
 }
 
-/// Returns the configuration that the first byte of the input chooses.
-pub(crate) fn config(choice: u8) -> Config<'static> {
+/// Returns the configuration that the first byte of the input chooses, for this number of federates.
+pub(crate) fn config(choice: u8, federates: usize) -> Config<'static> {
+    let transients = if choice & 32 == 0 { 0 } else { 2.min(federates - 1) };
     Config {
         clock_sync: if choice & 1 == 0 { ClockSync::Off } else { ClockSync::Init { trials: 2 } },
         dnet: choice & 2 == 0,
         authentication: (choice & 4 != 0).then_some(AUTHENTICATOR),
         window: if choice & 8 == 0 { 1 } else { 16 },
+        transients: u16::try_from(transients).unwrap_or(0),
         start_time_multiple: (choice & 16 != 0).then_some(Interval::from_nanos(7)),
         ..Config::new(FEDERATION_ID_DEFAULT, PAYLOAD_BYTES_MAX)
     }
@@ -53,7 +55,7 @@ pub(crate) fn config(choice: u8) -> Config<'static> {
 pub fn rti_raw(data: &[u8]) {
     let [choice, federates, rest @ ..] = data else { return };
     let federates = usize::from(*federates) % FEDERATES_MAX + 1;
-    with_world(federates, config(*choice), |world| {
+    with_world(federates, config(*choice, federates), |world| {
         let mut rest = rest;
         while let [step, tail @ ..] = rest {
             rest = tail;
@@ -78,6 +80,11 @@ pub fn rti_raw(data: &[u8]) {
 impl World<'_> {
     pub(crate) fn start(&self) -> i64 {
         self.0.rti.start_time().map_or(0, Instant::as_nanos)
+    }
+
+    /// Returns the time.
+    pub(crate) fn now(&self) -> i64 {
+        self.0.now.as_nanos()
     }
 
     /// Connects a peer, unless it is connected.

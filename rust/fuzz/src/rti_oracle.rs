@@ -24,6 +24,10 @@ struct Peer {
     provisional: Option<Tag>,
     /// The latest tag that it reported complete.
     completed: Option<Tag>,
+    /// The effective start of a transient federate.
+    first: Option<Tag>,
+    /// Whether it has said that it leaves.
+    leaves: bool,
     /// The tags of messages that the RTI forwarded to it and that it has not completed.
     unconsumed: BTreeSet<Tag>,
 }
@@ -86,6 +90,7 @@ impl Observer for Oracle {
             Message::FedIds { federate, .. } | Message::TransientFedIds { federate, .. } => {
                 peer.federate = peer.federate.or(Some(federate));
             }
+            Message::Resign | Message::Failed => peer.leaves = true,
             Message::NeighborStructure(neighbors) if self.start.is_none() => {
                 peer.upstream = neighbors.upstream().collect();
             }
@@ -114,6 +119,7 @@ impl Observer for Oracle {
             Message::TaggedMessage { tag, federate, .. } => {
                 assert_eq!(Some(federate), peer.federate, "a message goes to its destination");
                 let tag = from_wire(tag);
+                assert!(peer.first <= Some(tag), "it is not from before the effective start");
                 // No federate has an event before the start, so such a tag equals the absence of events.
                 let counts = self.start.is_some_and(|start| tag.time >= Instant::from_nanos(start));
                 if counts && Some(tag) > peer.completed {
@@ -121,6 +127,13 @@ impl Observer for Oracle {
                 }
             }
             Message::Timestamp(start) => self.start = Some(start),
+            Message::EffectiveStart { start, tag } => {
+                let federate = peer.federate;
+                let takes_part = |peer: &&Peer| peer.present && !peer.leaves && peer.first.is_some();
+                let others = self.peers.iter().filter(|other| other.federate == federate);
+                assert_eq!(others.filter(takes_part).count(), 0, "one instance of a federate takes part");
+                (self.peers[connection].first, self.start) = (Some(from_wire(tag)), Some(start));
+            }
             _ => {}
         }
     }

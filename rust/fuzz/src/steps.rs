@@ -3,7 +3,7 @@
 
 use arbitrary::{Arbitrary, Result, Unstructured};
 use lf_coordination::rti::FEDERATION_ID_DEFAULT;
-use lf_testkit::messages::introduction;
+use lf_testkit::messages::{introduction, transient_introduction};
 use lf_testkit::parts::{self, delay};
 use lf_wire::{Message, MessageType};
 
@@ -34,31 +34,48 @@ pub fn rti_structured(data: &[u8]) {
     let Ok((choice, federates)) = <(u8, u8)>::arbitrary(&mut input) else { return };
     let federates = usize::from(federates) % FEDERATES_MAX + 1;
     // With authentication or clock synchronization no federate could join blindly.
-    with_world(federates, config(choice & !0b101), |world| {
+    let config = config(choice & !0b101, federates);
+    let has_transients = config.transients > 0;
+    with_world(federates, config, |world| {
         // The end of the input ends the steps; reading it cannot fail otherwise.
-        let _ = join(world, federates, &mut input).and_then(|()| run(world, &mut input));
+        let joined = join(world, federates, has_transients, &mut input);
+        let _ = joined.and_then(|()| run(world, federates, &mut input));
         world.settle();
     });
 }
 
-fn join(world: &mut World<'_>, federates: usize, input: &mut Unstructured<'_>) -> Result<()> {
+fn join(world: &mut World<'_>, federates: usize, has_transients: bool, input: &mut Unstructured<'_>) -> Result<()> {
     for (connection, id) in (0..federates).zip(0u16..) {
-        let mut upstream = Vec::new();
-        for (from, _) in (0u16..).zip(0..federates) {
-            if u8::arbitrary(input)? % 3 == 0 {
-                upstream.push((from, delay(input)?));
-            }
-        }
-        world.connect(connection);
-        for message in introduction(id, FEDERATION_ID_DEFAULT, &upstream, &[]) {
-            world.say_message(connection, &message);
-        }
-        world.say_message(connection, &Message::Timestamp(0));
+        let is_transient = has_transients && u8::arbitrary(input)? % 3 == 0;
+        come(world, (connection, id), federates, is_transient, input)?;
     }
     Ok(())
 }
 
-fn run(world: &mut World<'_>, input: &mut Unstructured<'_>) -> Result<()> {
+/// Lets a federate come on a free connection, with any federates upstream of it.
+fn come(
+    world: &mut World<'_>,
+    (connection, id): (usize, u16),
+    federates: usize,
+    is_transient: bool,
+    input: &mut Unstructured<'_>,
+) -> Result<()> {
+    let mut upstream = Vec::new();
+    for (from, _) in (0u16..).zip(0..federates) {
+        if u8::arbitrary(input)? % 3 == 0 {
+            upstream.push((from, delay(input)?));
+        }
+    }
+    world.connect(connection);
+    let introduce = if is_transient { transient_introduction } else { introduction };
+    for message in introduce(id, FEDERATION_ID_DEFAULT, &upstream, &[]) {
+        world.say_message(connection, &message);
+    }
+    world.say_message(connection, &Message::Timestamp(world.now()));
+    Ok(())
+}
+
+fn run(world: &mut World<'_>, federates: usize, input: &mut Unstructured<'_>) -> Result<()> {
     while !input.is_empty() {
         let connection = usize::from(u8::arbitrary(input)?) % CONNECTIONS;
         match u8::arbitrary(input)? {
@@ -74,7 +91,11 @@ fn run(world: &mut World<'_>, input: &mut Unstructured<'_>) -> Result<()> {
             190..240 => world.read(connection, usize::from(u8::arbitrary(input)?)),
             240..244 => world.connect(connection),
             244..248 => world.close(connection),
-            248..252 => world.pass(i64::from(u16::arbitrary(input)?) * 1_000_000),
+            248..251 => {
+                let id = u16::from(u8::arbitrary(input)?) % u16::try_from(federates).unwrap_or(1);
+                come(world, (connection, id), federates, true, input)?;
+            }
+            251..253 => world.pass(i64::from(u16::arbitrary(input)?) * 1_000_000),
             _ => {
                 let count = usize::from(u8::arbitrary(input)?).min(input.len());
                 let bytes = input.bytes(count)?.to_vec();

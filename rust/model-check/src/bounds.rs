@@ -15,8 +15,13 @@ pub struct Bounds {
     pub messages_max: u8,
     /// Whether the RTI sends DNET.
     pub dnet: bool,
-    /// The number of federates that may be lost, at any point.
+    /// The number of federates that may be lost, at any point; a transient one may leave in order instead.
     pub losses_max: u8,
+    /// The federate that is transient: it may be absent at the start, leave in order, be lost, and come. Then no other
+    /// federate is lost, and the RTI's clock is beyond all tags.
+    pub transient: Option<u8>,
+    /// The number of times that it comes while the federation runs.
+    pub comings_max: u8,
     /// The number of tags of messages in transit to one federate that the RTI has room for.
     pub in_transit: u8,
     /// The number of tags with messages before a receiver and earlier than the sender's announced tag, from which on
@@ -37,6 +42,8 @@ impl Default for Bounds {
             messages_max: 2,
             dnet: true,
             losses_max: 0,
+            transient: None,
+            comings_max: 0,
             in_transit: 8,
             window: 16,
             reduced: true,

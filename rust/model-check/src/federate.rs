@@ -14,8 +14,10 @@ use crate::world::World;
 /// The state of one federate.
 #[derive(Clone, PartialEq, Eq, Hash)]
 pub(crate) struct Federate {
-    /// Whether it is lost, or not part of the graph.
+    /// Whether it is lost or absent, or not part of the graph.
     pub(crate) gone: bool,
+    /// The first tag of a transient federate that has come.
+    first: Option<Tag>,
     /// Its next local event.
     own: Option<SmallTag>,
     /// The tags of messages that have arrived and wait for their reactions.
@@ -58,6 +60,7 @@ impl Federate {
         let first = SmallTag::FIRST;
         Self {
             gone,
+            first: None,
             own: (!gone).then_some(first),
             inputs: SmallTags::default(),
             completed: None,
@@ -67,6 +70,30 @@ impl Federate {
             known: [Tag::NEVER; FEDERATES_MAX],
             next: NextEventRules { sent: first.tag(), certain: true, skipped: None, downstream: None },
         }
+    }
+
+    /// Returns a transient federate that has come, and does not know its first tag yet.
+    pub(crate) fn joining() -> Self {
+        let next = NextEventRules { sent: Tag::NEVER, certain: false, skipped: None, downstream: None };
+        Self { gone: false, own: None, next, ..Self::new(true) }
+    }
+
+    /// Notes that a transient federate is absent.
+    pub(crate) fn misses(&mut self, transient: usize) {
+        self.known[transient] = Tag::FOREVER;
+    }
+
+    /// Returns whether it is between two tags.
+    pub(crate) fn may_leave(&self) -> bool {
+        self.open.is_none()
+    }
+
+    /// Leaves in order, and says so.
+    pub(crate) fn leave(&mut self) -> Vec<ToRti> {
+        let completed = self.completed.filter(|done| self.first.is_none_or(|first| done.tag() >= first));
+        let completed = completed.map(ToRti::Complete);
+        *self = Self::new(true);
+        completed.into_iter().chain([ToRti::Next(Tag::FOREVER), ToRti::Resign]).collect()
     }
 
     /// Returns whether no event is left and no tag is open.
@@ -229,6 +256,20 @@ impl Federate {
             }
             ToFederate::Absent { from, tag } => {
                 self.now_known(id, from, tag, world);
+                None
+            }
+            ToFederate::Begins(tag) => {
+                (self.own, self.first) = (world.small_tag(tag), Some(tag));
+                self.completed = world.last_before(tag);
+                None
+            }
+            ToFederate::Came(from) => {
+                // Its first tag is later than everything that has been granted.
+                self.known[usize::from(from)] = self.granted.max(self.provisional);
+                None
+            }
+            ToFederate::Left(from) => {
+                self.known[usize::from(from)] = Tag::FOREVER;
                 None
             }
         };

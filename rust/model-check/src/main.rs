@@ -54,6 +54,9 @@ struct Arguments {
     /// Federates that may be lost.
     #[arg(long, default_value_t = 0)]
     losses: u8,
+    /// Make one federate after the other transient: it may be absent at the start, and come this number of times.
+    #[arg(long)]
+    comings: Option<u8>,
     /// The number of tags with messages before a receiver up to which the RTI reads a sender.
     #[arg(long, default_value_t = Bounds::default().window)]
     window: usize,
@@ -66,6 +69,17 @@ struct Arguments {
 }
 
 impl Arguments {
+    /// Returns the bounds of each check of a graph.
+    fn all_bounds(&self) -> Vec<Bounds> {
+        match self.comings {
+            None => vec![self.bounds()],
+            Some(comings_max) => {
+                let of = |federate| Bounds { transient: Some(federate), comings_max, ..self.bounds() };
+                (0..self.federates).map(of).collect()
+            }
+        }
+    }
+
     fn bounds(&self) -> Bounds {
         Bounds {
             time_max: self.time_max,
@@ -122,7 +136,10 @@ impl Run {
             }
             let next = self.graphs.lock().unwrap_or_else(PoisonError::into_inner).next();
             let Some(graph) = next else { return };
-            let report = check(graph, arguments.bounds(), arguments.orders);
+            let mut report = Report::default();
+            for bounds in arguments.all_bounds() {
+                report.add(check(graph, bounds, arguments.orders));
+            }
             let mut total = self.total.lock().unwrap_or_else(PoisonError::into_inner);
             self.enough.fetch_or(!report.findings.is_empty(), Ordering::Relaxed);
             total.graphs += 1;

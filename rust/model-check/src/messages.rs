@@ -18,6 +18,8 @@ pub(crate) enum ToRti {
     Message { to: u8, at: SmallTag },
     /// `PORT_ABSENT`.
     Absent { to: u8, at: SmallTag },
+    /// RESIGN.
+    Resign,
     /// The connection has ended.
     End,
 }
@@ -35,6 +37,12 @@ pub(crate) enum ToFederate {
     Message { from: u8, tag: Tag },
     /// `PORT_ABSENT`.
     Absent { from: u8, tag: Tag },
+    /// The first tag of a transient federate that has come.
+    Begins(Tag),
+    /// A transient federate upstream has come.
+    Came(u8),
+    /// It has left.
+    Left(u8),
 }
 
 /// A violation of the protocol.
@@ -101,6 +109,7 @@ impl fmt::Debug for ToRti {
             Self::Complete(at) => write!(f, "LTC {at:?}"),
             Self::Message { to, at } => write!(f, "a message to {to} at {at:?}"),
             Self::Absent { to, at } => write!(f, "PORT_ABSENT to {to} at {at:?}"),
+            Self::Resign => f.write_str("RESIGN"),
             Self::End => f.write_str("the end of its connection"),
         }
     }
@@ -114,6 +123,9 @@ impl fmt::Debug for ToFederate {
             Self::DownstreamNext(tag) => write!(f, "DNET {:?}", Short(*tag)),
             Self::Message { from, tag } => write!(f, "a message from {from} at {:?}", Short(*tag)),
             Self::Absent { from, tag } => write!(f, "PORT_ABSENT from {from} at {:?}", Short(*tag)),
+            Self::Begins(tag) => write!(f, "effective start {:?}", Short(*tag)),
+            Self::Came(from) => write!(f, "{from} has come"),
+            Self::Left(from) => write!(f, "{from} has left"),
         }
     }
 }

@@ -8,7 +8,7 @@ use crate::federate::Federate;
 use crate::graph::{FEDERATES_MAX, Graph};
 use crate::messages::ToRti;
 use crate::reduction;
-use crate::rti::Suspension;
+use crate::rti::{Collected, Suspension};
 use crate::small_tag::{SmallTag, next_tag};
 use crate::state::State;
 use crate::step::Action;
@@ -41,28 +41,54 @@ impl Model {
     }
 }
 
-impl stateright::Model for Model {
-    type State = State;
-    type Action = Action;
-
-    fn init_states(&self) -> Vec<State> {
+impl Model {
+    /// Returns the state in which the federation has just started, without this federate.
+    fn started(&self, absent: Option<usize>) -> State {
         let World { graph, bounds, .. } = &self.world;
-        let federates = std::array::from_fn(|id| Federate::new(id >= graph.federates()));
+        let is_there = |id: usize| id < graph.federates() && absent != Some(id);
+        let mut federates = std::array::from_fn(|id| Federate::new(!is_there(id)));
         let mut up: [Vec<ToRti>; FEDERATES_MAX] = Default::default();
-        for up in &mut up[..graph.federates()] {
+        for (_, up) in up.iter_mut().enumerate().filter(|(id, _)| is_there(*id)) {
             up.push(ToRti::Next(next_tag(Some(SmallTag::FIRST))));
         }
-        let rti = Suspension::started(graph, bounds);
-        vec![State {
-            rti,
+        if let Some(absent) = absent {
+            for federate in &mut federates {
+                federate.misses(absent);
+            }
+        }
+        State {
+            rti: Suspension::started(graph, bounds, absent),
             federates,
             up,
             down: Default::default(),
             own_events_left: bounds.own_events_max,
             messages_left: bounds.messages_max,
             losses_left: bounds.losses_max,
+            comings_left: bounds.comings_max,
             violation: None,
-        }]
+        }
+    }
+}
+
+impl State {
+    /// Passes on what the RTI has said.
+    fn hear_all(&mut self, outlet: Collected) {
+        for ((down, said), federate) in self.down.iter_mut().zip(outlet.said).zip(&self.federates) {
+            if !federate.gone {
+                down.extend(said);
+            }
+        }
+        self.violation = outlet.violation;
+    }
+}
+
+impl stateright::Model for Model {
+    type State = State;
+    type Action = Action;
+
+    fn init_states(&self) -> Vec<State> {
+        let transient = self.world.bounds.transient.map(usize::from);
+        [None].into_iter().chain(transient.map(Some)).map(|absent| self.started(absent)).collect()
     }
 
     fn actions(&self, state: &State, actions: &mut Vec<Action>) {
@@ -80,12 +106,7 @@ impl stateright::Model for Model {
                 let mut next = state.clone();
                 next.rti = rti;
                 next.up[from].remove(0);
-                for ((down, said), federate) in next.down.iter_mut().zip(outlet.said).zip(&next.federates) {
-                    if !federate.gone {
-                        down.extend(said);
-                    }
-                }
-                next.violation = outlet.violation;
+                next.hear_all(outlet);
                 return Some(next);
             }
             _ => state.clone(),
@@ -112,6 +133,21 @@ impl stateright::Model for Model {
                 state.down[id].clear();
                 state.up[id].push(ToRti::End);
                 state.losses_left -= 1;
+            }
+            Action::Leave(id) => {
+                let id = usize::from(id);
+                let said = state.federates[id].leave();
+                state.down[id].clear();
+                state.up[id].extend(said);
+                state.losses_left -= 1;
+            }
+            Action::Come(id) => {
+                let id = usize::from(id);
+                let (rti, outlet) = state.rti.meet(&self.world.graph, id, bounds);
+                state.rti = rti;
+                state.federates[id] = Federate::joining();
+                state.comings_left -= 1;
+                state.hear_all(outlet);
             }
             Action::Rti(_) => return None,
         }

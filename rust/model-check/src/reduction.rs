@@ -28,13 +28,21 @@ pub(crate) fn actions(world: &World, state: &State, steps: &mut Vec<Action>) {
             steps.push(Action::Hear(number(id)));
         }
     };
-    if !world.bounds.reduced || state.losses_left > 0 {
+    let transient = world.bounds.transient.map(usize::from);
+    if !world.bounds.reduced || state.losses_left > 0 || state.comings_left > 0 {
         for id in all {
             heard(id, steps);
             runs(world, state, id, steps);
             rti(state, id, steps);
-            if state.losses_left > 0 && !state.federates[id].gone {
+            let federate = &state.federates[id];
+            if state.losses_left > 0 && !federate.gone && transient.is_none_or(|transient| transient == id) {
                 steps.push(Action::Lose(number(id)));
+                if transient.is_some() && federate.may_leave() {
+                    steps.push(Action::Leave(number(id)));
+                }
+            }
+            if state.comings_left > 0 && transient == Some(id) && federate.gone && state.up[id].is_empty() {
+                steps.push(Action::Come(number(id)));
             }
         }
         return;

@@ -9,7 +9,7 @@ use lf_coordination::heap::{Memory, Sizes};
 use lf_coordination::rti::{ClockSync, Config, ConnectionId, Outlet, Rti, RtiEvent, Suspended, Verdict};
 use lf_coordination::{from_wire, to_wire};
 use lf_model::time::Instant;
-use lf_testkit::messages::{encoded, introduction};
+use lf_testkit::messages::{encoded, introduction, transient_introduction};
 use lf_wire::Message;
 
 use crate::bounds::{Bounds, Fault};
@@ -21,6 +21,8 @@ const FEDERATION_ID: &[u8] = b"model";
 /// Messages carry no payload, because the RTI does not look at it.
 const PAYLOAD_BYTES_MAX: usize = 0;
 const NOW: Instant = Instant::from_nanos(0);
+/// The time after the start where a federate comes and goes: what the RTI grants then does not wait for its clock.
+const LATER: Instant = Instant::from_nanos(START.as_nanos() + 1000);
 /// The fixed seeds of hashes, which make runs reproducible.
 const HASHES: RandomState = RandomState::with_seeds(1, 2, 3, 4);
 
@@ -47,8 +49,14 @@ impl Contents {
     /// Resumes the RTI, calls `act` with it, and suspends it again.
     fn with<R>(&mut self, bounds: &Bounds, act: impl FnOnce(&mut Rti<'_>) -> R) -> R {
         let Bounds { dnet, window, .. } = *bounds;
-        let config =
-            Config { clock_sync: ClockSync::Off, dnet, window, ..Config::new(FEDERATION_ID, PAYLOAD_BYTES_MAX) };
+        let transients = u16::from(bounds.transient.is_some());
+        let config = Config {
+            clock_sync: ClockSync::Off,
+            dnet,
+            window,
+            transients,
+            ..Config::new(FEDERATION_ID, PAYLOAD_BYTES_MAX)
+        };
         let storage = self.memory.storage();
         let rti = match self.rest {
             Some(rest) => Rti::resume(config, storage, rest),
@@ -66,39 +74,33 @@ impl Contents {
 }
 
 impl Suspension {
-    /// Returns an RTI that has just started the federation.
+    /// Returns an RTI that has just started the federation, without the federate that is `absent`.
     ///
     /// # Panics
     /// If the RTI does not start the federation, which would be a defect in it or here.
-    pub(crate) fn started(graph: &Graph, bounds: &Bounds) -> Self {
+    pub(crate) fn started(graph: &Graph, bounds: &Bounds, absent: Option<usize>) -> Self {
         let federates = graph.federates();
         let mut contents = Contents::new(federates, bounds.in_transit.into());
         let mut outlet = Collected::new(federates);
-        let told = |delay: Delay| match (bounds.fault, delay) {
-            (Some(Fault::DelaysTooLong), Delay::Zero | Delay::Microstep) => 1,
-            (Some(Fault::DelaysTooLong), Delay::Tick) => 2,
-            _ => delay.wire(),
-        };
+        let transient = bounds.transient.map(usize::from);
         contents.with(bounds, |rti| {
-            for id in 0..federates {
-                let upstream: Vec<_> = graph.upstream(id).map(|(from, delay)| (number(from), told(delay))).collect();
-                let downstream: Vec<_> = graph.downstream(id).map(|(to, _)| number(to)).collect();
-                rti.handle_connect(
-                    NOW,
-                    ConnectionId(id),
-                    lf_coordination::IpAddress::V4([127, 0, 0, 1].into()),
-                    [0; 8],
-                    &mut outlet,
-                );
-                let introduction = introduction(number(id), FEDERATION_ID, &upstream, &downstream);
-                for message in introduction.into_iter().chain([Message::Timestamp(0)]) {
-                    let verdict = rti.handle_input(NOW, ConnectionId(id), &encoded(&message), &mut outlet);
-                    assert!(matches!(verdict, Verdict::Consumed(_)), "{message:?}: {verdict:?}");
-                }
+            // The start does not wait for a transient federate, so that one comes first.
+            let others = (0..federates).filter(|id| Some(*id) != transient);
+            for id in transient.into_iter().chain(others).filter(|id| Some(*id) != absent) {
+                introduce(rti, graph, id, bounds, NOW, &mut outlet);
             }
             assert_eq!(rti.start_time(), Some(START), "all have come");
         });
         contents.suspend()
+    }
+
+    /// Lets the RTI meet a transient federate that comes while the federation runs. Returns its new state and the
+    /// messages that it sent.
+    pub(crate) fn meet(&self, graph: &Graph, id: usize, bounds: &Bounds) -> (Self, Collected) {
+        let mut contents = Contents::clone(&self.contents);
+        let mut outlet = Collected::new(contents.memory.federates());
+        contents.with(bounds, |rti| introduce(rti, graph, id, bounds, LATER, &mut outlet));
+        (contents.suspend(), outlet)
     }
 
     /// Lets the RTI read the next message of a federate. Returns `None` if the message has to wait, else the RTI's new
@@ -106,6 +108,7 @@ impl Suspension {
     pub(crate) fn hear(&self, from: usize, message: ToRti, bounds: &Bounds) -> Option<(Self, Collected)> {
         let mut contents = Contents::clone(&self.contents);
         let mut outlet = Collected::new(contents.memory.federates());
+        let now = if bounds.transient.is_some() { LATER } else { NOW };
         let bytes = match message {
             ToRti::Next(tag) => encoded(&Message::NextEventTag(to_wire(tag))),
             ToRti::Complete(at) => encoded(&Message::LatestTagComplete(to_wire(at.tag()))),
@@ -118,12 +121,19 @@ impl Suspension {
             ToRti::Absent { to, at } => {
                 encoded(&Message::PortAbsent { port: number(from), federate: to.into(), tag: to_wire(at.tag()) })
             }
+            ToRti::Resign => encoded(&Message::Resign),
             ToRti::End => {
-                contents.with(bounds, |rti| rti.handle_disconnect(NOW, ConnectionId(from), &mut outlet));
+                contents.with(bounds, |rti| rti.handle_disconnect(now, ConnectionId(from), &mut outlet));
                 return Some((contents.suspend(), outlet));
             }
         };
-        let verdict = contents.with(bounds, |rti| rti.handle_input(NOW, ConnectionId(from), &bytes, &mut outlet));
+        let verdict = contents.with(bounds, |rti| {
+            let verdict = rti.handle_input(now, ConnectionId(from), &bytes, &mut outlet);
+            if message == ToRti::Resign {
+                rti.handle_disconnect(now, ConnectionId(from), &mut outlet);
+            }
+            verdict
+        });
         match verdict {
             Verdict::Consumed(len) if len == bytes.len() => Some((contents.suspend(), outlet)),
             // Nothing has changed, so this is no step.
@@ -181,6 +191,9 @@ impl Outlet for Collected {
             Message::DownstreamNextEventTag(tag) => ToFederate::DownstreamNext(from_wire(tag)),
             Message::TaggedMessage { port, tag, .. } => ToFederate::Message { from: sender(port), tag: from_wire(tag) },
             Message::PortAbsent { port, tag, .. } => ToFederate::Absent { from: sender(port), tag: from_wire(tag) },
+            Message::EffectiveStart { tag, .. } => ToFederate::Begins(from_wire(tag)),
+            Message::UpstreamConnected { federate } => ToFederate::Came(sender(federate)),
+            Message::UpstreamDisconnected { federate } => ToFederate::Left(sender(federate)),
             // The handshake is the same for all.
             _ => return,
         };
@@ -203,6 +216,26 @@ impl Outlet for Collected {
             }
             _ => {}
         }
+    }
+}
+
+/// Lets a federate come that says its clock at once.
+fn introduce(rti: &mut Rti<'_>, graph: &Graph, id: usize, bounds: &Bounds, now: Instant, outlet: &mut Collected) {
+    let told = |delay: Delay| match (bounds.fault, delay) {
+        (Some(Fault::DelaysTooLong), Delay::Zero | Delay::Microstep) => 1,
+        (Some(Fault::DelaysTooLong), Delay::Tick) => 2,
+        _ => delay.wire(),
+    };
+    let upstream: Vec<_> = graph.upstream(id).map(|(from, delay)| (number(from), told(delay))).collect();
+    let downstream: Vec<_> = graph.downstream(id).map(|(to, _)| number(to)).collect();
+    let localhost = lf_coordination::IpAddress::V4([127, 0, 0, 1].into());
+    rti.handle_connect(now, ConnectionId(id), localhost, [0; 8], outlet);
+    let is_transient = bounds.transient.map(usize::from) == Some(id);
+    let introduce = if is_transient { transient_introduction } else { introduction };
+    let introduction = introduce(number(id), FEDERATION_ID, &upstream, &downstream);
+    for message in introduction.into_iter().chain([Message::Timestamp(0)]) {
+        let verdict = rti.handle_input(now, ConnectionId(id), &encoded(&message), outlet);
+        assert!(matches!(verdict, Verdict::Consumed(_)), "{message:?}: {verdict:?}");
     }
 }
 

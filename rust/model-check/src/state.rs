@@ -23,6 +23,8 @@ pub struct State {
     pub(crate) messages_left: u8,
     /// The losses that can still occur.
     pub(crate) losses_left: u8,
+    /// The number of times that the transient federate can still come.
+    pub(crate) comings_left: u8,
     pub(crate) violation: Option<Violation>,
 }
 

@@ -27,6 +27,10 @@ pub enum Action {
     },
     /// A federate is lost: its connection ends.
     Lose(u8),
+    /// The transient federate leaves in order.
+    Leave(u8),
+    /// The transient federate comes.
+    Come(u8),
 }
 
 impl fmt::Display for Action {
@@ -40,6 +44,8 @@ impl fmt::Display for Action {
                 plan.map_or(Ok(()), |plan| write!(f, ", plans an event at {plan:?}"))
             }
             Self::Lose(federate) => write!(f, "federate {federate} is lost"),
+            Self::Leave(federate) => write!(f, "federate {federate} leaves"),
+            Self::Come(federate) => write!(f, "federate {federate} comes"),
         }
     }
 }

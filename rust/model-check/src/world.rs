@@ -43,6 +43,14 @@ impl World {
         (time <= time_max && microstep <= microstep_max).then(|| SmallTag::new(time, microstep))
     }
 
+    /// Returns the last tag within the bounds before this one, if there is one.
+    pub(crate) fn last_before(&self, tag: Tag) -> Option<SmallTag> {
+        let times = (0..=self.bounds.time_max).rev();
+        let microsteps = || (0..=self.bounds.microstep_max).rev();
+        let mut all = times.flat_map(|time| microsteps().map(move |microstep| SmallTag::new(time, microstep)));
+        all.find(|small| small.tag() < tag)
+    }
+
     /// Returns the tag that stands for all tags beyond the bounds, which are equivalent.
     pub(crate) fn end(&self) -> Tag {
         SmallTag::new(self.bounds.time_max + 1, 0).tag()

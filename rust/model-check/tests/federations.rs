@@ -38,6 +38,16 @@ fn two_federates_of_which_one_is_lost() {
     check_all(all_graphs(2), bounds, usize::MAX);
 }
 
+/// Each of two federates is transient: it may be absent at the start, leave in order, be lost, and come, at any point.
+#[test]
+fn two_federates_of_which_one_comes_and_goes() {
+    for (transient, dnet) in [(0, true), (0, false), (1, true), (1, false)] {
+        let transient = Some(transient);
+        let bounds = Bounds { transient, comings_max: 1, losses_max: 1, messages_max: 1, dnet, ..Bounds::default() };
+        check_all(all_graphs(2), bounds, usize::MAX);
+    }
+}
+
 /// A federate that sends to itself.
 #[test]
 fn connections_to_oneself() {
@@ -88,6 +98,16 @@ fn some_of_three_federates_of_which_one_is_lost() {
 fn some_of_four_federates() {
     let bounds = Bounds { messages_max: 1, own_events_max: 0, ..Bounds::default() };
     check_all(some_graphs(4, 1).take(60), bounds, 1);
+}
+
+#[test]
+fn some_of_three_federates_of_which_one_comes_and_goes() {
+    for transient in 0..3 {
+        let transient = Some(transient);
+        let bounds = Bounds { messages_max: 1, own_events_max: 0, microstep_max: 0, ..Bounds::default() };
+        let bounds = Bounds { transient, comings_max: 1, losses_max: 1, ..bounds };
+        check_all(some_graphs(3, 1).filter(|graph| !graph.has_microstep_delay()).take(4), bounds, 1);
+    }
 }
 
 /// Two federates of a cycle wait at one tag for the same one, of which the RTI once remembered only the first; and that

@@ -190,7 +190,7 @@ impl ReactionContext<'_> {
     /// Stops this program alone, at the next microstep: its shutdown reactions run there. The other federates of a
     /// federation go on without it, and it can come again if it is transient.
     pub fn stop(&mut self) {
-        self.state.stop_alone();
+        self.state.stop_alone(Tag::NEVER);
     }
 
     /// Returns the longest time that tags wait for messages: the largest [`NetworkInput::max_wait`], or the last value

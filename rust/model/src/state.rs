@@ -73,9 +73,10 @@ impl State {
         first
     }
 
-    /// Makes the next microstep the last tag of this program, whatever other federates do.
-    pub(crate) fn stop_alone(&mut self) {
-        self.stop = self.stop.min(self.current.next_microstep());
+    /// Makes the next microstep the last tag of this program, or this tag if that is later, whatever other federates
+    /// do.
+    pub(crate) fn stop_alone(&mut self, earliest: Tag) {
+        self.stop = self.stop.min(self.current.next_microstep().max(earliest));
     }
 
     /// Makes `tag` the last one of this program, and of those that it sends to.

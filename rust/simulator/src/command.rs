@@ -9,11 +9,11 @@ use std::time::Instant;
 use clap::Parser;
 use lf_runtime::Coordination;
 
-use crate::scenario::{RICH, Scenario, source};
+use crate::scenario::{Form, RICH, Scenario, source};
 use crate::shrink::{cut, shrink};
 use crate::trial::{Trial, print_messages, try_scenario, write_traces};
-use crate::with_stack;
-use crate::workers::{all, option, try_safely, worker};
+use crate::workers::{all, options, try_safely, worker};
+use crate::{Kind, with_stack};
 
 /// The maximum number of violations that are shrunk.
 const SHRUNK_MAX: usize = 3;
@@ -29,6 +29,9 @@ struct Arguments {
     /// Run federations with decentralized coordination, which differ for the same seeds.
     #[arg(long)]
     decentralized: bool,
+    /// Let federates come and go while the federation runs: they join, stop, vanish, come back, and are replaced.
+    #[arg(long)]
+    comings: bool,
     /// Add this offset to the seeds: programs of seeds beyond it have banks, multiports, modes and watchdogs, too.
     #[arg(long)]
     rich: bool,
@@ -56,8 +59,9 @@ struct Arguments {
 }
 
 impl Arguments {
-    fn coordination(&self) -> Coordination {
-        if self.decentralized { Coordination::Decentralized } else { Coordination::Centralized }
+    fn kind(&self) -> Kind {
+        let coordination = if self.decentralized { Coordination::Decentralized } else { Coordination::Centralized };
+        Kind { coordination, comings: self.comings }
     }
 }
 
@@ -75,7 +79,7 @@ pub fn main() -> ExitCode {
         arguments.seeds = arguments.seeds.start + RICH..arguments.seeds.end + RICH;
     }
     if arguments.worker {
-        with_stack(|| worker(arguments.coordination(), arguments.seeds));
+        with_stack(|| worker(arguments.kind(), arguments.seeds));
         return ExitCode::SUCCESS;
     }
     with_stack(|| match arguments.seed {
@@ -85,7 +89,7 @@ pub fn main() -> ExitCode {
 }
 
 fn one(seed: u64, arguments: &Arguments) -> ExitCode {
-    let (whole, first) = try_safely(arguments.coordination(), seed);
+    let (whole, first) = try_safely(arguments.kind(), seed);
     let Some(mut scenario) = cut(&whole, &arguments.cuts) else {
         eprintln!("error: --cuts names a reduction that this scenario does not have");
         return ExitCode::from(2);
@@ -98,7 +102,7 @@ fn one(seed: u64, arguments: &Arguments) -> ExitCode {
         cuts.extend(more);
         trial = try_scenario(&scenario);
     }
-    describe(&scenario, &trial, seed, &cuts);
+    describe(&scenario, &trial, arguments.kind(), seed, &cuts);
     if arguments.messages {
         print_messages(&scenario);
     }
@@ -113,10 +117,13 @@ fn one(seed: u64, arguments: &Arguments) -> ExitCode {
 }
 
 /// Prints all inputs of a run, and its results.
-fn describe(scenario: &Scenario, trial: &Trial, seed: u64, cuts: &[usize]) {
-    println!("{}", source(scenario, true));
+fn describe(scenario: &Scenario, trial: &Trial, kind: Kind, seed: u64, cuts: &[usize]) {
+    println!("{}", source(scenario, Form::Federated));
     println!("{:#?}", scenario.conditions);
     println!("faults: {:?}", scenario.faults);
+    for (instance, federate) in scenario.instances.iter().enumerate().skip(scenario.federates.len()) {
+        println!("f{instance} (participant {}) is another instance of f{federate}", instance + 1);
+    }
     if let Some(decentralized) = scenario.decentralized {
         println!("{decentralized:?}");
     }
@@ -128,16 +135,12 @@ fn describe(scenario: &Scenario, trial: &Trial, seed: u64, cuts: &[usize]) {
         Some(violation) => println!("VIOLATION of {violation}"),
         None => println!("nothing is violated"),
     }
-    let coordination = match scenario.decentralized {
-        Some(_) => Coordination::Decentralized,
-        None => Coordination::Centralized,
-    };
-    println!("repeat with: cargo xtask simulate{} --seed {seed}{cuts}", option(coordination));
+    println!("repeat with: cargo xtask simulate{} --seed {seed}{cuts}", options(kind));
 }
 
 fn many(arguments: &Arguments) -> ExitCode {
     let started = Instant::now();
-    let summary = match all(arguments.coordination(), arguments.seeds.clone(), arguments.jobs) {
+    let summary = match all(arguments.kind(), arguments.seeds.clone(), arguments.jobs) {
         Ok(summary) => summary,
         Err(error) => {
             eprintln!("error: cannot start worker processes: {error}");
@@ -162,7 +165,7 @@ fn many(arguments: &Arguments) -> ExitCode {
         let program = std::env::current_exe().unwrap_or_default();
         let _ = std::process::Command::new(program)
             .args(["--shrink", "--seed", &seed.to_string()])
-            .args(arguments.decentralized.then_some("--decentralized"))
+            .args(options(arguments.kind()).split_whitespace())
             .status();
     }
     if summary.violations.is_empty() { ExitCode::SUCCESS } else { ExitCode::FAILURE }

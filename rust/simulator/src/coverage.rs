@@ -4,6 +4,7 @@
 use std::collections::BTreeMap;
 use std::fmt;
 
+use lf_model::time::Tag;
 use lf_runtime::RunError;
 
 use crate::check::{self, LateCounts};
@@ -42,7 +43,10 @@ impl Coverage {
             ("run: InputFull", failed(|error| matches!(error, RunError::InputFull { .. }))),
             ("run: more messages for a tag than a queue holds", failed(|it| matches!(it, RunError::TagFull { .. }))),
             ("run: own capacity too small", check::own_fault(report)),
-            ("run: physical events", report.played.values().any(|events| !events.is_empty())),
+            (
+                "run: physical events",
+                report.played.iter().any(|played| played.values().any(|events| !events.is_empty())),
+            ),
             ("fault: vanished, others go on", struck(FaultKind::Vanish) && !stop_all),
             ("fault: vanished, all stop", struck(FaultKind::Vanish) && stop_all),
             ("fault: connection broke, others go on", struck(FaultKind::Break) && !stop_all),
@@ -51,6 +55,30 @@ impl Coverage {
             ("fault: of the RTI", report.struck.iter().any(|(participant, _)| *participant == 0)),
         ] {
             self.add(name, u64::from(has));
+        }
+    }
+
+    /// Counts the comings and goings of a run.
+    pub(crate) fn count_lives(&mut self, scenario: &Scenario, report: &Report) {
+        let instances = (0..scenario.instances.len()).filter(|instance| scenario.is_transient(*instance));
+        for instance in instances {
+            let struck = |kind| report.struck.contains(&(instance + 1, kind));
+            let has_begun = report.first[instance].is_some();
+            let later = scenario.instances_of(scenario.instances[instance]).find(|other| *other > instance);
+            let is_back = has_begun && later.is_some_and(|later| report.first[later].is_some());
+            let began_late = report.first[instance] > report.started().map(Tag::at);
+            let ended = matches!(report.ends[instance], FederateEnd::Ended(Ok(())));
+            for (name, has) in [
+                ("transient: there from the start on", has_begun && !began_late),
+                ("transient: joined later", began_late),
+                ("transient: another instance came after it", is_back),
+                ("transient: vanished", has_begun && struck(FaultKind::Vanish)),
+                ("transient: lost its connections", has_begun && struck(FaultKind::Break)),
+                ("transient: stopped by a signal", ended && has_begun && struck(FaultKind::Interrupt)),
+                ("transient: found no place", !has_begun),
+            ] {
+                self.add(name, u64::from(has));
+            }
         }
     }
 

@@ -17,6 +17,8 @@
 //! not affect it, and a mistake there shows as another trace. `check` takes all else about the program from the
 //! scenario and from the bytes on the wire.
 //!
+//! Federates may come and go: see `scenario::transients`, and `docs/decisions/041-lives-are-instances.md`.
+//!
 //! One seed is one run, bit for bit. If a run violates an invariant, the simulator shrinks it, and prints it with the
 //! command that repeats it.
 #![forbid(unsafe_code)]
@@ -38,17 +40,32 @@ pub use command::main;
 pub use lf_runtime::Coordination;
 pub use scenario::RICH;
 
+/// The kind of federation that a seed stands for.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub struct Kind {
+    /// Its coordination.
+    pub coordination: Coordination,
+    /// Whether federates come and go while it runs.
+    pub comings: bool,
+}
+
+impl From<Coordination> for Kind {
+    fn from(coordination: Coordination) -> Self {
+        Self { coordination, comings: false }
+    }
+}
+
 /// Runs the scenarios of these seeds, and returns the hash of each run.
 ///
 /// # Errors
 /// Returns the violation of the first failed run, with the command that repeats it.
-pub fn try_seeds(coordination: Coordination, seeds: std::ops::Range<u64>) -> Result<Vec<u64>, String> {
+pub fn try_seeds(kind: Kind, seeds: std::ops::Range<u64>) -> Result<Vec<u64>, String> {
     let try_seed = |seed| {
-        let (_, trial) = trial::try_seed(coordination, seed);
+        let (_, trial) = trial::try_seed(kind, seed);
         match trial.violation {
             None => Ok(trial.digest),
             Some(violation) => {
-                let option = workers::option(coordination);
+                let option = workers::options(kind);
                 Err(format!("seed {seed}: {violation}\nrepeat with: cargo xtask simulate{option} --seed {seed}"))
             }
         }

@@ -12,10 +12,10 @@ use lf_runtime::Coordination;
 use crate::check::{self, Expected, Violation};
 use crate::compile::compile_text;
 use crate::coverage::Coverage;
-use crate::program::{Record, Runs};
+use crate::program::{Played, Record, Runs};
 use crate::run::{Decided, FederateEnd, OutputOptions, Report, run, run_alone};
-use crate::scenario::{Decentralized, RICH, Scenario, source};
-use crate::waits;
+use crate::scenario::{Decentralized, Form, RICH, Scenario, player, source};
+use crate::{Kind, waits};
 
 /// The results of a trial.
 #[derive(Debug)]
@@ -31,8 +31,8 @@ pub(crate) struct Trial {
 }
 
 /// Runs the scenario of a seed.
-pub(crate) fn try_seed(coordination: Coordination, seed: u64) -> (Scenario, Trial) {
-    let mut scenario = made(coordination, seed);
+pub(crate) fn try_seed(kind: Kind, seed: u64) -> (Scenario, Trial) {
+    let mut scenario = made(kind, seed);
     let mut plan = compiled(&mut scenario);
     if scenario.decentralized.is_some() {
         waits::assign(&mut scenario);
@@ -43,25 +43,28 @@ pub(crate) fn try_seed(coordination: Coordination, seed: u64) -> (Scenario, Tria
 }
 
 /// Returns the scenario of a seed, before it gets its waits.
-pub(crate) fn made(coordination: Coordination, seed: u64) -> Scenario {
-    let mut scenario = match coordination {
+pub(crate) fn made(kind: Kind, seed: u64) -> Scenario {
+    let mut scenario = match kind.coordination {
         Coordination::Centralized => Scenario::from_seed(seed),
         Coordination::Decentralized => Scenario::decentralized(seed),
     };
     if seed >= RICH {
         scenario.enrich();
     }
+    if kind.comings {
+        scenario.come_and_go();
+    }
     scenario
 }
 
 /// Runs a scenario as it is.
 pub(crate) fn try_scenario(scenario: &Scenario) -> Trial {
-    judge(scenario, compile_text(&source(scenario, true)).map_err(|error| error.1))
+    judge(scenario, compile_text(&source(scenario, Form::Federated)).map_err(|error| error.1))
 }
 
 /// Runs a scenario once more, and prints all messages, the log events of the RTI, and all ends.
 pub(crate) fn print_messages(scenario: &Scenario) {
-    let Ok(plan) = compile_text(&source(scenario, true)) else { return };
+    let Ok(plan) = compile_text(&source(scenario, Form::Federated)) else { return };
     let Ok(report) = run(scenario, &plan, OutputOptions { prints: true, ..OutputOptions::default() }) else { return };
     for (federate, end) in report.ends.iter().enumerate() {
         println!("f{federate}: {end:?}");
@@ -73,7 +76,7 @@ pub(crate) fn print_messages(scenario: &Scenario) {
 /// # Errors
 /// If it cannot be written.
 pub(crate) fn write_traces(scenario: &Scenario, folder: &Path) -> io::Result<()> {
-    let plan = compile_text(&source(scenario, true)).map_err(|(_, error)| io::Error::other(error))?;
+    let plan = compile_text(&source(scenario, Form::Federated)).map_err(|(_, error)| io::Error::other(error))?;
     let options = OutputOptions { records: true, ..OutputOptions::default() };
     let report = run(scenario, &plan, options).map_err(|error| io::Error::other(error.to_string()))?;
     fs::create_dir_all(folder)?;
@@ -90,7 +93,7 @@ pub(crate) fn write_traces(scenario: &Scenario, folder: &Path) -> io::Result<()>
 /// one, until there is none.
 fn compiled(scenario: &mut Scenario) -> Result<Plan, String> {
     loop {
-        match compile_text(&source(scenario, true)) {
+        match compile_text(&source(scenario, Form::Federated)) {
             Ok(plan) => return Ok(plan),
             Err((true, error)) => {
                 let direct = scenario.connections.iter_mut().rev().find(|connection| connection.after.is_none());
@@ -119,12 +122,13 @@ fn judge(scenario: &Scenario, plan: Result<Plan, String>) -> Trial {
         }
     };
     let mut scenario = scenario.clone();
-    if scenario.has_physical_actions() && scenario.decentralized.is_some_and(|it| it.is_safe) {
-        let is_safe = waits::suffice(&scenario, &report);
+    if scenario.work_depends_on_the_run() && scenario.decentralized.is_some_and(|it| it.is_safe) {
+        let is_safe = waits::suffice(&scenario, &report) && check::comings_are_in_time(&scenario, &report);
         scenario.decentralized = scenario.decentralized.map(|it| Decentralized { is_safe, ..it });
     }
     let scenario = &scenario;
     trial.coverage.count(scenario, &report);
+    trial.coverage.count_lives(scenario, &report);
     trial.events = report.traces.iter().map(|trace| trace.len() as u64).sum();
     trial.messages = report.counts.messages;
     trial.digest = report.digest;
@@ -135,6 +139,13 @@ fn judge(scenario: &Scenario, plan: Result<Plan, String>) -> Trial {
     }
     if scenario.decentralized.is_some() {
         trial.violation = judge_waits(scenario, &plan, &report, &mut trial.coverage);
+    }
+    let is_whole = !report.cut_short && report.struck_persistent(scenario).is_none();
+    if trial.violation.is_none() && scenario.has_transients() && scenario.decentralized.is_none() && is_whole {
+        trial.violation = check::passed(scenario, &report);
+    }
+    if trial.violation.is_none() {
+        trial.violation = lives_as_alone(scenario, &plan, &report);
     }
     if trial.violation.is_none() && scenario.decentralized.is_none_or(|it| it.is_safe) {
         trial.violation = same_as_alone(scenario, &plan, &report);
@@ -158,7 +169,7 @@ fn judge_waits(scenario: &Scenario, plan: &Plan, report: &Report, coverage: &mut
 /// Compares with the same program run unfederated.
 fn same_as_alone(scenario: &Scenario, federated: &Plan, report: &Report) -> Option<Violation> {
     let start = report.started()?;
-    let plan = match compile_text(&source(scenario, false)) {
+    let plan = match compile_text(&source(scenario, Form::Persistent)) {
         Ok(plan) => plan,
         Err((_, error)) => return Some(Violation::Program(format!("unfederated: {error}"))),
     };
@@ -166,8 +177,14 @@ fn same_as_alone(scenario: &Scenario, federated: &Plan, report: &Report) -> Opti
         return Some(violation);
     }
     let expected = expectations(scenario, report);
-    let until = expected.iter().map(|it| it.before).max().unwrap_or(Tag::FOREVER);
-    let decided = Decided { start, stop: report.granted_stop(), played: &report.played, until };
+    let until = expected.iter().flatten().map(|it| it.before).max().unwrap_or(Tag::FOREVER);
+    let is_transient = |federate: &usize| scenario.federates[*federate].transient;
+    let persistent = (0..scenario.federates.len()).filter(|federate| !is_transient(federate));
+    let mut played: Played = persistent.clone().flat_map(|federate| report.played[federate].clone()).collect();
+    for to in persistent {
+        add_received(&mut played, scenario, federated, report, to, |from| is_transient(&from));
+    }
+    let decided = Decided { start, joined: None, stop: report.granted_stop(), played: &played, until };
     let run = |runs| run_alone(scenario, &plan, &decided, runs);
     let unfederated = |error| Some(Violation::Program(format!("unfederated: {error}")));
     let alone = match run(Runs::OneByOne) {
@@ -184,6 +201,59 @@ fn same_as_alone(scenario: &Scenario, federated: &Plan, report: &Report) -> Opti
     check::traces(&report.traces, &alone, &expected)
 }
 
+/// Adds what an instance has received from some federates, as players replay it.
+fn add_received(
+    played: &mut Played,
+    scenario: &Scenario,
+    plan: &Plan,
+    report: &Report,
+    instance: usize,
+    replays: impl Fn(usize) -> bool,
+) {
+    let federate = scenario.instances[instance];
+    let inputs = &plan.federates[federate].inputs;
+    for (index, connection) in scenario.connections.iter().enumerate() {
+        let name = scenario.input_name(connection);
+        if connection.to.0 == federate
+            && replays(connection.from.0)
+            && let Some(input) = inputs.iter().position(|input| input.name.ends_with(&name))
+        {
+            let handled = &report.lateness[instance].handled[input];
+            let events = handled.iter().map(|message| (message.tag, Some(message.value)));
+            played.insert(format!("{}.a", player(index)), events.collect());
+        }
+    }
+}
+
+/// Compares each instance of a transient federate with the same federate alone.
+fn lives_as_alone(scenario: &Scenario, federated: &Plan, report: &Report) -> Option<Violation> {
+    let start = report.started()?;
+    for federate in (0..scenario.federates.len()).filter(|federate| scenario.federates[*federate].transient) {
+        let plan = match compile_text(&source(scenario, Form::Only(federate))) {
+            Ok(plan) => plan,
+            Err((_, error)) => return Some(Violation::Program(format!("a transient federate alone: {error}"))),
+        };
+        for instance in scenario.instances_of(federate) {
+            let trace = &report.traces[instance];
+            let (Some(first), Some(last)) = (report.first[instance], trace.last()) else { continue };
+            let mut played = report.played[instance].clone();
+            add_received(&mut played, scenario, federated, report, instance, |_| true);
+            let until = last.tag.next_microstep();
+            let decided = Decided { start, joined: Some((instance, first)), stop: None, played: &played, until };
+            match run_alone(scenario, &plan, &decided, Runs::OneByOne) {
+                Ok(None) => {}
+                Ok(Some(alone)) => {
+                    if let Some(violation) = check::life(instance, trace, &alone) {
+                        return Some(violation);
+                    }
+                }
+                Err(error) => return Some(Violation::Program(format!("a transient federate alone: {error}"))),
+            }
+        }
+    }
+    None
+}
+
 /// Returns a trace in which each instance's records stand together, in their order. Those of different instances have
 /// an order only if one depends on the other.
 fn by_instance(trace: &[Record]) -> Vec<Record> {
@@ -196,23 +266,26 @@ fn by_instance(trace: &[Record]) -> Vec<Record> {
 /// far as the federate announced them to the RTI; the effects of later ones may be missing in all traces. With
 /// decentralized coordination nothing is announced, and effects may be missing in each federate that such a federate
 /// reaches.
-fn expectations(scenario: &Scenario, report: &Report) -> Vec<Expected> {
+fn expectations(scenario: &Scenario, report: &Report) -> Vec<Option<Expected>> {
+    let count = scenario.federates.len();
+    let persistent = || (0..count).filter(|federate| !scenario.federates[*federate].transient);
     let lost = |federate: usize| !matches!(report.ends[federate], FederateEnd::Ended(Ok(())));
-    let victims: Vec<_> = (0..report.ends.len()).filter(|it| lost(*it) || report.is_struck(*it)).collect();
+    let victims: Vec<_> = persistent().filter(|it| lost(*it) || report.is_struck(*it)).collect();
     let announced = victims.iter().map(|federate| report.announced[*federate]).min().unwrap_or(Tag::FOREVER);
     let is_decentralized = scenario.decentralized.is_some();
     let affected = if is_decentralized { scenario.reached(&victims) } else { Vec::new() };
     let stop = report.granted_stop().unwrap_or(Tag::FOREVER);
     // A federate that had ended before the stop has run the reactions to it already, and does nothing at the stop of
     // the others.
-    let has_left = (0..report.ends.len()).any(|federate| report.left_before_stop(federate));
+    let has_left = persistent().any(|federate| report.left_before_stop(federate));
     let until = if has_left { stop } else { Tag::FOREVER };
     let before = |federate: usize| match affected.get(federate) {
         Some(true) => Tag::NEVER,
         Some(false) => Tag::FOREVER,
         None => announced,
     };
-    (0..report.ends.len())
-        .map(|federate| Expected { before: before(federate).min(until), prefix: lost(federate) })
+    let expected = |federate| Expected { before: before(federate).min(until), prefix: lost(federate) };
+    (0..report.traces.len())
+        .map(|instance| (instance < count && !scenario.is_transient(instance)).then(|| expected(instance)))
         .collect()
 }

@@ -10,9 +10,9 @@ use lf_model::time::Instant;
 use lf_testkit::random::{Random, combine};
 
 use crate::compile::compile_text;
-use crate::program::{CAPACITY_MAX, Played};
+use crate::program::CAPACITY_MAX;
 use crate::run::{OutputOptions, Report, run, work_alone};
-use crate::scenario::{Connection, Host, MS, Nanos, SEC, Scenario, US};
+use crate::scenario::{Connection, Form, Host, MS, Nanos, SEC, Scenario, US, source};
 
 /// The longest duration of a scenario, in virtual time.
 const LONGEST: Nanos = 5 * SEC;
@@ -38,8 +38,8 @@ pub(crate) fn assign(scenario: &mut Scenario) {
     assign_with(scenario, None);
     // A run shows the times of physical actions, though they may differ in the next run.
     if scenario.decentralized.is_some_and(|it| it.is_safe)
-        && scenario.has_physical_actions()
-        && let Ok(plan) = compile_text(&crate::scenario::source(scenario, true))
+        && scenario.work_depends_on_the_run()
+        && let Ok(plan) = compile_text(&source(scenario, Form::Federated))
         && let Ok(report) = run(scenario, &plan, OutputOptions::default())
     {
         *scenario = before;
@@ -135,10 +135,15 @@ impl Bounds {
     /// Returns the bounds; `None` if the program cannot be run.
     fn of(scenario: &Scenario, report: Option<&Report>) -> Option<Self> {
         let hosts = &scenario.conditions.hosts;
-        let plan = compile_text(&crate::scenario::source(scenario, false)).ok()?;
-        let (nothing, start) = (Played::new(), Instant::from_nanos(0));
-        let (played, start) = report.map_or((&nothing, Some(start)), |report| (&report.played, report.started()));
-        let work = work_alone(scenario, &plan, start?, played)?;
+        let work = match report {
+            // Those who come and go do their work at other times.
+            Some(report) if scenario.has_transients() => report.work(scenario)?,
+            _ => {
+                let plan = compile_text(&source(scenario, Form::Alone)).ok()?;
+                let start = report.map_or(Some(Instant::from_nanos(0)), Report::started);
+                work_alone(scenario, &plan, start?, &report.map(Report::all_played).unwrap_or_default())?
+            }
+        };
         let lags: Vec<_> = work.iter().zip(&hosts[1..]).map(|(work, host)| behind(work, host)).collect();
         let busy: Vec<_> = work.iter().zip(&lags).map(|(work, lag)| longest_turn(work).max(*lag)).collect();
         let asks = |federate: &crate::scenario::Reactor| {

@@ -10,6 +10,7 @@ use std::time::Instant;
 
 use lf_runtime::Coordination;
 
+use crate::Kind;
 use crate::check::Violation;
 use crate::coverage::Coverage;
 use crate::scenario::Scenario;
@@ -30,11 +31,11 @@ pub(crate) struct Summary {
 }
 
 /// Runs seeds in this process, and prints the results for [`all`] to read.
-pub(crate) fn worker(coordination: Coordination, seeds: Range<u64>) {
+pub(crate) fn worker(kind: Kind, seeds: Range<u64>) {
     let mut coverage = Coverage::default();
     let (mut events, mut messages) = (0, 0);
     for seed in seeds.clone() {
-        let (_, trial) = try_safely(coordination, seed);
+        let (_, trial) = try_safely(kind, seed);
         (events, messages) = (events + trial.events, messages + trial.messages);
         coverage.merge(&trial.coverage);
         if let Some(violation) = trial.violation {
@@ -47,25 +48,26 @@ pub(crate) fn worker(coordination: Coordination, seeds: Range<u64>) {
     println!("done {} {events} {messages}", seeds.end - seeds.start);
 }
 
-/// Returns the option, with a space before it, that selects this coordination.
-pub(crate) fn option(coordination: Coordination) -> &'static str {
-    match coordination {
+/// Returns the options, with a space before each, that select this kind.
+pub(crate) fn options(kind: Kind) -> String {
+    let coordination = match kind.coordination {
         Coordination::Centralized => "",
         Coordination::Decentralized => " --decentralized",
-    }
+    };
+    format!("{coordination}{}", if kind.comings { " --comings" } else { "" })
 }
 
 /// Runs the scenario of a seed; a panic is a violation too.
-pub(crate) fn try_safely(coordination: Coordination, seed: u64) -> (Scenario, Trial) {
-    catch_unwind(AssertUnwindSafe(|| try_seed(coordination, seed))).unwrap_or_else(|_| {
+pub(crate) fn try_safely(kind: Kind, seed: u64) -> (Scenario, Trial) {
+    catch_unwind(AssertUnwindSafe(|| try_seed(kind, seed))).unwrap_or_else(|_| {
         let violation = Some(Violation::Program("it panicked, as said above".to_owned()));
         let trial = Trial { violation, coverage: Coverage::default(), events: 0, messages: 0, digest: 0 };
-        (made(coordination, seed), trial)
+        (made(kind, seed), trial)
     })
 }
 
 /// Runs all seeds in worker processes, `jobs` at a time.
-pub(crate) fn all(coordination: Coordination, seeds: Range<u64>, jobs: usize) -> std::io::Result<Summary> {
+pub(crate) fn all(kind: Kind, seeds: Range<u64>, jobs: usize) -> std::io::Result<Summary> {
     let program = std::env::current_exe()?;
     let chunks = Mutex::new(seeds.clone().step_by(usize::try_from(CHUNK).unwrap_or(1)));
     let summary = Mutex::new(Summary::default());
@@ -80,7 +82,7 @@ pub(crate) fn all(coordination: Coordination, seeds: Range<u64>, jobs: usize) ->
                     let next = chunks.lock().unwrap_or_else(std::sync::PoisonError::into_inner).next();
                     let Some(first) = next else { return };
                     let range = first..(first + CHUNK).min(seeds.end);
-                    let outcome = run_chunk(&program, coordination, &range);
+                    let outcome = run_chunk(&program, kind, &range);
                     lock(&summary, &mut |summary| {
                         summary.add(&range, &outcome);
                         progress(summary, &seeds, started);
@@ -105,11 +107,11 @@ fn progress(summary: &Summary, seeds: &Range<u64>, started: Instant) {
 }
 
 /// Returns the lines that a worker prints.
-fn run_chunk(program: &std::path::Path, coordination: Coordination, range: &Range<u64>) -> Vec<String> {
+fn run_chunk(program: &std::path::Path, kind: Kind, range: &Range<u64>) -> Vec<String> {
     let seeds = format!("{}..{}", range.start, range.end);
     let child = Command::new(program)
         .args(["--worker", "--seeds", &seeds])
-        .args(option(coordination).split_whitespace())
+        .args(options(kind).split_whitespace())
         .stdout(Stdio::piped())
         .spawn();
     let Ok(mut child) = child else { return Vec::new() };

@@ -6,22 +6,28 @@ use lf_testkit::random::Random;
 use lf_testkit::world::{Pace, Shared, Side};
 
 use crate::check::Watch;
-use crate::scenario::{Conditions, Fault, FaultKind, Host, Wire};
+use crate::scenario::{Conditions, Fault, FaultKind, Host, Scenario, Wire};
 
 pub(crate) type World = lf_testkit::world::World<Cables>;
 /// One participant's view of the world.
 pub(crate) type Virtual = lf_testkit::world::Virtual<Cables>;
 
-/// Returns the world with these conditions; the seed decides all that they leave open.
-pub(crate) fn world(conditions: &Conditions, seed: u64) -> Shared<Cables> {
+/// Returns the world of a scenario; the seed decides all that it leaves open.
+pub(crate) fn world(scenario: &Scenario, seed: u64) -> Shared<Cables> {
+    let conditions = &scenario.conditions;
     let mut random = Random::new(seed);
     let keep = |host: &Host| Side::keep(host.clock_offset, host.clock_drift_ppb);
     let sides: Vec<_> = conditions.hosts.iter().map(keep).collect();
-    let cables = Cables::new(conditions, sides.clone(), random.number());
+    let watch = Watch::new(scenario);
+    let cables = Cables::new(conditions, watch, sides.clone(), random.number());
     let mut world = World::new(cables, random);
-    for (side, host) in sides.into_iter().zip(&conditions.hosts) {
+    for (participant, (side, host)) in sides.into_iter().zip(&conditions.hosts).enumerate() {
         let pace = Pace { turn_ns: (100, host.turn_ns), wake_ns: host.wake_ns };
-        world.join(side, u64::try_from(host.begins).unwrap_or(0), pace);
+        if participant > 0 && scenario.begins_later(participant - 1) {
+            world.add(side, pace);
+        } else {
+            world.join(side, u64::try_from(host.begins).unwrap_or(0), pace);
+        }
     }
     Shared::new(world)
 }
@@ -29,7 +35,11 @@ pub(crate) fn world(conditions: &Conditions, seed: u64) -> Shared<Cables> {
 /// Executes a fault at this virtual time.
 pub(crate) fn strike(world: &mut World, fault: &Fault, at: u64) {
     world.advance_to(at);
+    if let FaultKind::Vanish | FaultKind::Break = fault.kind {
+        world.network.medium_mut().watch.lose(fault.participant, at);
+    }
     match fault.kind {
+        FaultKind::Begin => world.schedule(fault.participant, at),
         FaultKind::Vanish => world.end(fault.participant),
         FaultKind::Break => world.break_connections(fault.participant),
         FaultKind::Interrupt => world.interrupt(fault.participant),
@@ -59,14 +69,14 @@ pub(crate) struct Cables {
 }
 
 impl Cables {
-    fn new(conditions: &Conditions, sides: Vec<&'static Side>, seed: u64) -> Self {
+    fn new(conditions: &Conditions, watch: Watch, sides: Vec<&'static Side>, seed: u64) -> Self {
         Self {
             wires: conditions.hosts.iter().map(|host| host.link.clone()).collect(),
             pieces: conditions.pieces,
             random: Random::new(seed),
             sides,
             ends: Vec::new(),
-            watch: Watch::new(conditions.hosts.len() - 1),
+            watch,
             refused_writes: 0,
             datagram_turns: 0,
         }

@@ -3,16 +3,16 @@
 
 use std::ops::Range;
 
-use lf_simulator::{Coordination, RICH};
+use lf_simulator::{Coordination, Kind, RICH};
 
 /// Returns the hash of each run.
-fn run(coordination: Coordination, seeds: Range<u64>) -> Vec<u64> {
-    lf_simulator::try_seeds(coordination, seeds).unwrap_or_else(|violation| panic!("{violation}"))
+fn run(kind: impl Into<Kind>, seeds: Range<u64>) -> Vec<u64> {
+    lf_simulator::try_seeds(kind.into(), seeds).unwrap_or_else(|violation| panic!("{violation}"))
 }
 
-fn hold(coordination: Coordination, seeds: &[u64]) {
+fn hold(kind: impl Into<Kind> + Copy, seeds: &[u64]) {
     for seed in seeds {
-        run(coordination, *seed..*seed + 1);
+        run(kind, *seed..*seed + 1);
     }
 }
 
@@ -35,6 +35,67 @@ fn the_first_rich_seeds_violate_nothing() {
     for coordination in [Coordination::Centralized, Coordination::Decentralized] {
         run(coordination, RICH..RICH + 150);
     }
+}
+
+const COMINGS: Kind = Kind { coordination: Coordination::Centralized, comings: true };
+const DECENTRALIZED_COMINGS: Kind = Kind { coordination: Coordination::Decentralized, comings: true };
+
+/// Federates come, leave, vanish, come back and are replaced at any moment.
+#[test]
+fn the_first_seeds_with_comings_and_goings_violate_nothing() {
+    for kind in [COMINGS, DECENTRALIZED_COMINGS] {
+        run(kind, 0..60);
+        run(kind, RICH..RICH + 15);
+    }
+}
+
+/// A federate that was told to stop between two tags sent something at a tag before the event that it had announced.
+#[test]
+fn one_that_is_told_to_stop_sends_nothing_before_its_announced_event() {
+    hold(COMINGS, &[4, 23, 29, 46]);
+}
+
+/// A signal had stopped a federate that the RTI had accepted and that knew no first tag yet; it reported a failure, and
+/// the federation counted as failed.
+#[test]
+fn one_that_is_stopped_while_it_joins_has_not_failed() {
+    hold(COMINGS, &[19, 122, 132]);
+}
+
+/// A federate that had resigned before it knew its first tag took the long form of TIMESTAMP for the short one.
+#[test]
+fn an_effective_start_may_come_too_late() {
+    hold(COMINGS, &[4223, 7144]);
+}
+
+/// A persistent federate had left at its last tag, and one upstream of others that led to it joined before that tag.
+#[test]
+fn one_joins_after_the_last_tags_of_those_that_have_left() {
+    hold(COMINGS, &[3872]);
+}
+
+/// A federate had joined a cycle without delay, and others waited for it at a tag before its first one.
+#[test]
+fn nobody_waits_for_one_that_begins_later() {
+    hold(COMINGS, &[7562]);
+}
+
+/// A federate that joined asked for the address of a persistent one that had left, without end.
+#[test]
+fn one_whose_receiver_has_left_is_refused() {
+    hold(DECENTRALIZED_COMINGS, &[23, 31, 41]);
+}
+
+/// A federate that joined waited for a persistent one that had left before, and never connected.
+#[test]
+fn one_that_joins_waits_for_nobody_who_has_left() {
+    hold(DECENTRALIZED_COMINGS, &[802, 1208, 1588, 3103]);
+}
+
+/// The last messages of a federate that was told to stop were for a tag of long ago, and made others late.
+#[test]
+fn one_that_is_told_to_stop_does_so_at_the_physical_time() {
+    hold(DECENTRALIZED_COMINGS, &[46, 890, 1093]);
 }
 
 /// In parallel execution, an action of an inactive mode was put back into the event queue.
@@ -186,6 +247,9 @@ fn no_federate_stays_for_events_that_cannot_occur() {
 #[test]
 fn a_seed_is_a_run_bit_for_bit() {
     for coordination in [Coordination::Centralized, Coordination::Decentralized] {
-        assert_eq!(run(coordination, 0..40), run(coordination, 0..40));
+        for comings in [false, true] {
+            let kind = Kind { coordination, comings };
+            assert_eq!(run(kind, 0..40), run(kind, 0..40));
+        }
     }
 }

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Messages that own their contents, and their bytes, for tests and tools: a [`Message`] only borrows.
 
-use lf_wire::{Message, MessageType, NeighborStructure, RejectCode, Tag, UDP_PORT_CLOCK_SYNC_OFF};
+use lf_wire::{KIND_TRANSIENT, Message, MessageType, NeighborStructure, RejectCode, Tag, UDP_PORT_CLOCK_SYNC_OFF};
 
 /// The fields of any message; each message uses those that it needs.
 #[derive(Clone, Debug)]
@@ -114,6 +114,17 @@ pub fn introduction<'a>(
         Message::NeighborStructure(NeighborStructure::new(upstream, downstream)),
         Message::UdpPort(UDP_PORT_CLOCK_SYNC_OFF),
     ]
+}
+
+/// Returns the messages by which a transient federate does the same.
+pub fn transient_introduction<'a>(
+    federate: u16,
+    federation_id: &'a [u8],
+    upstream: &'a [(u16, i64)],
+    downstream: &'a [u16],
+) -> [Message<'a>; 3] {
+    let [_, neighbors, udp_port] = introduction(federate, federation_id, upstream, downstream);
+    [Message::TransientFedIds { federate, kind: KIND_TRANSIENT, federation_id }, neighbors, udp_port]
 }
 
 /// Returns the bytes of a message.

@@ -118,6 +118,12 @@ impl<N: Needs> NetRules<N> {
         self.sent == tag
     }
 
+    /// Returns whether the RTI takes a later tag than this for this federate's next event, or will.
+    #[cfg(feature = "transients")]
+    pub(super) fn is_beyond(&self, tag: Tag) -> bool {
+        self.sent > tag
+    }
+
     /// Returns whether the RTI knows a NET of this federate.
     pub(super) fn any_net(&self) -> bool {
         self.any_net

@@ -317,6 +317,13 @@ impl<N: Needs> Tags<N> {
         }
     }
 
+    /// Returns whether this federate has announced that nothing happens here at this tag, nor at later ones before its
+    /// next event.
+    #[cfg(feature = "transients")]
+    pub(super) fn has_announced_beyond(&self, tag: Tag) -> bool {
+        self.net.is_beyond(tag)
+    }
+
     /// Makes the LTC of the last tag due, whether it had inputs or not.
     #[cfg(feature = "transients")]
     pub(super) fn confirm_last(&mut self) {

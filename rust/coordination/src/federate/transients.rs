@@ -40,6 +40,12 @@ impl<N: Needs> Federate<'_, N> {
         N::TRANSIENTS && self.transients.misses(tag)
     }
 
+    /// Returns whether this federate has announced a next event after this tag. Then others may be past the tag, and
+    /// what it sent there would come too late.
+    pub fn has_announced_beyond(&self, tag: Tag) -> bool {
+        N::TRANSIENTS && N::CENTRALIZED && self.tags.has_announced_beyond(tag)
+    }
+
     /// Asks for the address of a transient federate that has come ([`Event::PeerCame`]), to connect to it:
     /// [`Event::PeerFound`] follows if it is still there. Returns `false`, and does nothing, while another search is
     /// open.

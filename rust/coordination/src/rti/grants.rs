@@ -119,7 +119,7 @@ impl Tags<'_> {
     fn upstream_is_past(&mut self, federate: usize, tag: Tag, start: Instant) -> bool {
         (0..self.graph.upstreams(federate)).all(|index| {
             let (from, delay) = self.graph.upstream(federate, index);
-            self.completed_by(federate, index) >= tag || {
+            self.graph.begins_after(from, tag) || self.completed_by(federate, index) >= tag || {
                 let earliest = self.graph.earliest_incoming(from, start);
                 delay.after(self.graph.next_event(from).min(earliest)) > tag
             }
@@ -128,12 +128,14 @@ impl Tags<'_> {
 
     /// Returns whether a federate at a provisionally granted tag may wait there without end: it is there only because
     /// others have an event at that tag, and one whose message or absence it needs has been granted the tag otherwise
-    /// and passes by it, or has left.
+    /// and passes by it, or has left, or has come and begins later.
     fn may_wait_for_ever(&self, federate: usize) -> bool {
         let tag = self.state(federate).provisional;
         let mut upstream = (0..self.graph.upstreams(federate)).map(|index| self.graph.upstream(federate, index).0);
-        let passes_by =
-            |from: usize| self.graph.share_zero_delay_cycle(from, federate) && self.state(from).completed < tag;
+        let passes_by = |from: usize| {
+            let is_silent = self.state(from).completed < tag || self.graph.begins_after(from, tag);
+            self.graph.share_zero_delay_cycle(from, federate) && is_silent
+        };
         self.graph.nodes[federate].deserted || upstream.any(passes_by)
     }
 

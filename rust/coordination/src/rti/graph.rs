@@ -42,6 +42,9 @@ pub struct Node {
     /// Whether it may come and go while the federation runs.
     #[cfg(feature = "transients")]
     pub(super) is_transient: bool,
+    /// The first tag of its current life, if it has joined the running federation.
+    #[cfg(feature = "transients")]
+    pub(super) begin: Tag,
     /// Its grants and completed tags.
     pub(super) tags: TagState,
     /// Next event: NEVER while it is unknown. Lowered by messages in transit.
@@ -69,6 +72,8 @@ impl Node {
         leads_to_cycle: false,
         #[cfg(feature = "transients")]
         is_transient: false,
+        #[cfg(feature = "transients")]
+        begin: Tag::NEVER,
         tags: TagState::EMPTY,
         next_event: Tag::NEVER,
         blocking: 0,
@@ -171,6 +176,16 @@ impl<'s> Graph<'s> {
     /// Returns the number of federates that are connected into `federate`.
     pub(super) fn upstreams(&self, federate: usize) -> usize {
         self.nodes[federate].upstreams
+    }
+
+    /// Returns whether a federate has joined, and begins after this tag.
+    pub(super) fn begins_after(&self, federate: usize, tag: Tag) -> bool {
+        #[cfg(feature = "transients")]
+        return self.nodes[federate].begin > tag;
+        #[cfg(not(feature = "transients"))]
+        let _ = (federate, tag);
+        #[cfg(not(feature = "transients"))]
+        false
     }
 
     /// Returns whether no path leads through a federate, because it does not take part.

@@ -144,6 +144,10 @@ impl Rti<'_> {
             }
             Message::AddressAdvertisement { port: ADDRESS_PORT_UNKNOWN } => slot.ordered_stop = true,
             Message::AddressAdvertisement { port } => slot.port = port,
+            #[cfg(feature = "transients")]
+            Message::AddressQuery { federate: asked, .. } if !takes_part && self.has_gone(asked) => {
+                self.refuse_late(federate, connection, outlet);
+            }
             Message::AddressQuery { federate: asked, is_transient } => {
                 let step = self.answer_address_query(connection, asked, outlet)?;
                 if matches!(step, Step::Done) {

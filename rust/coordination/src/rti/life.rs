@@ -14,12 +14,14 @@ pub(super) struct Life {
     pub(super) begin: Tag,
     /// The latest tag that it has completed in an earlier life, or of a message that was sent to it.
     pub(super) past: Tag,
+    /// The latest tag at which it can have sent the messages of its current life.
+    pub(super) sent: Tag,
 }
 
 impl Life {
     /// The state of an id that no federate has had.
     pub(super) const NONE: Self =
-        Self { is_transient: false, has_neighbors: false, begin: Tag::NEVER, past: Tag::NEVER };
+        Self { is_transient: false, has_neighbors: false, begin: Tag::NEVER, past: Tag::NEVER, sent: Tag::NEVER };
 
     /// Records that a federate takes this id.
     pub(super) fn join(&mut self, is_transient: bool) {
@@ -29,6 +31,11 @@ impl Life {
     /// Returns whether a message with this tag lies before the effective start.
     pub(super) fn misses(&self, tag: Tag) -> bool {
         tag < self.begin
+    }
+
+    /// Records that it has sent a message, at this tag or earlier.
+    pub(super) fn record_sent(&mut self, tag: Tag) {
+        self.sent = self.sent.max(tag);
     }
 
     /// Records a tag of the past: the next life begins after it.

@@ -26,7 +26,9 @@ impl Tags<'_> {
         let earliest = Tag::at(clock.max(self.start.unwrap_or(clock)));
         let row = self.graph.nodes[federate].outgoing;
         let downstream = (0..row.len).map(|index| self.graph.other_end(row, index));
-        let granted = downstream.filter(|other| *other != federate && !self.state(*other).departed);
+        // What it would cause at the tags of one that has left, too, would come too late.
+        let granted = downstream.filter(|other| *other != federate && !self.graph.is_absent(*other));
+        let granted = granted.filter(|other| !self.state(*other).departed || self.state(*other).reach().is_finite());
         let granted = granted.map(|other| self.state(other).reach());
         let before = granted.chain([past]);
         before.filter(|tag| *tag != Tag::NEVER).map(earliest_after).fold(earliest, Tag::max)
@@ -36,7 +38,7 @@ impl Tags<'_> {
     pub(super) fn begin_life(&mut self, federate: usize, begin: Tag) {
         let node = &mut self.graph.nodes[federate];
         node.tags = TagState::EMPTY;
-        node.next_event = begin;
+        (node.next_event, node.begin) = (begin, begin);
         self.graph.find_paths();
     }
 

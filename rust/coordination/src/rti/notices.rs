@@ -40,6 +40,17 @@ impl<O: Outlet> Sending<'_, '_, O> {
         slot.is_transient() && (self.members.running(to.into()).is_none() || slot.life.misses(tag))
     }
 
+    /// Records a message that is forwarded: the next lives of its sender and its destination begin after it.
+    pub(super) fn record_in_lives(&mut self, from: usize, to: usize, tag: Tag) {
+        self.members.slots[to].life.record(tag);
+        if self.members.slots[from].is_transient() {
+            let mut upstream = (0..self.tags.graph.upstreams(to)).map(|index| self.tags.graph.upstream(to, index));
+            if let Some((_, delay)) = upstream.find(|(other, _)| *other == from) {
+                self.members.slots[from].life.record_sent(delay.before(tag));
+            }
+        }
+    }
+
     /// Drops such a message.
     pub(super) fn drop_missed(&mut self, from: usize, to: u16, tag: Tag) {
         self.members.slots[usize::from(to)].life.record(tag);

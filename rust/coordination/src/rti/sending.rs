@@ -254,7 +254,7 @@ impl<O: Outlet> Sending<'_, '_, O> {
             return Ok(step);
         }
         #[cfg(feature = "transients")]
-        self.members.slots[to].life.record(tag);
+        self.record_in_lives(from, to, tag);
         let (late, is_full) = self.tags.message_forwarded(to, tag);
         if late {
             let times = self.members.slots[from].tallies.late.count();

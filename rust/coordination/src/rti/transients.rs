@@ -103,7 +103,7 @@ impl Rti<'_> {
             return Ok(());
         }
         barrier::take_clock(slot, now, clock)?;
-        slot.life.begin = begin;
+        (slot.life.begin, slot.life.sent) = (begin, Tag::NEVER);
         slot.pending.start = true;
         slot.pending.stop_request = self.stop.is_requested();
         outlet.log(RtiEvent::Begins { federate: id(federate), tag: begin });
@@ -123,8 +123,16 @@ impl Rti<'_> {
         Ok(())
     }
 
+    /// Returns whether a federate has left that does not come back. One that sends to it directly cannot join any more:
+    /// it would ask for its address without end.
+    pub(super) fn has_gone(&self, federate: u16) -> bool {
+        let slot = self.members.slots.get(usize::from(federate));
+        self.tags.start.is_some()
+            && slot.is_some_and(|slot| slot.membership == Membership::Departed && !slot.is_transient())
+    }
+
     /// Refuses a federate that comes when nobody can join any more.
-    fn refuse_late(&mut self, federate: usize, connection: ConnectionId, outlet: &mut impl Outlet) {
+    pub(super) fn refuse_late(&mut self, federate: usize, connection: ConnectionId, outlet: &mut impl Outlet) {
         let code = RejectCode::JoinsTooLate;
         if outlet.room(connection) >= Message::Reject(code).encoded_len() {
             outlet.send(connection, &Message::Reject(code));
@@ -143,6 +151,9 @@ impl Rti<'_> {
         if started && !matches!(cause, Cause::ConnectionLost | Cause::NoStopReply) {
             self.end.loss = self.end.loss.or(Some((id(federate), cause)));
         }
+        // It may have sent messages of a tag that it has not completed, or not reported.
+        let life = &mut self.members.slots[federate].life;
+        life.record(life.sent);
         self.depart(federate, outlet);
     }
 

@@ -252,11 +252,11 @@ impl<'s> Engine<'s> {
         }
     }
 
-    /// Makes the next microstep the last tag of this program alone: what it sends before that arrives, whenever it is
-    /// for.
-    pub fn stop_alone(&mut self) {
+    /// Makes the next microstep the last tag of this program alone, or `earliest` if that is later. What it sends
+    /// before that arrives, whenever it is for.
+    pub fn stop_alone(&mut self, earliest: Tag) {
         if self.state.current < self.state.stop {
-            self.state.stop_alone();
+            self.state.stop_alone(earliest);
         }
     }
 

@@ -2,6 +2,8 @@
 //! Direct messages between federates: delivered in time, and logged when they are too late.
 
 #[cfg(feature = "transients")]
+use lf_coordination::FederateId;
+#[cfg(feature = "transients")]
 use lf_coordination::federate::CONNECT_RETRY;
 use lf_coordination::federate::{Needs, Phase};
 use lf_model::InputId;
@@ -70,8 +72,8 @@ impl<'a, 's, N: Needs> Direct<'a, 's, N> {
         Ok(())
     }
 
-    /// Notes which transient federates have connected to this one, and looks for one that has come to which this one
-    /// sends.
+    /// Notes which federates have connected to this one while the federation runs, and looks for one that has come to
+    /// which this one sends.
     #[cfg(feature = "transients")]
     fn meet_transients<P: Platform>(&mut self, platform: &mut P, execution: &mut Execution<'_, '_, N>) {
         if !N::TRANSIENTS {
@@ -79,9 +81,17 @@ impl<'a, 's, N: Needs> Direct<'a, 's, N> {
         }
         for inbound in self.peers.inbound().iter_mut().filter(|inbound| inbound.is_new) {
             inbound.is_new = false;
-            if let Some(federate) = inbound.from.filter(|federate| execution.machine.may_be_absent(*federate)) {
+            let machine = &execution.machine;
+            let may_come = |federate: &FederateId| machine.is_transient() || machine.may_be_absent(*federate);
+            if let Some(federate) = inbound.from.filter(may_come) {
                 log::debug!("federate {federate} has connected");
                 execution.upstream_comes(federate.0);
+            }
+        }
+        if execution.take_joined() {
+            // They may have left before this federate came. They are waited for once they connect.
+            for federate in self.peers.strangers() {
+                execution.end_inputs(federate, |_| false);
             }
         }
         if execution.phase() == Phase::Running

@@ -434,12 +434,12 @@ impl<'a, 's, P: Platform, N: Needs> FederateLoop<'a, 's, P, N> {
         }
     }
 
-    /// Lets a transient federate that takes part leave in order. Returns whether this federate is such a one.
+    /// Lets a transient federate that the RTI has accepted leave in order. Returns whether this federate is such a one.
     fn leaves_when_interrupted(&mut self) -> bool {
-        let leaves = self.is_transient() && self.execution.phase() >= Phase::Running;
+        let leaves = self.is_transient() && self.execution.phase() >= Phase::Synchronizing;
         #[cfg(feature = "transients")]
         if leaves {
-            self.execution.stop_alone();
+            self.execution.stop_alone(self.platform.now());
         }
         leaves
     }

@@ -78,6 +78,9 @@ pub(super) struct Execution<'a, 's, N: Needs> {
     silent: bool,
     /// The physical time at which the common stop tag became known.
     stop_decided: Instant,
+    /// Whether this federate, which is transient, has joined, and its owner has not noted it.
+    #[cfg(feature = "transients")]
+    has_joined: bool,
     /// The reason why this federate cannot go on, if there is one.
     pub(super) failure: Option<RunError>,
 }
@@ -107,6 +110,8 @@ impl<'a, 's, N: Needs> Execution<'a, 's, N> {
             has_upstream,
             silent: false,
             stop_decided: Instant::NEVER,
+            #[cfg(feature = "transients")]
+            has_joined: false,
             failure: None,
         }
     }
@@ -148,11 +153,18 @@ impl<'a, 's, N: Needs> Execution<'a, 's, N> {
     pub(super) fn join(&mut self, start: Instant, first: Tag) {
         log::debug!("this federate joins at {first}");
         self.engine.join(start, first);
+        self.has_joined = true;
         self.limit_stop();
         if N::AWAITED && self.is_decentralized() {
             let inputs = self.engine.tables().inputs;
             self.awaited.start(first, |port| inputs.get(usize::from(port)).and_then(|input| input.delay));
         }
+    }
+
+    /// Returns whether this federate has joined a federation with decentralized coordination since the last call.
+    #[cfg(feature = "transients")]
+    pub(super) fn take_joined(&mut self) -> bool {
+        core::mem::take(&mut self.has_joined) && self.is_decentralized()
     }
 
     /// Returns the execution in which transient federates upstream are absent, until they come.
@@ -185,11 +197,15 @@ impl<'a, 's, N: Needs> Execution<'a, 's, N> {
         }
     }
 
-    /// Stops this federate alone, as soon as it can: at the next microstep.
+    /// Stops this federate alone, as soon as it can: at the next microstep. It sends nothing there if it has announced
+    /// a later event, because others rely on that. With decentralized coordination it is the physical time instead,
+    /// because what it sends at an earlier tag would come too late.
     #[cfg(feature = "transients")]
-    pub(super) fn stop_alone(&mut self) {
+    pub(super) fn stop_alone(&mut self, now: Instant) {
         if self.phase() == Phase::Running {
-            self.engine.stop_alone();
+            let earliest = if self.is_decentralized() { Tag::at(self.physical(now)) } else { Tag::NEVER };
+            self.engine.stop_alone(earliest);
+            self.silent |= self.machine.has_announced_beyond(self.engine.stop_tag());
         } else {
             self.machine.finish();
         }

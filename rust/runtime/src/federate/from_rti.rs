@@ -9,8 +9,6 @@
 //! When the buffer is full of held messages and none of them can move, no grant can ever be read: that is certain, and
 //! an error that names the input.
 
-#[cfg(feature = "transients")]
-use lf_coordination::federate::Phase;
 use lf_coordination::federate::{Event, FederateError, Needs};
 use lf_coordination::{Endpoint, FederateId, from_wire, to_wire};
 use lf_model::time::{EventTag, Instant, Tag};
@@ -74,7 +72,7 @@ impl<P: Platform, N: Needs> Policy for FromRti<'_, '_, '_, P, N> {
 
     #[cfg(feature = "transients")]
     fn awaits_effective_start(&self) -> bool {
-        self.execution.phase() < Phase::Running && self.execution.machine.is_transient()
+        self.execution.machine.start_time().is_none() && self.execution.machine.is_transient()
     }
 
     fn take(&mut self, message: Message<'_>, held: &Held) -> Result<Disposition, Failed> {
@@ -174,7 +172,7 @@ impl<P: Platform, N: Needs> FromRti<'_, '_, '_, P, N> {
             #[cfg(feature = "transients")]
             Event::Replaced => {
                 log::info!("the RTI tells this federate to leave: it stops alone");
-                self.execution.stop_alone();
+                self.execution.stop_alone(self.now);
             }
             #[cfg(feature = "transients")]
             Event::PeerCame(federate) => *self.peer = Some((federate, true)),

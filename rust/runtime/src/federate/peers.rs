@@ -311,6 +311,13 @@ impl<'a, 's, N: Needs> Peers<'a, 's, N> {
         sends
     }
 
+    /// Returns the federates that are to send directly and have not connected.
+    #[cfg(feature = "transients")]
+    pub(super) fn strangers(&self) -> impl Iterator<Item = u16> {
+        let has_connected = |federate: u16| self.senders().any(|sender| sender.0 == federate);
+        self.federation.peers_in.iter().copied().filter(move |federate| !has_connected(*federate))
+    }
+
     /// Returns the federates that can still send something directly.
     pub(super) fn senders(&self) -> impl Iterator<Item = FederateId> {
         let inbound: &[Inbound<'s>] = if N::PEERS_IN { self.inbound } else { &[] };

@@ -39,7 +39,9 @@ pub(crate) fn own_fault(report: &Report) -> bool {
 /// Returns whether a run has no end because nothing ends it: the program ends by a stop only, and a queue was too small
 /// in a federate that was to request it.
 pub(crate) fn is_endless(scenario: &Scenario, report: &Report, violation: &Violation) -> bool {
-    let asks = |federate: usize| scenario.federates[federate].reactions.iter().any(|one| one.script.stop_at.is_some());
+    let asks = |instance: usize| {
+        scenario.federates[scenario.instances[instance]].reactions.iter().any(|one| one.script.stop_at.is_some())
+    };
     let is_full = |end: &FederateEnd| {
         let FederateEnd::Ended(Err(error)) = end else { return false };
         matches!(error, RunError::Model(_) | RunError::InputFull { .. } | RunError::TagFull { .. })
@@ -56,7 +58,7 @@ pub(crate) fn is_endless(scenario: &Scenario, report: &Report, violation: &Viola
 fn is_tight(scenario: &Scenario) -> bool {
     let may_be_small = |connection: &Connection| {
         let source = &scenario.federates[connection.from.0];
-        let is_rate_known = source.inputs.is_empty() && has_no_actions(source);
+        let is_rate_known = source.inputs.is_empty() && has_no_actions(source) && !source.transient;
         connection.capacity.is_some() || connection.after.is_some_and(|after| after > 0) && !is_rate_known
     };
     scenario.connections.iter().any(may_be_small) && scenario.conditions.receive_spare < AMPLE
@@ -105,7 +107,8 @@ fn stop_tags(scenario: &Scenario, report: &Report) -> Option<Violation> {
     let expected = report.stop_tag(scenario)?;
     let early = scenario.target.timeout.is_none();
     for (federate, trace) in report.traces.iter().enumerate() {
-        if report.left_before_stop(federate) {
+        // A transient federate can stop alone, and one that comes after the end has one tag.
+        if scenario.is_transient(federate) || report.left_before_stop(federate) {
             continue;
         }
         for record in trace.iter().filter(|record| record.last_tag) {
@@ -121,9 +124,18 @@ fn stop_tags(scenario: &Scenario, report: &Report) -> Option<Violation> {
     (granted < asked).then_some(Violation::StopTag { federate: 0, stopped: granted, expected: asked })
 }
 
+/// Returns whether the outcome is the failure of an instance of a transient federate that was struck before it ended,
+/// so that its reason is unknown.
+fn may_have_failed(scenario: &Scenario, report: &Report, outcome: &Outcome) -> bool {
+    let Outcome::Lost { federate, .. } = outcome else { return false };
+    let mut instances = scenario.instances_of(usize::from(federate.0));
+    instances.any(|instance| scenario.is_transient(instance) && report.is_struck(instance))
+}
+
 fn results(scenario: &Scenario, report: &Report) -> Option<Violation> {
     let rti_is_struck = report.struck.iter().any(|(participant, _)| *participant == 0);
-    let stop_all = scenario.conditions.rti.stop_all_after_loss && !report.struck.is_empty();
+    let is_lost = report.struck_persistent(scenario).is_some();
+    let stop_all = scenario.conditions.rti.stop_all_after_loss && is_lost;
     let mut full = false;
     for (federate, end) in report.ends.iter().enumerate() {
         let FederateEnd::Ended(Err(error)) = end else { continue };
@@ -142,13 +154,15 @@ fn results(scenario: &Scenario, report: &Report) -> Option<Violation> {
     for (federate, end) in report.ends.iter().enumerate() {
         let struck = report.struck.iter().any(|(participant, _)| *participant == federate + 1);
         let FederateEnd::Ended(Err(error)) = end else { continue };
-        if !(struck || rti_is_struck || stop_all || full) {
+        // One that comes too late, or while too many others come, finds no place.
+        let is_left_out = scenario.is_transient(federate) && report.first[federate].is_none();
+        if !(struck || rti_is_struck || stop_all || full || is_left_out) {
             return Some(Violation::End { federate: Some(federate), how: error.to_string() });
         }
     }
     match &report.rti {
         Some(Outcome::Complete) | None => None,
-        Some(outcome) if report.struck.is_empty() && !full => {
+        Some(outcome) if !is_lost && !full && !may_have_failed(scenario, report, outcome) => {
             Some(Violation::End { federate: None, how: format!("{outcome:?}") })
         }
         Some(_) => None,

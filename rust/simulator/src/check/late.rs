@@ -2,7 +2,7 @@
 //! Checks decentralized coordination: a federate counts and reports every message that it handles later than intended,
 //! no message that arrived in time is late, none is lost, and the messages of one connection are handled in order.
 
-use lf_compiler::plan::Plan;
+use lf_compiler::plan::{Federate, Plan};
 use lf_model::time::{Interval, Tag};
 
 use super::Violation;
@@ -36,7 +36,11 @@ pub(crate) fn late(scenario: &Scenario, plan: &Plan, report: &Report) -> (LateCo
     let mut violation = None;
     for (federate, lateness) in report.lateness.iter().enumerate() {
         let has_ended = |federate: usize| matches!(report.ends[federate], FederateEnd::Ended(Ok(())));
-        if lateness.lost > 0 && (0..report.ends.len()).all(has_ended) && report.struck.is_empty() {
+        // A transient receiver may leave at any time.
+        let of = scenario.instances[federate];
+        let mut sent = scenario.connections.iter().filter(|connection| connection.from.0 == of);
+        let may_lose = sent.any(|connection| scenario.federates[connection.to.0].transient);
+        if lateness.lost > 0 && !may_lose && (0..report.ends.len()).all(has_ended) && report.struck.is_empty() {
             violation = violation.or(Some(Violation::Lost { federate, messages: lateness.lost }));
         }
         counts.undelivered += lateness.lost;
@@ -46,6 +50,18 @@ pub(crate) fn late(scenario: &Scenario, plan: &Plan, report: &Report) -> (LateCo
         }
     }
     (counts, violation)
+}
+
+/// Returns whether no message was late that a transient federate has sent or received, as is allowed when it comes or
+/// goes. What such a message causes is late, too.
+pub(crate) fn comings_are_in_time(scenario: &Scenario, report: &Report) -> bool {
+    report.lateness.iter().enumerate().all(|(instance, lateness)| {
+        let mut inputs = lateness.handled.iter().zip(&report.senders[instance]);
+        inputs.all(|(handled, sender)| {
+            let is_fleeting = scenario.is_transient(instance) || scenario.is_transient(*sender);
+            !is_fleeting || handled.iter().all(|message| message.intended.is_none())
+        })
+    })
 }
 
 struct Receiver<'a> {
@@ -110,12 +126,17 @@ impl Receiver<'_> {
         let mut happened = handled.iter();
         let mut due = Due::default();
         let mut before: Option<Before> = None;
-        for message in report.sent.iter().filter(|sent| sent.to == federate && sent.port == port) {
+        let mut sent: Vec<_> = report.sent.iter().filter(|sent| sent.to == federate && sent.port == port).collect();
+        // Instances of one federate follow each other.
+        sent.sort_by_key(|message| report.first[message.from]);
+        for message in sent {
             let after_last = before.map(|before| before.expected).filter(|expected| *expected >= message.tag);
             let expected = after_last.map_or(message.tag, Tag::next_microstep);
-            let found = happened.as_slice().first().filter(|found| found.number == message.number).copied();
-            if found.is_none() && (report.is_struck(message.from) || report.is_struck(federate)) {
-                // The message was in transit, or had been written in part.
+            let found = happened.as_slice().first().filter(|found| found.value.number() == message.number).copied();
+            let is_fleeting = self.scenario.is_transient(federate) || self.scenario.is_transient(message.from);
+            let may_miss = report.is_struck(message.from) || report.is_struck(federate) || is_fleeting;
+            if found.is_none() && may_miss {
+                // The message was in transit, or had been written in part, or came when nobody was there.
                 due.may += 1;
                 continue;
             }
@@ -127,7 +148,7 @@ impl Receiver<'_> {
                 }
                 None => self.missing(port, message, expected, &mut due)?,
             };
-            if is_late && !was_late && expected == message.tag && self.is_timely(port, message) {
+            if is_late && !was_late && !is_fleeting && expected == message.tag && self.is_timely(port, message) {
                 let (sent, happened) = (message.tag, found.map(|found| found.tag));
                 return Err(Violation::LateThoughInTime { federate, port, sent, happened });
             }
@@ -159,7 +180,7 @@ impl Receiver<'_> {
             let (sent, happened, intended) = (message.tag, found.tag, found.intended);
             return Err(Violation::Misplaced { federate, port, sent, happened, intended });
         }
-        if is_late && self.is_safe() {
+        if is_late && self.is_safe_from(message.from) {
             let (sent, happened) = (message.tag, Some(found.tag));
             return Err(Violation::LateThoughBounded { federate, port, sent, happened });
         }
@@ -185,7 +206,12 @@ impl Receiver<'_> {
         Ok(true)
     }
 
-    /// Returns whether no message may be late, at any tag.
+    /// Returns whether no message of an instance may be late, at any tag. One that comes is not waited for before.
+    fn is_safe_from(&self, sender: usize) -> bool {
+        self.is_safe() && !self.scenario.is_transient(self.federate) && !self.scenario.is_transient(sender)
+    }
+
+    /// Returns whether all waits are long enough.
     fn is_safe(&self) -> bool {
         self.scenario.decentralized.is_some_and(|it| it.is_safe)
     }
@@ -193,7 +219,7 @@ impl Receiver<'_> {
     /// Returns whether a message arrived before the wait for it could end. No reaction handles it beyond the last tag.
     fn is_timely(&self, port: usize, message: &Sent) -> bool {
         let is_beyond = self.report.stop_tag(self.scenario).is_some_and(|stop| message.tag > stop);
-        let input = &self.plan.federates[self.federate].inputs[port];
+        let input = &self.planned().inputs[port];
         // Bytes that stay in a socket because a buffer is full may be read too late.
         let ample = self.scenario.decentralized.is_some_and(|it| it.peer_spare >= 1 << 16);
         let Some(there) = (if ample { Some(message.arrives) } else { message.read }) else { return false };
@@ -202,9 +228,13 @@ impl Receiver<'_> {
         !is_beyond && (wait == Interval::FOREVER || there <= message.tag.time + wait)
     }
 
+    fn planned(&self) -> &Federate {
+        &self.plan.federates[self.scenario.instances[self.federate]]
+    }
+
     /// Returns whether every reaction that an input triggers has a handler.
     fn has_handlers(&self, port: usize) -> bool {
-        let federate = &self.plan.federates[self.federate];
+        let federate = self.planned();
         let trigger = &federate.triggers[federate.inputs[port].trigger.0];
         let lf_compiler::plan::TriggerKind::NetworkInput { fills, .. } = trigger.kind else { return false };
         let reactions = &federate.ports[fills.0].reactions;

@@ -5,6 +5,7 @@
 mod direct;
 mod ends;
 mod late;
+mod lives;
 mod order;
 mod seen;
 mod traces;
@@ -16,10 +17,11 @@ use lf_model::time::Tag;
 
 pub(crate) use direct::Sent;
 pub(crate) use ends::{ends, is_endless, own_fault};
-pub(crate) use late::{LateCounts, late};
+pub(crate) use late::{LateCounts, comings_are_in_time, late};
+pub(crate) use lives::passed;
 pub(crate) use order::order;
-pub(crate) use seen::Seen;
-pub(crate) use traces::{Difference, Expected, in_order, traces};
+pub(crate) use seen::{Seen, Unpassed};
+pub(crate) use traces::{Difference, Expected, in_order, life, traces};
 pub(crate) use wire::{Counts, Watch};
 
 /// A violation of an invariant.
@@ -65,6 +67,14 @@ pub(crate) enum Violation {
     Mishandled { federate: usize, tag: Tag },
     /// The RTI granted tags or forwarded messages with decentralized coordination.
     Centralized { messages: u64 },
+    /// The RTI forwarded a message that nobody had sent, or one twice.
+    Unsent { federate: usize, port: u16, tag: Tag },
+    /// The RTI has read a message for an instance that was there at its tag, and has not forwarded it.
+    NotPassed { from: usize, to: usize, tag: Tag },
+    /// Two instances of one federate took part at the same time.
+    TwoHeard { first: usize, second: usize },
+    /// An instance of a federate has a tag that an earlier one has had already.
+    Repeated { first: usize, second: usize, tag: Tag, before: Tag },
     /// The program cannot be run at all.
     Program(String),
 }
@@ -93,7 +103,55 @@ impl Violation {
             Self::Order { .. } => "messages-in-order",
             Self::Mishandled { .. } => "late-messages-are-handled",
             Self::Centralized { .. } => "no-grants",
+            Self::Unsent { .. } => "what-is-received-was-sent",
+            Self::NotPassed { .. } => "nothing-is-lost-between-those-who-are-there",
+            Self::TwoHeard { .. } => "one-instance-is-heard",
+            Self::Repeated { .. } => "lives-follow-each-other",
             Self::Program(_) => "program",
+        }
+    }
+}
+
+impl Violation {
+    /// Describes a violation of decentralized coordination.
+    fn fmt_late(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::LateThoughBounded { federate, port, sent, happened: Some(happened) } => {
+                write!(
+                    f,
+                    "a message to input {port} of f{federate} for {sent} happened at {happened}, and waits suffice"
+                )
+            }
+            Self::LateThoughBounded { federate, port, sent, happened: None } => {
+                write!(f, "a message to input {port} of f{federate} for {sent} did not happen, and waits suffice")
+            }
+            Self::LateThoughInTime { federate, port, sent, happened } => {
+                let happened = happened.map_or("never".to_owned(), |tag| format!("at {tag}"));
+                write!(f, "a message to input {port} of f{federate} for {sent} was in time, and happened {happened}")
+            }
+            Self::Unreported { federate, late, counted, reported, warnings } => write!(
+                f,
+                "f{federate} got {late} messages too late, counted {counted}, and reported {reported}, {warnings} of \
+                 them as warnings"
+            ),
+            Self::Lost { federate, messages } => {
+                write!(f, "f{federate} lost {messages} messages, and no federate left early")
+            }
+            Self::Misplaced { federate, port, sent, happened, intended: Some(intended) } => write!(
+                f,
+                "a message to input {port} of f{federate} for {sent} happened at {happened}, as if for {intended}"
+            ),
+            Self::Misplaced { federate, port, sent, happened, intended: None } => {
+                write!(f, "a message to input {port} of f{federate} for {sent} happened at {happened}, as if in time")
+            }
+            Self::Order { federate, port, tag } => {
+                write!(f, "what happened at {tag} at input {port} of f{federate} was not sent, or not in that order")
+            }
+            Self::Mishandled { federate, tag } => {
+                write!(f, "f{federate} ran a body at {tag} instead of a handler of late messages, or the reverse")
+            }
+            Self::Centralized { messages } => write!(f, "{messages} messages were those of centralized coordination"),
+            _ => Ok(()),
         }
     }
 }
@@ -131,41 +189,29 @@ impl fmt::Display for Violation {
             Self::Capacity { federate, most, capacity } => {
                 write!(f, "a queue of f{federate} held {most} events, and is to hold {capacity}")
             }
-            Self::LateThoughBounded { federate, port, sent, happened: Some(happened) } => {
+            Self::LateThoughBounded { .. }
+            | Self::LateThoughInTime { .. }
+            | Self::Unreported { .. }
+            | Self::Lost { .. }
+            | Self::Misplaced { .. }
+            | Self::Order { .. }
+            | Self::Mishandled { .. }
+            | Self::Centralized { .. } => self.fmt_late(f),
+            Self::Unsent { federate, port, tag } => {
+                write!(f, "f{federate} got a message at port {port} for {tag} that was not sent, or got it before")
+            }
+            Self::NotPassed { from, to, tag } => {
+                write!(f, "the RTI has not forwarded a message of f{from} to f{to} for {tag}, which was there then")
+            }
+            Self::TwoHeard { first, second } => {
+                write!(f, "instance f{second} took part while instance f{first} of the same federate did")
+            }
+            Self::Repeated { first, second, tag, before } => {
                 write!(
                     f,
-                    "a message to input {port} of f{federate} for {sent} happened at {happened}, and waits suffice"
+                    "instance f{second} is at {tag} though instance f{first} of the same federate was at {before}"
                 )
             }
-            Self::LateThoughBounded { federate, port, sent, happened: None } => {
-                write!(f, "a message to input {port} of f{federate} for {sent} did not happen, and waits suffice")
-            }
-            Self::LateThoughInTime { federate, port, sent, happened } => {
-                let happened = happened.map_or("never".to_owned(), |tag| format!("at {tag}"));
-                write!(f, "a message to input {port} of f{federate} for {sent} was in time, and happened {happened}")
-            }
-            Self::Unreported { federate, late, counted, reported, warnings } => write!(
-                f,
-                "f{federate} got {late} messages too late, counted {counted}, and reported {reported}, {warnings} of \
-                 them as warnings"
-            ),
-            Self::Lost { federate, messages } => {
-                write!(f, "f{federate} lost {messages} messages, and no federate left early")
-            }
-            Self::Misplaced { federate, port, sent, happened, intended: Some(intended) } => write!(
-                f,
-                "a message to input {port} of f{federate} for {sent} happened at {happened}, as if for {intended}"
-            ),
-            Self::Misplaced { federate, port, sent, happened, intended: None } => {
-                write!(f, "a message to input {port} of f{federate} for {sent} happened at {happened}, as if in time")
-            }
-            Self::Order { federate, port, tag } => {
-                write!(f, "what happened at {tag} at input {port} of f{federate} was not sent, or not in that order")
-            }
-            Self::Mishandled { federate, tag } => {
-                write!(f, "f{federate} ran a body at {tag} instead of a handler of late messages, or the reverse")
-            }
-            Self::Centralized { messages } => write!(f, "{messages} messages were those of centralized coordination"),
             Self::Program(error) => f.write_str(error),
         }
     }

@@ -27,15 +27,26 @@ pub(crate) struct Seen {
     pub(crate) left: Option<u64>,
     /// Whether the RTI has announced that it continues without it, and reads no more of its messages.
     pub(super) is_expelled: bool,
+    /// The effective start of an instance of a transient federate.
+    pub(crate) first: Option<Tag>,
+    /// The latest tag that it has reported complete.
+    pub(super) completed: Tag,
+    /// The time at which its process or its connection ended.
+    pub(super) lost: Option<u64>,
 }
 
 /// A message that the RTI has read and not forwarded.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Unpassed {
+pub(crate) struct Unpassed {
+    /// The instance that has sent it, and the federate that it is for.
     pub(super) from: usize,
     pub(super) to: usize,
     pub(super) port: u16,
     pub(super) tag: Tag,
+    /// The number of its value.
+    pub(super) number: u64,
+    /// The time at which the RTI has read it.
+    pub(super) read: u64,
 }
 
 impl Seen {
@@ -51,7 +62,15 @@ impl Seen {
         stop: None,
         left: None,
         is_expelled: false,
+        first: None,
+        completed: Tag::NEVER,
+        lost: None,
     };
+
+    /// Returns the time from which on the instance takes no part.
+    pub(crate) fn over(&self) -> Option<u64> {
+        [self.left, self.lost].into_iter().flatten().min()
+    }
 
     /// Notes a proposed stop tag: the federate will not begin it or a later tag before the RTI has decided, whatever is
     /// granted.

@@ -50,14 +50,15 @@ pub(crate) struct Expected {
     pub(crate) prefix: bool,
 }
 
-/// Compares the traces of all federates with that of the same program run unfederated.
-pub(crate) fn traces(federates: &[Vec<Record>], alone: &[Record], expected: &[Expected]) -> Option<Violation> {
+/// Compares the traces of federates with that of the same program run unfederated, where one is expected.
+pub(crate) fn traces(federates: &[Vec<Record>], alone: &[Record], expected: &[Option<Expected>]) -> Option<Violation> {
     let last = alone.iter().find(|record| record.last_tag).map(|record| record.tag);
     let alone = by_instance(alone);
     for (federate, (trace, expected)) in federates.iter().zip(expected).enumerate() {
         if let Some(violation) = tag_order(federate, trace) {
             return Some(violation);
         }
+        let Some(expected) = expected else { continue };
         let ended_together = trace.iter().all(|record| !record.last_tag || Some(record.tag) == last);
         let found = by_instance(trace);
         let of_this = alone.keys().filter(|instance| instance.federate == federate);
@@ -70,6 +71,18 @@ pub(crate) fn traces(federates: &[Vec<Record>], alone: &[Record], expected: &[Ex
         }
     }
     None
+}
+
+/// Compares the trace of an instance of a transient federate with that of the same federate alone, which begins with
+/// the same tag and receives the same: it is the beginning of that, apart from the last tag.
+pub(crate) fn life(instance: usize, trace: &[Record], alone: &[Record]) -> Option<Violation> {
+    let expected = Expected { before: Tag::FOREVER, prefix: true };
+    let alone = by_instance(alone);
+    by_instance(trace).into_iter().find_map(|(of, found)| {
+        let other = alone.get(&of).map(Vec::as_slice).unwrap_or_default();
+        let difference = compare(&found, other, expected, false)?;
+        Some(Violation::Trace { federate: instance, difference })
+    })
 }
 
 /// Checks only that the tags of each federate do not decrease.

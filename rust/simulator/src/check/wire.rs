@@ -1,14 +1,19 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Observes every connection: no later message may violate a grant.
 
+use std::collections::{BTreeMap, BTreeSet};
+
 use lf_coordination::from_wire;
+use lf_model::Payload as _;
 use lf_model::time::Tag;
 use lf_testkit::random::combine;
-use lf_wire::{Decoded, Limits, Message, QueryEnd, decode};
+use lf_wire::{Decoded, Limits, Message, QueryEnd, decode, decode_to_transient};
 
 use super::Violation;
 use super::direct::{Direct, Written};
 use super::seen::{Seen, Unpassed};
+use crate::program::Value;
+use crate::scenario::Scenario;
 
 /// The numbers of messages of some kinds.
 #[derive(Clone, Copy, Debug, Default)]
@@ -56,10 +61,16 @@ struct Tap {
 /// The observer of every connection.
 #[derive(Debug)]
 pub(crate) struct Watch {
+    /// The federate of each instance, and whether it is transient.
+    instances: Vec<(usize, bool)>,
     taps: Vec<Tap>,
     pub(crate) seen: Vec<Seen>,
     /// The messages in the order in which they were read.
-    unpassed: Vec<Unpassed>,
+    pub(crate) unpassed: Vec<Unpassed>,
+    /// The pairs of federates with a delay in between.
+    delayed: BTreeSet<(usize, usize)>,
+    /// By receiver and port: the last message that the RTI has forwarded, with its sender.
+    passed: BTreeMap<(usize, u16), (usize, Tag)>,
     /// The connections between federates.
     pub(crate) direct: Direct,
     pub(crate) counts: Counts,
@@ -85,12 +96,24 @@ fn is_centralized(message: &Message<'_>) -> bool {
 }
 
 impl Watch {
-    pub(crate) fn new(federates: usize) -> Self {
+    pub(crate) fn new(scenario: &Scenario) -> Self {
+        let instances = (0..).zip(&scenario.instances);
+        let instances = instances.map(|(instance, federate)| (*federate, scenario.is_transient(instance)));
+        let delayed = scenario.connections.iter().filter(|one| one.after.is_some_and(|after| after > 0));
+        let delayed = delayed.map(|one| (one.from.0, one.to.0)).collect();
+        Self { delayed, ..Self::of(instances.collect()) }
+    }
+
+    /// Returns the observer of these instances.
+    fn of(instances: Vec<(usize, bool)>) -> Self {
         Self {
             taps: Vec::new(),
             direct: Direct::default(),
-            seen: vec![Seen::NOTHING; federates],
+            seen: vec![Seen::NOTHING; instances.len()],
+            instances,
             unpassed: Vec::new(),
+            delayed: BTreeSet::new(),
+            passed: BTreeMap::new(),
             counts: Counts::default(),
             digest: 0,
             violation: None,
@@ -126,6 +149,13 @@ impl Watch {
         }
     }
 
+    /// Notes that the process or the connection of a participant has ended.
+    pub(crate) fn lose(&mut self, participant: usize, now: u64) {
+        if let Some(seen) = participant.checked_sub(1).and_then(|instance| self.seen.get_mut(instance)) {
+            seen.lost.get_or_insert(now);
+        }
+    }
+
     /// Notes that this number of bytes of a direction were read.
     pub(crate) fn read(&mut self, connection: usize, direction: usize, count: usize, now: u64) {
         if self.direct.has(connection) {
@@ -147,13 +177,22 @@ impl Watch {
         let mut query_end = if direction == 0 { std::mem::take(&mut tap.query_end) } else { QueryEnd::NONE };
         let mut at = usize::from(query_end.take(&bytes[..end]).is_some());
         while at < end {
-            match decode(&bytes[at..end], &Limits::NONE) {
+            let awaits_start = direction == 1 && self.awaits_start(federate);
+            let rest = &bytes[at..end];
+            let decoded = if awaits_start {
+                decode_to_transient(rest, &Limits::NONE, |_| true)
+            } else {
+                decode(rest, &Limits::NONE)
+            };
+            match decoded {
                 Ok(Decoded::Complete { message, len }) => {
                     at += len;
                     query_end.follow(&message);
                     at += usize::from(query_end.take(&bytes[at..end]).is_some());
                     self.counts.messages += 1;
-                    self.counts.centralized += u64::from(is_centralized(&message));
+                    // A transient federate tells the RTI its last tag, whatever the coordination.
+                    let is_last = matches!(message, Message::LatestTagComplete(_)) && self.instances[federate].1;
+                    self.counts.centralized += u64::from(is_centralized(&message) && !is_last);
                     if self.prints {
                         let way = if direction == 0 { "->" } else { "<-" };
                         println!("{now:12} f{federate} {way} RTI {message:?}");
@@ -186,12 +225,20 @@ impl Watch {
         self.violation.get_or_insert(violation);
     }
 
+    /// Returns whether an instance is one of a transient federate that does not know its first tag.
+    fn awaits_start(&self, instance: usize) -> bool {
+        self.instances.get(instance).is_some_and(|(_, is_transient)| *is_transient)
+            && self.seen[instance].first.is_none()
+    }
+
     fn hear_federate(&mut self, federate: usize, message: &Message<'_>, now: u64) {
         if self.seen.get(federate).is_some_and(|seen| seen.is_expelled) {
             return;
         }
-        if let Message::TaggedMessage { federate: to, port, tag: wire, .. } = *message {
-            self.unpassed.push(Unpassed { from: federate, to: to.into(), port, tag: from_wire(wire) });
+        if let Message::TaggedMessage { federate: to, port, tag, payload } = *message {
+            let number = Value::decode(payload).map_or(0, Value::number);
+            let (to, tag) = (to.into(), from_wire(tag));
+            self.unpassed.push(Unpassed { from: federate, to, port, tag, number, read: now });
         }
         if let Message::TaggedMessage { federate: to, tag: wire, .. } = *message
             && let Some(receiver) = self.seen.get_mut(usize::from(to))
@@ -207,6 +254,7 @@ impl Watch {
                     seen.in_transit.pop_first();
                 }
                 seen.announce(seen.announced.max(from_wire(last).next_microstep()));
+                seen.completed = seen.completed.max(from_wire(last));
             }
             Message::StopRequest(named) => {
                 self.counts.stop_requests += 1;
@@ -221,10 +269,17 @@ impl Watch {
     /// Notes that the RTI forwards a message, or that it stops to, and drops all that it holds of the sender.
     fn follow_passing(&mut self, federate: usize, message: &Message<'_>) {
         match *message {
-            Message::TaggedMessage { port, tag, .. } => {
-                let is_it = |it: &Unpassed| (it.to, it.port, it.tag) == (federate, port, from_wire(tag));
-                if let Some(place) = self.unpassed.iter().position(is_it) {
-                    self.unpassed.remove(place);
+            Message::TaggedMessage { port, tag, payload, .. } => {
+                let tag = from_wire(tag);
+                let to = self.instances[federate].0;
+                let number = Value::decode(payload).map_or(0, Value::number);
+                let is_it = |it: &Unpassed| (it.to, it.port, it.tag, it.number) == (to, port, tag, number);
+                match self.unpassed.iter().position(is_it) {
+                    Some(place) => {
+                        let from = self.unpassed.remove(place).from;
+                        self.check_sender(from, federate, port, tag);
+                    }
+                    None => self.report(Violation::Unsent { federate, port, tag }),
                 }
             }
             Message::Failed => {
@@ -238,8 +293,41 @@ impl Watch {
         }
     }
 
+    /// Checks that no later instance of its sender was heard before a message, and no earlier one has sent that tag. A
+    /// delay can give messages of two tags one tag.
+    fn check_sender(&mut self, from: usize, to: usize, port: u16, tag: Tag) {
+        let Some((other, before)) = self.passed.insert((to, port), (from, tag)) else { return };
+        let first = |instance: usize| self.seen[instance].first;
+        let is_delayed = self.delayed.contains(&(self.instances[from].0, self.instances[to].0));
+        if other != from && first(other) > first(from) {
+            self.report(Violation::TwoHeard { first: from, second: other });
+        } else if other != from && (tag < before || tag == before && !is_delayed) {
+            self.report(Violation::Repeated { first: other, second: from, tag, before });
+        }
+    }
+
+    /// Checks the first tag of an instance: no other one of its federate is heard, and those before have not had it.
+    fn begin_life(&mut self, instance: usize, first: Tag) {
+        let federate = self.instances[instance].0;
+        for other in (0..self.instances.len()).filter(|it| *it != instance && self.instances[*it].0 == federate) {
+            let seen = &self.seen[other];
+            if seen.first.is_some() && seen.over().is_none() && !seen.is_expelled {
+                self.violation.get_or_insert(Violation::TwoHeard { first: other, second: instance });
+            }
+            if first <= seen.completed {
+                let before = seen.completed;
+                let violation = Violation::Repeated { first: other, second: instance, tag: first, before };
+                self.violation.get_or_insert(violation);
+            }
+        }
+        self.seen[instance].first = Some(first);
+    }
+
     fn hear_rti(&mut self, federate: usize, message: &Message<'_>) {
         self.follow_passing(federate, message);
+        if let Message::EffectiveStart { tag, .. } = *message {
+            self.begin_life(federate, from_wire(tag));
+        }
         let Some(seen) = self.seen.get_mut(federate) else { return };
         let violation = match *message {
             Message::TaggedMessage { tag: wire, port, .. } => {
@@ -247,7 +335,9 @@ impl Watch {
                 seen.count(usize::from(port), from_wire(wire));
                 let message = from_wire(wire);
                 let violated = |grant, granted| Violation::GrantViolated { federate, grant, granted, message };
-                if message <= seen.granted {
+                if seen.first.is_some_and(|first| message < first) {
+                    Some(violated("its effective start", seen.first.unwrap_or(message)))
+                } else if message <= seen.granted {
                     Some(violated("TAG", seen.granted))
                 } else if message < seen.provisional {
                     Some(violated("PTAG", seen.provisional))
@@ -320,7 +410,7 @@ mod tests {
 
     /// Returns the tag before which all messages of the first of two federates count.
     fn announced(said: &[Message<'_>], heard: &[Message<'_>]) -> Tag {
-        let mut watch = Watch::new(2);
+        let mut watch = Watch::of(vec![(0, false), (1, false)]);
         watch.begin(0, 1, 0);
         let said: Vec<u8> = said.iter().flat_map(encoded).collect();
         watch.write(0, 0, &said, 0, 0);

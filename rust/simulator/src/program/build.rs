@@ -55,7 +55,10 @@ impl Scripted {
             let cell = cell(TriggerId(id), trigger, played, side);
             cell.ok_or_else(|| BuildError { trigger: trigger.name.to_owned(), capacity: trigger.capacity })
         };
-        let cells = (0..).zip(&planned.triggers).map(cell).collect::<Result<Vec<_>, _>>()?;
+        let mut cells = (0..).zip(&planned.triggers).map(cell).collect::<Result<Vec<_>, _>>()?;
+        if scenario.has_transients() && played.is_none() {
+            cells = cells.into_iter().map(|cell| cell.logged(side)).collect();
+        }
         let startup = federate.triggers.iter().find(|trigger| trigger.kind == TriggerKind::Startup);
         let started = |index: usize| startup.is_some_and(|it| it.reactions.iter().any(|reaction| reaction.0 == index));
         let bodies = federate.reactions.iter().enumerate();

@@ -157,7 +157,7 @@ pub(crate) fn queued(port: PortId, capacity: usize) -> Option<Cell> {
 /// Returns an input whose messages can be tardy.
 pub(crate) fn tardy(port: PortId, capacity: usize, side: &'static Side) -> Option<Cell> {
     let queue: Option<Box<dyn AnyQueue>> = by_capacity!(capacity, N => Box::new(TardyInput::<Value, N>::new(port)));
-    let kept = Some(TardyLog { side, handled: Vec::new() });
+    let kept = Some(InputLog { side, handled: Vec::new() });
     queue.map(|queue| Cell::Queued(Queued { queue, capacity, pending: 0, most: 0, kept }))
 }
 
@@ -189,6 +189,14 @@ impl Cell {
 }
 
 impl Cell {
+    /// Returns the same cell, which keeps a log if it is a queue.
+    pub(crate) fn logged(mut self, side: &'static Side) -> Self {
+        if let Self::Queued(queued) = &mut self {
+            queued.kept.get_or_insert(InputLog { side, handled: Vec::new() });
+        }
+        self
+    }
+
     /// Returns the queue of a trigger in a mode; physical actions are in no mode in the simulator.
     pub(crate) fn as_mode(&mut self) -> Option<&mut dyn ModeCell> {
         match self {
@@ -219,12 +227,12 @@ pub(crate) struct Queued {
     pending: usize,
     /// The maximum number of messages that it held.
     pub(crate) most: usize,
-    /// The log of an input whose messages can be tardy.
-    pub(crate) kept: Option<TardyLog>,
+    /// The log of a network input, where a check needs it.
+    pub(crate) kept: Option<InputLog>,
 }
 
-/// The log of an input whose messages can be tardy.
-pub(crate) struct TardyLog {
+/// The log of a network input.
+pub(crate) struct InputLog {
     side: &'static Side,
     /// The handled messages.
     pub(crate) handled: Vec<Handled>,
@@ -234,8 +242,7 @@ pub(crate) struct TardyLog {
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub(crate) struct Handled {
     pub(crate) tag: Tag,
-    /// The number of its value.
-    pub(crate) number: u64,
+    pub(crate) value: Value,
     /// The intended tag according to the queue, if the message was tardy.
     pub(crate) intended: Option<Tag>,
     /// The virtual time at which the queue released it.
@@ -289,7 +296,7 @@ impl TriggerCell for Queued {
         }
         let intended = self.queue.intended();
         if let (Some(kept), Some(value)) = (&mut self.kept, self.queue.port().value()) {
-            kept.handled.push(Handled { tag, number: value.number(), intended, at: kept.side.now() });
+            kept.handled.push(Handled { tag, value: *value, intended, at: kept.side.now() });
         }
         next
     }

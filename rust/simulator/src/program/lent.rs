@@ -171,6 +171,13 @@ impl Lent {
         let work_ns = combine(digest, 2).checked_rem(body.script.work_ns.unsigned_abs()).unwrap_or(0);
         *record = Some(Record { tag, instance: body.id, reaction: body.number, digest, last_tag, work_ns });
         memory.side.work(work_ns);
+        if body.script.plays {
+            let value = body.reads.first().and_then(|variable| Self::read(own, memory, *variable)).flatten();
+            if let (Some(value), Some((_, Own::Port(Place::Own(port))))) = (value, own.first_mut()) {
+                ctx.set(port, value);
+            }
+            return;
+        }
         for (position, effect) in (0..).zip(&body.effects) {
             let choice = combine(digest, 100 + position);
             let own = own.iter_mut().find(|(own, _)| *own == effect.variable).map(|(_, own)| own);
@@ -188,6 +195,9 @@ impl Lent {
             } else if energy > 0 && choice % 100 < body.script.percent {
                 cause(effect, own, choice, (energy, body.script.offset_ns), ctx);
             }
+        }
+        if body.script.leave_at == Some(body.runs) && !memory.replayed {
+            ctx.stop();
         }
         if body.script.stop_at == Some(body.runs) && !memory.replayed {
             let offset = body.script.stop_offset_ns;

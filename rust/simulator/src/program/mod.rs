@@ -119,7 +119,12 @@ impl Scripted {
         })
     }
 
-    /// Returns the handled messages by network input, where they can be tardy.
+    /// Sets the state of all instances before the first tag, which is the seed otherwise.
+    pub(crate) fn set_states(&mut self, state: u64) {
+        self.states.fill(state);
+    }
+
+    /// Returns the handled messages by network input, where a check needs them.
     pub(crate) fn handled(&self) -> impl Iterator<Item = &[Handled]> {
         self.tables.inputs.iter().map(|input| match &self.memory.cells[usize::from(input.trigger.0)] {
             Cell::Queued(Queued { kept: Some(kept), .. }) => &kept.handled[..],

@@ -7,7 +7,7 @@ use lf_compiler::plan::Plan;
 use lf_model::time::{Instant, Interval, Tag};
 use lf_model::{Env, ModelError, Outgoing, Outside, Program as _, Progress, SendError, Settings};
 
-use super::federate::EngineMemory;
+use super::federate::{EngineMemory, first_state};
 use crate::program::{Played, Record, Runs, Scripted};
 use crate::scenario::Scenario;
 use lf_testkit::world::Side;
@@ -18,6 +18,8 @@ const TAGS_MAX: u32 = 10_000_000;
 /// The decisions of the federated run, which are random to the program.
 pub(crate) struct Decided<'a> {
     pub(crate) start: Instant,
+    /// The instance that the program stands for, and its first tag, if it is one of a transient federate.
+    pub(crate) joined: Option<(usize, Tag)>,
     /// The granted stop.
     pub(crate) stop: Option<Tag>,
     /// The times of physical actions.
@@ -38,6 +40,9 @@ pub(crate) fn run_alone(
     let main = &plan.federates[0];
     let mut program =
         Scripted::new(scenario, plan, main, side, Some(decided.played), runs).map_err(|error| error.to_string())?;
+    if let Some((instance, _)) = decided.joined {
+        program.set_states(first_state(scenario, instance));
+    }
     let settings = Settings {
         federated: false,
         timeout: plan.target.timeout_ns.map(Interval::from_nanos),
@@ -48,7 +53,10 @@ pub(crate) fn run_alone(
     let mut memory = EngineMemory::new(tables);
     let mut engine = memory.engine(tables, settings);
     let mut world = Still(side);
-    engine.start(decided.start);
+    match decided.joined {
+        Some((_, first)) => engine.join(decided.start, first),
+        None => engine.start(decided.start),
+    }
     if let Some(stop) = decided.stop {
         engine.set_stop_tag(stop);
     }
@@ -96,10 +104,19 @@ pub(crate) fn work_alone(
     start: Instant,
     played: &Played,
 ) -> Option<Vec<BTreeMap<i64, Vec<i64>>>> {
-    let decided = Decided { start, stop: None, played, until: Tag::FOREVER };
+    let decided = Decided { start, joined: None, stop: None, played, until: Tag::FOREVER };
     let trace = run_alone(scenario, plan, &decided, Runs::OneByOne).ok()??;
+    work(scenario, start, trace.iter())
+}
+
+/// Returns the work in these records in the same form.
+pub(super) fn work<'r>(
+    scenario: &Scenario,
+    start: Instant,
+    trace: impl Iterator<Item = &'r Record>,
+) -> Option<Vec<BTreeMap<i64, Vec<i64>>>> {
     let mut tags: Vec<BTreeMap<Tag, i64>> = vec![BTreeMap::new(); scenario.federates.len()];
-    for record in &trace {
+    for record in trace {
         *tags.get_mut(record.instance.federate)?.entry(record.tag).or_default() +=
             i64::try_from(record.work_ns).ok()?;
     }

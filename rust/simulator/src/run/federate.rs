@@ -11,7 +11,7 @@ use lf_runtime::{
     RunError,
 };
 use lf_testkit::network::address_of;
-
+use lf_testkit::random::combine;
 use lf_testkit::trace::Records;
 
 use super::rti::{FEDERATION_ID, PORT};
@@ -68,11 +68,13 @@ impl FederateMemory {
     pub(super) fn new(
         scenario: &Scenario,
         plan: &Plan,
-        federate: &plan::Federate,
+        instance: usize,
         platform: Virtual,
         records: Option<Records>,
     ) -> Result<Self, BuildError> {
-        let program = Scripted::new(scenario, plan, federate, platform.side(), None, Runs::OneByOne)?;
+        let federate = &plan.federates[scenario.instances[instance]];
+        let mut program = Scripted::new(scenario, plan, federate, platform.side(), None, Runs::OneByOne)?;
+        program.set_states(first_state(scenario, instance));
         let tables = program.tables();
         let target = &plan.target;
         let settings = Settings {
@@ -123,6 +125,12 @@ impl FederateMemory {
     }
 }
 
+/// Returns the state of an instance of a federate before its first tag. It differs for each, and so do the values that
+/// they send.
+pub(super) fn first_state(scenario: &Scenario, instance: usize) -> u64 {
+    if instance < scenario.federates.len() { scenario.seed } else { combine(scenario.seed, instance as u64) }
+}
+
 /// Returns the configuration of the federation, as generated code has it.
 fn federation(plan: &Plan, federate: &plan::Federate, tables: &Tables) -> Federation {
     let planned = lf_compiler::tables::Tables::of(plan, federate);
@@ -141,6 +149,7 @@ fn federation(plan: &Plan, federate: &plan::Federate, tables: &Tables) -> Federa
         downstream: federate.downstream.clone().leak(),
         peers_in: federate.peers_in().leak(),
         peers_out: federate.peers_out().leak(),
+        transients: plan.transient_neighbors(federate).leak(),
         awaited: awaited.leak(),
         clock_sync: match plan.target.clock_sync {
             plan::ClockSync::Off => ClockSync::Off,

@@ -7,6 +7,7 @@ mod reports;
 mod rti;
 
 use std::cell::RefCell;
+use std::collections::BTreeMap;
 use std::rc::Rc;
 
 use lf_compiler::plan::{Federate, InputIndex, Plan};
@@ -22,7 +23,7 @@ use lf_testkit::world::{Shared, Side};
 pub(crate) use alone::{Decided, run_alone, work_alone};
 pub(crate) use reports::Reports;
 
-use crate::check::{Counts, Seen, Sent, Violation};
+use crate::check::{Counts, Seen, Sent, Unpassed, Violation};
 use crate::program::{BuildError, Handled, Played, Record as Ran, Value};
 use crate::scenario::{Fault, FaultKind, Scenario};
 use crate::world::{Cables, World, strike, world};
@@ -64,8 +65,8 @@ pub(crate) struct Report {
     pub(crate) traces: Vec<Vec<Ran>>,
     /// The stops that reactions requested.
     pub(crate) stops: Vec<Tag>,
-    /// The times of physical actions.
-    pub(crate) played: Played,
+    /// By instance: the times of physical actions.
+    pub(crate) played: Vec<Played>,
     /// The recordings of the RTI, and then of each federate, as far as they recorded.
     pub(crate) records: Vec<Option<Records>>,
     pub(crate) rti_log: RtiLog,
@@ -88,6 +89,11 @@ pub(crate) struct Report {
     pub(crate) sent: Vec<Sent>,
     /// By federate: the time at which the RTI read that it had left.
     pub(crate) left: Vec<Option<u64>>,
+    /// By instance: its effective start, if it is one of a transient federate, and the time from which on it is over.
+    pub(crate) first: Vec<Option<Tag>>,
+    pub(crate) over: Vec<Option<u64>>,
+    /// The messages that the RTI has read and not forwarded.
+    pub(crate) unpassed: Vec<Unpassed>,
     pub(crate) lateness: Vec<Lateness>,
     /// The clocks of all participants.
     pub(crate) sides: Vec<&'static Side>,
@@ -105,9 +111,25 @@ impl Report {
         self.rti_log.started
     }
 
+    /// Returns the work of each federate's reactions, by time after the start, of each tag at that time.
+    pub(crate) fn work(&self, scenario: &Scenario) -> Option<Vec<BTreeMap<i64, Vec<i64>>>> {
+        alone::work(scenario, self.started()?, self.traces.iter().flatten())
+    }
+
+    /// Returns the times of physical actions of all federates that are there once.
+    pub(crate) fn all_played(&self) -> Played {
+        self.played.iter().flatten().map(|(name, events)| (name.clone(), events.clone())).collect()
+    }
+
     /// Returns whether a fault affected a federate.
     pub(crate) fn is_struck(&self, federate: usize) -> bool {
         self.struck.iter().any(|(participant, _)| *participant == federate + 1)
+    }
+
+    /// Returns a participant that is no instance of a transient federate and that a fault affected.
+    pub(crate) fn struck_persistent(&self, scenario: &Scenario) -> Option<usize> {
+        let stays = |participant: &usize| *participant == 0 || !scenario.is_transient(participant - 1);
+        self.struck.iter().map(|(participant, _)| *participant).find(stays)
     }
 
     /// Returns the last tag of all federates, if one follows from the program and the granted stop.
@@ -205,84 +227,91 @@ pub(crate) struct OutputOptions {
     pub(crate) records: bool,
 }
 
+/// Returns the recorders of all participants that record, which are `all` or those with physical actions.
+fn recorders(scenario: &Scenario, all: bool) -> Vec<Option<Records>> {
+    // The recordings show the times of physical actions.
+    let of_federates = all || scenario.has_physical_actions();
+    let is_kept = |participant: usize| if participant == 0 { all } else { of_federates };
+    (0..=scenario.instances.len()).map(|participant| is_kept(participant).then(Records::default)).collect()
+}
+
 /// Runs a scenario whose federation has this plan.
 pub(crate) fn run(scenario: &Scenario, plan: &Plan, options: OutputOptions) -> Result<Report, BuildError> {
     let OutputOptions { prints, records } = options;
     reports::listen();
     reports::take();
-    let world = world(&scenario.conditions, combine(scenario.seed, 11));
+    let world = world(scenario, combine(scenario.seed, 11));
     world.lock().network.medium_mut().watch.prints = prints;
     let rti_log = Rc::new(RefCell::new(RtiLog::default()));
     let mut buffers = RtiBuffers::new(scenario, plan.federates.len());
-    // The recordings show the times of physical actions.
-    let of_federates = records || scenario.has_physical_actions();
-    let recorded = |is_kept: bool| is_kept.then(Records::default);
-    let records: Vec<_> =
-        (0..=plan.federates.len()).map(|index| recorded(if index == 0 { records } else { of_federates })).collect();
+    let (instances, records) = (scenario.instances.len(), recorders(scenario, records));
     let notices = note_into(Rc::clone(&rti_log), prints);
     let mut rti = RtiMemory::new(scenario, plan, world.platform(0), notices, &mut buffers, records[0].clone());
     let mut federates = Vec::new();
-    for (index, federate) in (1..).zip(&plan.federates) {
-        let records = records[index].clone();
-        federates.push(FederateMemory::new(scenario, plan, federate, world.platform(index), records)?);
+    for instance in 0..instances {
+        let (platform, records) = (world.platform(instance + 1), records[instance + 1].clone());
+        federates.push(FederateMemory::new(scenario, plan, instance, platform, records)?);
     }
     let mut stage = Stage {
         participants: std::iter::once(Participant::NotYet(ParticipantMemory::Rti(&mut rti)))
             .chain(federates.iter_mut().map(|memory| Participant::NotYet(ParticipantMemory::Federate(memory))))
             .collect(),
-        ends: vec![FederateEnd::Gone; plan.federates.len()],
-        ended: vec![None; plan.federates.len()],
-        counted: vec![Counted::default(); plan.federates.len()],
+        ends: vec![FederateEnd::Gone; instances],
+        ended: vec![None; instances],
+        counted: vec![Counted::default(); instances],
         outcome: None,
         faults: scenario.faults.clone(),
-        first_fault: None,
+        started: None,
         struck: Vec::new(),
         turns: 0,
         progress: Progress::default(),
         cut_short: false,
     };
-    stage.faults.sort_by_key(|fault| fault.at);
     let violation = stage.play(&world, &rti_log);
     let Stage { ends, ended, counted, outcome, struck, turns, participants, cut_short, .. } = stage;
     drop(participants);
     let world = world.lock();
     let Cables { watch, refused_writes, .. } = world.network.medium();
+    let planned = || scenario.instances.iter().map(|federate| &plan.federates[*federate]);
     let mut report = Report {
         rti: outcome,
         ends,
         traces: Vec::new(),
         stops: Vec::new(),
-        played: Played::new(),
+        played: Vec::new(),
         records: records.clone(),
         rti_log: rti_log.borrow().clone(),
         struck,
         granted: watch.seen.iter().map(|seen| seen.stop).collect(),
-        capacities: plan.federates.iter().map(capacities).collect(),
-        senders: plan.federates.iter().map(senders).collect(),
+        capacities: planned().map(capacities).collect(),
+        senders: planned().map(senders).collect(),
         ended,
-        bursts: plan.federates.iter().zip(&watch.seen).map(|(federate, seen)| bursts(federate, seen)).collect(),
+        bursts: planned().zip(&watch.seen).map(|(federate, seen)| bursts(federate, seen)).collect(),
         has_named: watch.seen.iter().map(|seen| seen.has_named).collect(),
         announced: watch.seen.iter().map(|seen| seen.announced).collect(),
         counts: watch.counts,
-        sent: watch.direct.sent.iter().filter_map(|sent| to_input(plan, sent)).collect(),
+        sent: watch.direct.sent.iter().filter_map(|sent| to_input(scenario, plan, sent)).collect(),
+        first: watch.seen.iter().map(|seen| seen.first).collect(),
+        over: watch.seen.iter().map(Seen::over).collect(),
+        unpassed: watch.unpassed.clone(),
         left: watch.seen.iter().map(|seen| seen.left).collect(),
         lateness: Vec::new(),
-        sides: (0..=plan.federates.len()).map(|participant| world.side(participant)).collect(),
+        sides: (0..=instances).map(|participant| world.side(participant)).collect(),
         refused_writes: *refused_writes,
         fullest_percent: 0,
         digest: combine(watch.digest, turns),
         cut_short,
         violation: watch.violation.clone().or(violation),
     };
-    for (federate, memory) in federates.into_iter().enumerate() {
-        report.take(federate, memory, counted[federate]);
+    for (instance, memory) in federates.into_iter().enumerate() {
+        report.take(instance, memory, counted[instance]);
     }
     Ok(report)
 }
 
 impl Report {
     /// Takes the records of a federate's program.
-    fn take(&mut self, federate: usize, memory: FederateMemory, counted: Counted) {
+    fn take(&mut self, instance: usize, memory: FederateMemory, counted: Counted) {
         let program = memory.program;
         let handled = program.handled().map(<[_]>::to_vec).collect();
         let (handlers, mishandled) = (program.handled_tardy.clone(), program.mishandled);
@@ -291,12 +320,14 @@ impl Report {
         for (most, capacity) in program.high_water() {
             self.fullest_percent = self.fullest_percent.max(100 * most / capacity.max(1));
             if most > capacity {
-                self.violation.get_or_insert(Violation::Capacity { federate, most, capacity });
+                self.violation.get_or_insert(Violation::Capacity { federate: instance, most, capacity });
             }
         }
-        if let Some(records) = &self.records[federate + 1] {
-            add_physical_events(&mut self.played, program.tables(), &records.to_vec());
+        let mut played = Played::new();
+        if let Some(records) = &self.records[instance + 1] {
+            add_physical_events(&mut played, program.tables(), &records.to_vec());
         }
+        self.played.push(played);
         for record in &program.trace {
             self.digest = combine(self.digest, record.digest);
         }
@@ -328,9 +359,9 @@ fn capacities(federate: &Federate) -> Vec<usize> {
 }
 
 /// Returns a message with the number of its input instead of that of the port, if it has one.
-fn to_input(plan: &Plan, sent: &Sent) -> Option<Sent> {
+fn to_input(scenario: &Scenario, plan: &Plan, sent: &Sent) -> Option<Sent> {
     let mut sent = *sent;
-    sent.port = plan.federates[sent.to].input_of(u16::try_from(sent.port).ok()?)?.0;
+    sent.port = plan.federates[scenario.instances[sent.to]].input_of(u16::try_from(sent.port).ok()?)?.0;
     Some(sent)
 }
 
@@ -368,10 +399,10 @@ struct Stage<'a> {
     /// The counts by federate.
     counted: Vec<Counted>,
     outcome: Option<Outcome>,
-    /// The faults in order of time, which counts from the start.
+    /// The faults that are still to happen.
     faults: Vec<Fault>,
-    /// The time from which the times of faults count.
-    first_fault: Option<u64>,
+    /// The time at which the RTI has chosen the start.
+    started: Option<u64>,
     struck: Vec<(usize, FaultKind)>,
     turns: u64,
     progress: Progress,
@@ -416,10 +447,10 @@ impl Stage<'_> {
     fn play(&mut self, world: &Shared<Cables>, rti_log: &RefCell<RtiLog>) -> Option<Violation> {
         loop {
             let mut locked = world.lock();
-            if self.first_fault.is_none() && rti_log.borrow().started.is_some() {
-                self.first_fault = Some(locked.now());
+            if self.started.is_none() && rti_log.borrow().started.is_some() {
+                self.started = Some(locked.now());
             }
-            let fault_at = self.next_fault(&locked);
+            let fault_at = self.next_fault(&locked).map(|(at, _)| at);
             let Some(participant) = locked.next_turn(fault_at) else {
                 if self.strike_next(&mut locked) {
                     continue;
@@ -472,6 +503,8 @@ impl Stage<'_> {
 
     fn leave(&mut self, world: &mut World, participant: usize) {
         self.participants[participant] = Participant::Gone;
+        let now = world.now();
+        world.network.medium_mut().watch.lose(participant, now);
         world.end(participant);
     }
 
@@ -479,20 +512,28 @@ impl Stage<'_> {
         (0..self.participants.len()).filter(|participant| !world.has_ended(*participant)).collect()
     }
 
-    /// Returns the virtual time of the next fault.
-    fn next_fault(&self, world: &World) -> Option<u64> {
-        let fault = self.faults.iter().find(|fault| !world.has_ended(fault.participant))?;
-        Some(self.first_fault?.saturating_add(fault.at.max(0).unsigned_abs()))
+    /// Returns the virtual time of the next fault, and its position.
+    fn next_fault(&self, world: &World) -> Option<(u64, usize)> {
+        let faults = self.faults.iter().enumerate().filter(|(_, fault)| !world.has_ended(fault.participant));
+        let times = faults.filter_map(|(index, Fault { at, early, .. })| {
+            let base = if *early { 0 } else { self.started? };
+            Some((base.saturating_add(at.max(&0).unsigned_abs()), index))
+        });
+        times.min()
     }
 
     /// Executes the next fault. Returns `false` if there is none.
     fn strike_next(&mut self, world: &mut World) -> bool {
-        let Some(at) = self.next_fault(world) else { return false };
-        let Some(index) = self.faults.iter().position(|fault| !world.has_ended(fault.participant)) else {
-            return false;
-        };
+        let Some((at, index)) = self.next_fault(world) else { return false };
         let fault = self.faults.remove(index);
-        self.struck.push((fault.participant, fault.kind));
+        if fault.kind == FaultKind::Begin && world.has_ended(0) {
+            // Nobody is there to whom it could come.
+            self.leave(world, fault.participant);
+            return true;
+        }
+        if fault.kind != FaultKind::Begin {
+            self.struck.push((fault.participant, fault.kind));
+        }
         if fault.kind == FaultKind::Vanish {
             self.participants[fault.participant] = Participant::Gone;
         }

@@ -75,6 +75,7 @@ impl<'a> RtiMemory<'a> {
             start_time_multiple: conditions.start_time_multiple.map(Interval::from_nanos),
             dnet: conditions.dnet,
             window: conditions.window,
+            transients: u16::try_from(plan.transients()).unwrap_or(u16::MAX),
             after_loss: if conditions.stop_all_after_loss { AfterLoss::StopAll } else { AfterLoss::GoOn },
             ..Config::new(FEDERATION_ID, Value::MAX_LEN)
         };

@@ -40,6 +40,11 @@ impl Scenario {
         self.federates.iter().any(|federate| is_physical(federate) || federate.children.iter().any(is_physical))
     }
 
+    /// Returns whether the work of reactions, and when it is done, follows from a run only.
+    pub(crate) fn work_depends_on_the_run(&self) -> bool {
+        self.has_physical_actions() || self.has_transients()
+    }
+
     /// Returns, by federate, whether messages of some of these federates can cause an event there.
     pub(crate) fn reached(&self, senders: &[usize]) -> Vec<bool> {
         let mut reached = vec![false; self.federates.len()];

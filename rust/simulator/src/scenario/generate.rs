@@ -53,7 +53,9 @@ impl Scenario {
         let conditions =
             conditions(&mut random, count, target.clock_sync.is_some(), has_cycle(count, &connections, false));
         let faults = if ending == Ending::Stop { Vec::new() } else { faults(&mut random, count, target.timeout) };
-        let mut scenario = Self { seed, target, federates, connections, conditions, faults, decentralized: None };
+        let instances = (0..count).collect();
+        let mut scenario =
+            Self { seed, target, federates, connections, conditions, faults, instances, decentralized: None };
         scenario.ask_to_stop(&mut random, ending, ticks);
         scenario.narrow(&mut random);
         scenario
@@ -230,6 +232,7 @@ fn faults(random: &mut Random, count: usize, timeout: Option<Nanos>) -> Vec<Faul
     let faults = random.count(1, 2);
     (0..faults)
         .map(|_| Fault {
+            early: false,
             at: if random.percent(60) { SEC + random.time(-MS, length + MS) } else { random.time(0, 5 * MS) },
             participant: if random.percent(8) { 0 } else { random.count(1, count) },
             kind: random.one_of(&[FaultKind::Vanish, FaultKind::Vanish, FaultKind::Break, FaultKind::Interrupt]),

@@ -8,10 +8,11 @@ mod reactors;
 mod rich;
 mod shrink;
 mod source;
+mod transients;
 
 pub use rich::RICH;
 pub(crate) use shrink::reductions;
-pub(crate) use source::source;
+pub(crate) use source::{Form, player, source};
 
 impl Scenario {
     /// Returns the times at which a thread schedules the physical action with this path, in nanoseconds after the
@@ -49,6 +50,9 @@ pub(crate) struct Scenario {
     pub(crate) connections: Vec<Connection>,
     pub(crate) conditions: Conditions,
     pub(crate) faults: Vec<Fault>,
+    /// The federate of each instance: first one of each federate, then those that come later. Instance `i` is the
+    /// participant `i + 1`.
+    pub(crate) instances: Vec<usize>,
     /// The further properties of a federation with decentralized coordination.
     pub(crate) decentralized: Option<Decentralized>,
 }
@@ -102,6 +106,8 @@ pub(crate) struct Reactor {
     /// The number of its modes.
     pub(crate) modes: usize,
     pub(crate) watchdogs: Vec<Watchdog>,
+    /// Whether a federate comes and goes while the federation runs.
+    pub(crate) transient: bool,
     /// `@maxwait` of a federate, where its connections have none; forever where it has none either.
     pub(crate) max_wait: Option<Nanos>,
     pub(crate) timers: Vec<Timer>,
@@ -231,6 +237,10 @@ pub(crate) struct Script {
     pub(crate) stop_at: Option<u64>,
     /// The delay of the requested stop.
     pub(crate) stop_offset_ns: i64,
+    /// The execution in which it stops its federate alone.
+    pub(crate) leave_at: Option<u64>,
+    /// Whether it only sets its effect to the value of its trigger.
+    pub(crate) plays: bool,
 }
 
 /// The properties of the world.
@@ -291,11 +301,12 @@ pub(crate) struct Wire {
     pub(crate) socket_bytes: usize,
 }
 
-/// A fault.
+/// An event from outside that happens to a participant: a fault, or its coming.
 #[derive(Clone, PartialEq, Debug)]
 pub(crate) struct Fault {
-    /// Virtual time since the beginning of the world.
+    /// The virtual time since the RTI has chosen the start; if it is `early`, since the beginning of the world.
     pub(crate) at: Nanos,
+    pub(crate) early: bool,
     /// The participant: the RTI is 0, the federates follow.
     pub(crate) participant: usize,
     pub(crate) kind: FaultKind,
@@ -303,6 +314,8 @@ pub(crate) struct Fault {
 
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub(crate) enum FaultKind {
+    /// The process begins. Participants without this begin at [`Host::begins`].
+    Begin,
     /// The process ends; its system closes its sockets.
     Vanish,
     /// All its connections break.

@@ -63,6 +63,14 @@ impl Scenario {
         self.connections.iter().any(is_wide)
     }
 
+    /// Returns the name of the input of a connection, as a plan has it behind the name of the output.
+    pub(crate) fn input_name(&self, connection: &Connection) -> String {
+        let (to, input) = connection.to;
+        let (first, width) = port_of(&self.ports()[to].inputs, input);
+        let channel = if width > 1 { format!("[{}]", input - first) } else { String::new() };
+        format!(" -> f{to}.in{first}{channel}")
+    }
+
     /// Returns the ports of all federates.
     pub(super) fn ports(&self) -> Vec<Ports> {
         let into = |to: (usize, usize)| only(self.connections.iter().filter(move |one| one.to == to));

@@ -215,8 +215,7 @@ fn reaction(random: &mut Random, style: &Style, triggers: Vec<Variable>, effects
         energy: random.range(1, if style.busy { 6 } else { 3 }),
         work_ns,
         offset_ns: random.one_of(&[0, 0, 1, style.period / 2, 2 * style.period]),
-        stop_at: None,
-        stop_offset_ns: 0,
+        ..Script::default()
     };
     Reaction { triggers, uses: Vec::new(), effects, tardy: false, script, mode: None }
 }

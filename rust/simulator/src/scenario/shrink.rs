@@ -27,6 +27,9 @@ pub(crate) fn reductions(scenario: &Scenario) -> Vec<Scenario> {
     for fault in 0..scenario.faults.len() {
         add(&|it| it.faults.retain(|other| *other != scenario.faults[fault]));
     }
+    for instance in scenario.federates.len()..scenario.instances.len() {
+        add(&|it| it.remove_instance(instance));
+    }
     conditions(scenario, &mut add);
     for federate in 0..scenario.federates.len() {
         reactor(&scenario.federates[federate], &mut |change| add(&|it| change(&mut it.federates[federate])));
@@ -136,10 +139,11 @@ fn reactor(reactor: &Reactor, add: &mut AddToReactor<'_>) {
             add(&|it| remove(&mut it.reactions[index].uses, used));
         }
         add(&|it| it.reactions[index].tardy = false);
-        let scripts: [fn(&mut Script); 6] = [
+        let scripts: [fn(&mut Script); 7] = [
             |script| script.work_ns = 0,
             |script| script.offset_ns = 0,
             |script| script.stop_at = None,
+            |script| script.leave_at = None,
             |script| script.stop_offset_ns = 0,
             |script| script.energy = script.energy.min(1),
             |script| script.percent = 100,
@@ -161,15 +165,25 @@ impl Scenario {
         {
             self.remove_connection(connection);
         }
+        while let Some(instance) = self.instances.iter().rposition(|of| *of == federate) {
+            self.remove_instance(instance);
+        }
         self.federates.remove(federate);
-        self.conditions.hosts.remove(federate + 1);
-        self.faults.retain(|fault| fault.participant != federate + 1);
-        for fault in &mut self.faults {
-            fault.participant -= usize::from(fault.participant > federate + 1);
+        for of in &mut self.instances {
+            *of -= usize::from(*of > federate);
         }
         for Connection { from, to, .. } in &mut self.connections {
             from.0 -= usize::from(from.0 > federate);
             to.0 -= usize::from(to.0 > federate);
+        }
+    }
+
+    fn remove_instance(&mut self, instance: usize) {
+        self.instances.remove(instance);
+        self.conditions.hosts.remove(instance + 1);
+        self.faults.retain(|fault| fault.participant != instance + 1);
+        for fault in &mut self.faults {
+            fault.participant -= usize::from(fault.participant > instance + 1);
         }
     }
 

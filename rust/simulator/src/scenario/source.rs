@@ -6,10 +6,40 @@ use std::fmt::Write as _;
 use super::ports::{Ports, port_of};
 use super::{Action, Connection, Link, LinkEnd, Nanos, Reaction, Reactor, Scenario, Script, Ty, Variable, Watchdog};
 
-/// Returns the program as a federation, or, with `federated` false, as one main reactor.
-pub(crate) fn source(scenario: &Scenario, federated: bool) -> String {
+/// The form of a program.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub(crate) enum Form {
+    /// A federation.
+    Federated,
+    /// One main reactor with all federates.
+    Alone,
+    /// One main reactor with the persistent federates. *Players* replay what the transient ones have sent to them.
+    Persistent,
+    /// One main reactor with this federate, and players for what all others have sent to it.
+    Only(usize),
+}
+
+impl Form {
+    /// Returns whether a federate is in the program with all its contents.
+    fn has(self, scenario: &Scenario, federate: usize) -> bool {
+        match self {
+            Self::Federated | Self::Alone => true,
+            Self::Persistent => !scenario.federates[federate].transient,
+            Self::Only(one) => federate == one,
+        }
+    }
+}
+
+/// Returns the name of the instance that replays the messages of a connection.
+pub(crate) fn player(connection: usize) -> String {
+    format!("player{connection}")
+}
+
+/// Returns the program in this form.
+pub(crate) fn source(scenario: &Scenario, form: Form) -> String {
     let mut text = String::new();
     let target = &scenario.target;
+    let federated = form == Form::Federated;
     let waits = federated && scenario.decentralized.is_some();
     let clock_sync = match target.clock_sync {
         Some(trials) if let Some(ns) = target.rounds => {
@@ -30,13 +60,19 @@ pub(crate) fn source(scenario: &Scenario, federated: bool) -> String {
         target.fast, target.keepalive, target.auth
     );
     let ports = scenario.ports();
-    for (index, (reactor, ports)) in scenario.federates.iter().zip(&ports).enumerate() {
-        class(&mut text, &format!("F{index}"), reactor, ports, waits);
-    }
+    classes(&mut text, scenario, form, &ports, waits);
     let _ = writeln!(text, "\n{} reactor {{", if federated { "federated" } else { "main" });
     for (index, reactor) in scenario.federates.iter().enumerate() {
         wait(&mut text, "maxwait", reactor.max_wait.filter(|_| waits));
+        if federated && reactor.transient {
+            text.push_str("  @transient\n");
+        }
         let _ = writeln!(text, "  f{index} = new F{index}()");
+    }
+    for (index, connection) in scenario.connections.iter().enumerate() {
+        if !form.has(scenario, connection.from.0) {
+            let _ = writeln!(text, "  {0} = new Player{index}()", player(index));
+        }
     }
     let mut done = vec![false; scenario.connections.len()];
     for index in 0..scenario.connections.len() {
@@ -44,26 +80,51 @@ pub(crate) fn source(scenario: &Scenario, federated: bool) -> String {
             continue;
         }
         let connection = &scenario.connections[index];
-        let (members, from, to) = statement(scenario, &ports, connection);
+        let (members, from, to) = statement(scenario, form, &ports, index);
+        let concerns = |one: &usize| {
+            let Connection { from, to, .. } = &scenario.connections[*one];
+            form.has(scenario, from.0) || form.has(scenario, to.0)
+        };
+        let is_of_others = !members.iter().any(concerns);
         for member in members {
             done[member] = true;
+        }
+        if is_of_others {
+            continue;
         }
         wait(&mut text, "maxwait", connection.max_wait.filter(|_| waits));
         wait(&mut text, "absent_after", connection.absent_after.filter(|_| waits));
         // Without the network, the queue of a connection with `after` has to hold all messages in transit, and a
         // connection without has none.
-        let capacity = match (federated, connection.capacity) {
-            (true, capacity) => capacity,
-            (false, _) => connection.after.map(|_| 256),
-        };
-        link(&mut text, capacity, &format!("{from} -> {to}"), connection.after);
+        let after = connection.after.filter(|_| form.has(scenario, connection.from.0));
+        let capacity = if federated { connection.capacity } else { after.map(|_| 256) };
+        link(&mut text, capacity, &format!("{from} -> {to}"), after);
     }
     text.push_str("}\n");
     text
 }
 
+/// Writes the reactors of all federates, and the players.
+fn classes(text: &mut String, scenario: &Scenario, form: Form, ports: &[Ports], waits: bool) {
+    for (index, (reactor, ports)) in scenario.federates.iter().zip(ports).enumerate() {
+        if form.has(scenario, index) {
+            class(text, &format!("F{index}"), reactor, ports, waits);
+        } else {
+            let deaf = Reactor { inputs: reactor.inputs.clone(), ..Reactor::default() };
+            let ports = Ports { inputs: ports.inputs.clone(), outputs: Vec::new() };
+            class(text, &format!("F{index}"), &deaf, &ports, waits);
+        }
+    }
+    for (index, connection) in scenario.connections.iter().enumerate() {
+        if !form.has(scenario, connection.from.0) {
+            player_class(text, index, scenario.federates[connection.from.0].outputs[connection.from.1]);
+        }
+    }
+}
+
 /// Returns the connections of the same statement as this one, and both sides of the statement.
-fn statement(scenario: &Scenario, ports: &[Ports], connection: &Connection) -> (Vec<usize>, String, String) {
+fn statement(scenario: &Scenario, form: Form, ports: &[Ports], index: usize) -> (Vec<usize>, String, String) {
+    let connection = &scenario.connections[index];
     let port = |ports: &[(usize, usize)], channel: usize| port_of(ports, channel);
     let ((from, output), (to, input)) = (connection.from, connection.to);
     let (source, destination) = (port(&ports[from].outputs, output), port(&ports[to].inputs, input));
@@ -71,6 +132,8 @@ fn statement(scenario: &Scenario, ports: &[Ports], connection: &Connection) -> (
     let all = || scenario.connections.iter().enumerate();
     let mut members: Vec<(usize, &Connection)> = if destination.1 > 1 {
         all().filter(|(_, one)| one.to.0 == to && channels(destination).contains(&one.to.1)).collect()
+    } else if !form.has(scenario, from) {
+        vec![(index, connection)]
     } else if source.1 > 1 {
         all().filter(|(_, one)| one.from.0 == from && channels(source).contains(&one.from.1)).collect()
     } else {
@@ -81,8 +144,12 @@ fn statement(scenario: &Scenario, ports: &[Ports], connection: &Connection) -> (
         names.dedup();
         names.join(", ")
     };
-    let sources = members.iter().map(|(_, Connection { from: (federate, channel), .. })| {
-        format!("f{federate}.out{}", port(&ports[*federate].outputs, *channel).0)
+    let sources = members.iter().map(|(index, Connection { from: (federate, channel), .. })| {
+        if form.has(scenario, *federate) {
+            format!("f{federate}.out{}", port(&ports[*federate].outputs, *channel).0)
+        } else {
+            format!("{}.out", player(*index))
+        }
     });
     let destinations = members.iter().map(|(_, Connection { to: (federate, channel), .. })| {
         format!("f{federate}.in{}", port(&ports[*federate].inputs, *channel).0)
@@ -124,6 +191,16 @@ fn class(text: &mut String, name: &str, reactor: &Reactor, ports: &Ports, waits:
     }
     names.reactions(text, None, true);
     text.push_str("}\n");
+}
+
+/// Writes a reactor that sends the values of a physical action, whose events are known in advance.
+fn player_class(text: &mut String, connection: usize, ty: Ty) {
+    let (ty, body) = (type_name(ty), words(&Script { plays: true, ..Script::default() }));
+    let _ = writeln!(
+        text,
+        "\nreactor Player{connection} {{\n  output out: {ty}\n  physical action a: {ty}\n  \
+         reaction(a) -> out {{= \"{body}\" =}}\n}}"
+    );
 }
 
 /// A reactor with the names of its contents.
@@ -278,6 +355,8 @@ fn words(script: &Script) -> String {
     add("offset", script.offset_ns);
     add("stop", script.stop_at.and_then(|count| i64::try_from(count).ok()).unwrap_or(0));
     add("stop-offset", script.stop_offset_ns);
+    add("leave", script.leave_at.and_then(|count| i64::try_from(count).ok()).unwrap_or(0));
+    add("play", script.plays.into());
     text
 }
 
@@ -295,6 +374,8 @@ impl Script {
                 "offset" => script.offset_ns = time,
                 "stop" => script.stop_at = Some(number),
                 "stop-offset" => script.stop_offset_ns = time,
+                "leave" => script.leave_at = Some(number),
+                "play" => script.plays = true,
                 _ => {}
             }
         }

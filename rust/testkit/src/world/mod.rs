@@ -86,10 +86,16 @@ impl<M: Medium> World<M> {
 
     /// Adds a participant that begins at this virtual time, and returns its number.
     pub fn join(&mut self, side: &'static Side, begins: u64, pace: Pace) -> usize {
+        let participant = self.add(side, pace);
+        self.schedule(participant, begins);
+        participant
+    }
+
+    /// Adds a participant that begins when it is [scheduled](Self::schedule), and returns its number.
+    pub fn add(&mut self, side: &'static Side, pace: Pace) -> usize {
         let participant = self.network.join();
         let (next, ended, interrupted) = (None, false, false);
         self.members.push(Member { side, pace, next, ended, interrupted, records: Vec::new() });
-        self.schedule(participant, begins);
         participant
     }
 
