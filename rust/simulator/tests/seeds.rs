@@ -55,6 +55,24 @@ fn one_that_is_told_to_stop_sends_nothing_before_its_announced_event() {
     hold(COMINGS, &[4, 23, 29, 46]);
 }
 
+/// A physical action made a federate leave by itself, and its last message came before the event that it had announced.
+#[test]
+fn a_physical_action_can_end_a_federate_that_then_sends_its_last_messages() {
+    hold(COMINGS, &[12963]);
+}
+
+/// A federate that was told to stop said nothing at its last tag, not even to those that were there provisionally.
+#[test]
+fn one_that_is_told_to_stop_lets_a_cycle_go_on() {
+    hold(COMINGS, &[13448, 14298]);
+}
+
+/// A federate that had failed counted as heard until its connection ended.
+#[test]
+fn one_that_has_failed_makes_way_for_another_instance() {
+    hold(COMINGS, &[14434]);
+}
+
 /// A signal had stopped a federate that the RTI had accepted and that knew no first tag yet; it reported a failure, and
 /// the federation counted as failed.
 #[test]

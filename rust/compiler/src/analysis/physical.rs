@@ -65,6 +65,10 @@ fn least_delay_to_output(paths: &PhysicalSearch<'_>) -> Option<i64> {
                 sent = Some(sent.map_or(total, |known| known.min(total)));
             }
         }
+        // A reaction of a transient federate can end it at once.
+        if context.program.parts.list[paths.federate].is_transient && context.graph.reaction(step).is_some() {
+            paths.final_steps().for_each(|to| reach(to, 0));
+        }
         for effect in paths.parameters(step).iter().filter(|parameter| parameter.effect) {
             match effect.variable {
                 Variable::Mode(mode, _) => {
@@ -117,6 +121,15 @@ impl PhysicalSearch<'_> {
         let (graph, tree) = (self.context.graph, &self.context.program.tree);
         let is_in = move |step: &StepId| tree.modes_around(graph.steps[*step].mode).any(|around| Some(around) == mode);
         graph.steps.ids().filter(is_in)
+    }
+
+    /// Returns the steps of this federate that run at its end.
+    fn final_steps(&self) -> impl Iterator<Item = StepId> {
+        let ends = |step: &StepId| {
+            self.context.program.part(self.instance(*step)) == Some(self.federate)
+                && self.parameters(*step).iter().any(|it| it.triggers && it.variable == Variable::Shutdown)
+        };
+        self.context.graph.steps.ids().filter(ends)
     }
 
     fn min_delay(&self, instance: InstanceId, action: usize) -> i64 {

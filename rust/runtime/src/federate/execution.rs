@@ -504,7 +504,9 @@ impl<O: Outlet, N: Needs> Env for TagEnv<'_, '_, O, N> {
     }
 
     fn send_absent(&mut self, output: &'static NetworkOutput, tag: Tag) -> Result<(), SendError> {
-        if self.silent || !self.machine.may_send(tag) {
+        // Others that are at this tag provisionally wait for the word that nothing comes.
+        let is_silent = self.silent && self.machine.granted_provisionally() != Some(tag);
+        if is_silent || !self.machine.may_send(tag) {
             return Ok(());
         }
         let message = Message::PortAbsent { port: output.port, federate: output.federate, tag: to_wire(tag) };

@@ -31,7 +31,7 @@ pub(crate) struct Seen {
     pub(crate) first: Option<Tag>,
     /// The latest tag that it has reported complete.
     pub(super) completed: Tag,
-    /// The time at which its process or its connection ended.
+    /// The time at which its process or its connection ended, or the RTI read that it has failed.
     pub(super) lost: Option<u64>,
 }
 

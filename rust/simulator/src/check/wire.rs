@@ -262,6 +262,9 @@ impl Watch {
             }
             Message::StopReply(named) => seen.name_stop(from_wire(named)),
             Message::Resign => seen.left = Some(now),
+            Message::Failed => {
+                seen.lost.get_or_insert(now);
+            }
             _ => {}
         }
     }
