@@ -200,9 +200,12 @@ impl<'a, 's, N: Needs> Execution<'a, 's, N> {
     /// Stops this federate alone, as soon as it can: at the next microstep. It sends nothing there if it has announced
     /// a later event, because others rely on that. With decentralized coordination it is the physical time instead,
     /// because what it sends at an earlier tag would come too late.
+    ///
+    /// One that has not begun its first tag leaves at once, and none of its reactions runs: others may be slow, and it
+    /// has nothing to end.
     #[cfg(feature = "transients")]
     pub(super) fn stop_alone(&mut self, now: Instant) {
-        if self.phase() == Phase::Running {
+        if self.phase() == Phase::Running && !self.machine.misses(self.engine.current_tag()) {
             let earliest = if self.is_decentralized() { Tag::at(self.physical(now)) } else { Tag::NEVER };
             self.engine.stop_alone(earliest);
             self.silent |= self.machine.has_announced_beyond(self.engine.stop_tag());
