@@ -67,6 +67,12 @@ fn one_that_is_told_to_stop_lets_a_cycle_go_on() {
     hold(COMINGS, &[13448, 14298]);
 }
 
+/// A federate looked without a pause for one peer while it waited for the answer of another.
+#[test]
+fn one_peer_is_looked_for_at_a_time() {
+    hold(DECENTRALIZED_COMINGS, &[8359]);
+}
+
 /// A federate that had failed counted as heard until its connection ended.
 #[test]
 fn one_that_has_failed_makes_way_for_another_instance() {

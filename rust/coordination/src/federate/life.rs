@@ -43,9 +43,14 @@ impl Transients {
         tag < self.first
     }
 
+    /// Returns whether a search is open.
+    pub(super) fn is_searching(&self) -> bool {
+        self.search != Search::None
+    }
+
     /// Begins to look for a federate. Returns `false`, and does nothing, while another search is open.
     pub(super) fn search(&mut self, federate: FederateId) -> bool {
-        let is_free = self.search == Search::None;
+        let is_free = !self.is_searching();
         if is_free {
             self.search = Search::Due(federate);
         }

@@ -53,6 +53,11 @@ impl<N: Needs> Federate<'_, N> {
         self.phase() == Phase::Running && self.transients.search(federate)
     }
 
+    /// Returns whether a search of [`Federate::find_peer`] is open.
+    pub fn is_searching(&self) -> bool {
+        N::TRANSIENTS && self.transients.is_searching()
+    }
+
     /// Handles a message about transient federates. Returns `None` for any other message.
     pub(super) fn handle_of_transients<'m>(&mut self, message: &Message<'m>) -> Option<Event<'m>> {
         let phase = self.phase();

@@ -510,6 +510,11 @@ impl<'a, 's, P: Platform, N: Needs> FederateLoop<'a, 's, P, N> {
         self.session.set_interest(self.platform);
         self.direct.peers.set_interest(self.platform, running);
         let sockets = self.session.poll_timeout().min(self.direct.peers.poll_timeout(running));
+        // There is one search at a time, and its end is news by itself.
+        #[cfg(feature = "transients")]
+        let searches = running && !self.execution.machine.is_searching();
+        #[cfg(feature = "transients")]
+        let sockets = if searches { sockets.min(self.direct.peers.poll_search()) } else { sockets };
         let (now, reason) = (self.platform.now(), self.reason(advance));
         let (execution, start) = (&self.execution, self.execution.engine.start_time());
         let report = self.waiting.note(now, reason, self.log_waits(), |tag| execution.local(tag), start);

@@ -243,14 +243,13 @@ impl<'s> Outbound<'s> {
 
     /// Returns when to give up the open attempt.
     pub(super) fn poll_timeout(&self) -> Deadline {
-        if self.is_attempt() {
-            return Deadline::At(self.answer_due);
-        }
-        #[cfg(feature = "transients")]
-        if let Some(wanted) = self.wanted {
-            return Deadline::At(wanted);
-        }
-        Deadline::Never
+        if self.is_attempt() { Deadline::At(self.answer_due) } else { Deadline::Never }
+    }
+
+    /// Returns when to look for the other federate.
+    #[cfg(feature = "transients")]
+    pub(super) fn poll_search(&self) -> Deadline {
+        if self.is_attempt() { Deadline::Never } else { self.wanted.into() }
     }
 
     /// Reads the end of the other side, which never says anything else, if a wait has reported input.

@@ -383,6 +383,12 @@ impl<'a, 's, N: Needs> Peers<'a, 's, N> {
         if N::PEERS_IN { answers.min(self.accept_queue.poll_timeout()) } else { answers }
     }
 
+    /// Returns when to look for a transient federate that has come.
+    #[cfg(feature = "transients")]
+    pub(super) fn poll_search(&self) -> Deadline {
+        self.outbound().iter().map(Outbound::poll_search).min().unwrap_or(Deadline::Never)
+    }
+
     /// Closes all connections.
     pub(super) fn close<P: Platform>(&mut self, platform: &mut P) {
         self.close_accept_queue(platform);
