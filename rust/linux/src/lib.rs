@@ -57,5 +57,5 @@ pub mod prelude {
     pub use crate::{PhysicalTime, SpawnPhysicalThread};
     pub use lf_model::prelude::*;
     // Both spellings work: `info!` and `log::info!`.
-    pub use log::{self, debug, error, info, trace, warn};
+    pub use log::{self, debug, error, info, log_enabled, trace, warn};
 }

@@ -73,7 +73,7 @@ pub mod prelude {
     pub use crate::{device, eprint, eprintln, print, println};
     pub use lf_model::prelude::*;
     // Both spellings work: `info!` and `log::info!`.
-    pub use log::{self, debug, error, info, trace, warn};
+    pub use log::{self, debug, error, info, log_enabled, trace, warn};
 }
 
 /// Makes a program of generated code that of the image: `main!(federate::Main)`, by its type in a module that also has

@@ -50,7 +50,7 @@ pub(super) const KNOWN_TYPES: [&str; 38] = [
 ];
 
 /// The names of this project that bodies see without an import, on any platform.
-pub(super) const PRELUDE: [&str; 35] = [
+pub(super) const PRELUDE: [&str; 36] = [
     "After",
     "Asap",
     "Duration",
@@ -80,6 +80,7 @@ pub(super) const PRELUDE: [&str; 35] = [
     "heapless",
     "info",
     "log",
+    "log_enabled",
     "payload",
     "println",
     "reactor_rt",
