@@ -50,7 +50,7 @@ def deploy(world: World, **changes: dict[str, Any]) -> None:
     world.describe(a="host", b=BOARD, c=BOARD)
     described = json.loads(world.description.read_text())
     for item, probe in zip(described["participants"], (None, "0244B1", "0244B2"), strict=True):
-        item |= {"runner": None, "probe": probe, "network": None} | changes.get(item["name"], {})
+        item |= {"runner": None, "probe": probe, "network": None, "spare": None} | changes.get(item["name"], {})
     world.write(described)
 
 
