@@ -95,11 +95,11 @@ pub(super) fn programs(
         read_text(&file).map_err(|error| Failure::message(format!("{name}: {shown} cannot be read: {error}")))?;
     let unit = parse(&description.file, &code).unit;
     let target = unit.target.map_or_else(|| "Rust".to_owned(), |target| target.name.text);
-    let named = |reactor: &&Reactor| reactor.name.as_ref().is_some_and(|name| name.text == description.reactor);
-    let tested = unit.reactors.iter().find(named).map(|reactor| Tested::of(reactor, &code)).ok_or_else(|| {
-        let names: Vec<_> = unit.reactors.iter().filter_map(|reactor| reactor.name.as_ref()).collect();
-        let names = listed(names.iter().map(|name| name.text.as_str()));
-        Failure::message(format!("{name}: {shown} has no reactor `{}`; it has {names}", description.reactor))
+    let is_it = |reactor: &&Reactor| reactor.name.as_ref().is_some_and(|name| name.text == description.reactor);
+    let tested = unit.reactors.iter().find(is_it).map(|reactor| Tested::of(reactor, &code)).ok_or_else(|| {
+        let others = unit.reactors.iter().filter_map(|reactor| reactor.name.as_ref());
+        let others = listed(others.map(|other| other.text.as_str()));
+        Failure::message(format!("{name}: {shown} has no reactor `{}`; it has {others}", description.reactor))
     })?;
     let import = std::path::absolute(&file)?;
     let head = format!(

@@ -167,5 +167,5 @@ fn said(output: &Output, is_image: bool) -> String {
     let last = || lines.len().saturating_sub(LAST_LINES);
     let boots = || lines.iter().rposition(|line| line.starts_with(BOOTS));
     let first = if is_image { boots().unwrap_or_else(last) } else { 0 };
-    lines[first..].iter().map(|line| format!("    {line}\n")).collect()
+    lines[first..].iter().flat_map(|line| ["    ", line, "\n"]).collect()
 }
