@@ -46,6 +46,9 @@ fn least_delay_to_output(paths: &PhysicalSearch<'_>) -> Option<i64> {
             }
         }
     }
+    // A reaction of a transient federate can end it at once.
+    let is_transient = context.program.parts.list[paths.federate].is_transient;
+    let ends: Vec<StepId> = if is_transient { paths.final_steps().collect() } else { Vec::new() };
     while let Some(step) = open.pop() {
         let Some(delay) = least[step] else { continue };
         let mut reach = |to: StepId, added: i64| {
@@ -65,9 +68,10 @@ fn least_delay_to_output(paths: &PhysicalSearch<'_>) -> Option<i64> {
                 sent = Some(sent.map_or(total, |known| known.min(total)));
             }
         }
-        // A reaction of a transient federate can end it at once.
-        if context.program.parts.list[paths.federate].is_transient && context.graph.reaction(step).is_some() {
-            paths.final_steps().for_each(|to| reach(to, 0));
+        if context.graph.reaction(step).is_some() {
+            for to in &ends {
+                reach(*to, 0);
+            }
         }
         for effect in paths.parameters(step).iter().filter(|parameter| parameter.effect) {
             match effect.variable {
