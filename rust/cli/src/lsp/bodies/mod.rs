@@ -3,7 +3,7 @@
 //! their answers appear at the places of the program, together with our own.
 //!
 //! A thread of its own generates the crates and speaks with the tools, which it starts when the editor asks about a
-//! place in a body. An answer that takes longer than [`PATIENCE`] is our own one.
+//! place in a body. An answer that takes longer than [`ANSWER_TIME_OUT`] is our own one.
 
 mod answers;
 mod parts;
@@ -28,7 +28,7 @@ use super::positions::byte;
 use worker::{BodyJob, ToolKeeper};
 
 /// The time for which the editor waits for more than our own answer: people notice a longer one.
-const PATIENCE: Duration = Duration::from_secs(1);
+const ANSWER_TIME_OUT: Duration = Duration::from_secs(1);
 
 /// The tools, as the server knows them.
 #[derive(Default)]
@@ -71,7 +71,7 @@ impl BodyTools {
             return Some(Response::new_ok(id, own));
         };
         self.asked += 1;
-        let (number, until) = (self.asked, Instant::now() + PATIENCE);
+        let (number, until) = (self.asked, Instant::now() + ANSWER_TIME_OUT);
         let (path, position, buffers) = (path.to_owned(), place.position, buffers.clone());
         let job = BodyJob::Ask { number, kind, method, params, path, position, buffers };
         let thread = self.thread.get_or_insert_with(ToolThread::start);
