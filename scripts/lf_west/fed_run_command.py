@@ -14,7 +14,7 @@ from lf_west.application import open_application
 from lf_west.command import LfCommand
 from lf_west.fed_build_command import federation_of
 from lf_west.federation import Bench, plan_federation
-from lf_west.options import add_build_options
+from lf_west.options import add_build_options, add_time_limit
 
 _DESCRIPTION = """\
 Build a federated Lingua Franca program as `lf-fed-build` does, then run its RTI and its federates on this computer:
@@ -65,7 +65,7 @@ class LfFedRun(LfCommand):
             default=[],
             help="do not start this federate; `lfz ctl start` starts it while the others run",
         )
-        parser.add_argument("--timeout", metavar="TIME", help="stop all after this time: 90, 90s, 500ms, 2min")
+        add_time_limit(parser)
         parser.add_argument(
             "--rti-port",
             metavar="PORT",

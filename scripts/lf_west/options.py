@@ -65,6 +65,11 @@ def add_build_options(parser: argparse.ArgumentParser, *, federated: bool, short
         )
 
 
+def add_time_limit(parser: argparse.ArgumentParser) -> None:
+    """Add the option for the time after which a run is stopped."""
+    parser.add_argument("--timeout", metavar="TIME", help="stop all after this time: 90, 90s, 500ms, 2min")
+
+
 def build_options_given(args: argparse.Namespace, cmake_arguments: list[str]) -> list[str]:
     """The options that would change a build, which do not change what was built before."""
     given = {

@@ -12,7 +12,7 @@ from lf_west.build_command import build_program
 from lf_west.command import LfCommand
 from lf_west.errors import LfError
 from lf_west.image import Image, is_native_sim
-from lf_west.options import add_build_options
+from lf_west.options import add_build_options, add_time_limit
 
 _DESCRIPTION = """\
 Build a Lingua Franca program without federates as `lf-build` does, then run its image on this computer: on native_sim,
@@ -34,7 +34,7 @@ class LfRun(LfCommand):
     def add_options(self, parser: argparse.ArgumentParser) -> None:
         """Add the options of the build and the run."""
         add_build_options(parser, federated=False)
-        parser.add_argument("--timeout", metavar="TIME", help="stop it after this time: 90, 90s, 500ms, 2min")
+        add_time_limit(parser)
 
     def execute(self, file: str, args: argparse.Namespace, cmake_arguments: list[str]) -> None:
         """Build, then become the program that runs the image and ends with its status."""
