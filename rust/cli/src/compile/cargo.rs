@@ -57,6 +57,8 @@ impl Job<'_> {
     pub(crate) fn run(&self, progress: &Progress) -> io::Result<BuildOutcome> {
         let mut command = self.command();
         command.stdin(Stdio::null()).stdout(Stdio::piped()).stderr(Stdio::piped());
+        // What cargo itself says is read here; rustc's diagnostics have their own option.
+        command.env("CARGO_TERM_COLOR", "never");
         let words = command.get_args().skip(guard::WORDS).map(ToOwned::to_owned);
         progress.tell_command(words);
         let mut child = command.spawn().map_err(|error| {
@@ -142,9 +144,11 @@ pub(crate) fn cargo_program() -> OsString {
 fn follow(stderr: impl Read, progress: &Progress) -> String {
     let mut log = String::new();
     for line in BufReader::new(stderr).lines().map_while(Result::ok) {
-        progress.step(&line);
-        if line.trim_start().starts_with("Blocking") {
-            progress.wait(&line);
+        if let Some(step) = step_of(&line) {
+            progress.step(step);
+            if step.starts_with("Blocking") {
+                progress.wait(step);
+            }
         }
         log.push_str(&line);
         log.push('\n');
@@ -152,11 +156,20 @@ fn follow(stderr: impl Read, progress: &Progress) -> String {
     log
 }
 
+/// Returns the step that a line of cargo tells. Cargo aligns the verbs of its steps in 12 columns; its errors, and what
+/// build scripts say, are no steps, and the caller reports them.
+fn step_of(line: &str) -> Option<&str> {
+    let (verb, _) = line.split_at_checked(12).filter(|(_, rest)| rest.starts_with(' '))?;
+    let verb = verb.trim_start();
+    let is_verb = verb.starts_with(|first: char| first.is_ascii_uppercase()) && !verb.contains(' ');
+    is_verb.then(|| line.trim())
+}
+
 #[cfg(test)]
 mod tests {
     use std::path::Path;
 
-    use super::{BuildOutcome, Job};
+    use super::{BuildOutcome, Job, step_of};
 
     fn understood(lines: &[&str]) -> BuildOutcome {
         let (folder, packages) = (Path::new("/w"), ["a".to_owned()]);
@@ -175,6 +188,24 @@ mod tests {
             job.understand(line, &mut outcome);
         }
         outcome
+    }
+
+    /// The caller reports an error once; a slow build does not tell it as a step before.
+    #[test]
+    fn lines_of_errors_are_no_steps() {
+        assert_eq!(step_of("   Compiling a v0.1.0 (/w/a)"), Some("Compiling a v0.1.0 (/w/a)"));
+        assert_eq!(step_of("    Blocking waiting for file lock"), Some("Blocking waiting for file lock"));
+        for line in [
+            "error: failed to run custom build command for `a v0.0.0`",
+            "Caused by:",
+            "",
+            "ééééééé A",
+            "  process didn't exit successfully: `build-script`",
+            "  --- stderr",
+            "warning: a: Unused variable",
+        ] {
+            assert_eq!(step_of(line), None);
+        }
     }
 
     /// Cargo names paths without symbolic links, and the user with some.

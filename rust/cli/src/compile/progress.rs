@@ -52,7 +52,6 @@ impl Progress {
 
     /// Shows cargo's current step.
     pub(crate) fn step(&self, text: &str) {
-        let text = text.trim();
         // The line at the end says that, and how long all of it took.
         if text.starts_with("Finished") {
             return;
@@ -79,7 +78,7 @@ impl Progress {
     /// Shows that cargo waits, in its words, also without a moving line.
     pub(crate) fn wait(&self, text: &str) {
         if self.bar.is_none() {
-            terminal::inform(text.trim());
+            terminal::inform(text);
         }
     }
 
