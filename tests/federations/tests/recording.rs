@@ -54,7 +54,7 @@ impl Prepared {
         for (name, program) in programs.into_iter().chain([("lfz", Lfz::path().to_owned())]) {
             fs::copy(program, folder.join(name)).expect("it can be copied");
         }
-        if property.contains("security") {
+        if is_encrypted(property) {
             let keys = folder.join("keys");
             let mut copy = Command::new("cp");
             copy.arg("-a").arg(encrypted.out.join("keys")).arg(keys);
@@ -92,11 +92,15 @@ impl Prepared {
     }
 }
 
+fn is_encrypted(property: &str) -> bool {
+    property.contains("security") || property.contains("TLS")
+}
+
 /// Builds the program with this property.
 pub(crate) fn build(property: &str) -> Encrypted {
     let out = format!("confidential-{}", property.replace([' ', ':', ','], ""));
     let encrypted = Encrypted::of(&out, PROGRAM, property);
-    if property.contains("security") {
+    if is_encrypted(property) {
         encrypted.lfz(&["keys", "new"], &[]);
     }
     encrypted.build();
@@ -234,22 +238,32 @@ fn observe(prepared: &Prepared) -> (Observer, [Vec<Vec<u8>>; 3]) {
     (observer, [with_rti, direct, datagrams])
 }
 
-fn assert_unreadable(prepared: &Prepared) {
+/// Asserts that an observer of the federation sees nothing on its first `count` kinds of connections.
+fn assert_unreadable(prepared: &Prepared, count: usize) {
     let (observer, kinds) = observe(prepared);
-    for kind in kinds {
+    for kind in &kinds[..count] {
         assert!(kind.iter().map(Vec::len).sum::<usize>() > 300, "{kind:?}");
         for bytes in kind {
-            assert!(!SECRETS.iter().chain(&[ID]).any(|text| Observer::sees(&bytes, text)), "{bytes:?}");
-            assert!(!observer.sees_time(&bytes), "{bytes:?}");
+            assert!(!SECRETS.iter().chain(&[ID]).any(|text| Observer::sees(bytes, text)), "{bytes:?}");
+            assert!(!observer.sees_time(bytes), "{bytes:?}");
         }
     }
+}
+
+fn assert_all_unreadable(prepared: &Prepared) {
+    assert_unreadable(prepared, 3);
+}
+
+/// TLS leaves the datagrams of the clocks open, as the warning W012 says.
+fn assert_streams_unreadable(prepared: &Prepared) {
+    assert_unreadable(prepared, 2);
 }
 
 /// Payloads go by way of the RTI, physical ones past it.
 #[test]
 fn nothing_of_an_encrypted_centralized_federation_is_readable() {
     let test = "recording::nothing_of_an_encrypted_centralized_federation_is_readable";
-    Prepared::in_namespace(test, "security: noise", assert_unreadable);
+    Prepared::in_namespace(test, "security: noise", assert_all_unreadable);
 }
 
 /// All payloads go directly.
@@ -257,7 +271,21 @@ fn nothing_of_an_encrypted_centralized_federation_is_readable() {
 fn nothing_of_an_encrypted_decentralized_federation_is_readable() {
     let test = "recording::nothing_of_an_encrypted_decentralized_federation_is_readable";
     let property = "security: noise, coordination: decentralized";
-    Prepared::in_namespace(test, property, assert_unreadable);
+    Prepared::in_namespace(test, property, assert_all_unreadable);
+}
+
+/// LF's kind of encryption, on both kinds of streams.
+#[test]
+fn no_stream_of_a_centralized_federation_with_tls_is_readable() {
+    let test = "recording::no_stream_of_a_centralized_federation_with_tls_is_readable";
+    Prepared::in_namespace(test, "comm-type: TLS", assert_streams_unreadable);
+}
+
+/// All payloads go directly.
+#[test]
+fn no_stream_of_a_decentralized_federation_with_tls_is_readable() {
+    let test = "recording::no_stream_of_a_decentralized_federation_with_tls_is_readable";
+    Prepared::in_namespace(test, "comm-type: TLS, coordination: decentralized", assert_streams_unreadable);
 }
 
 /// The observer is no blind one: in a plain federation he sees everything, on each kind of connection.
