@@ -58,6 +58,12 @@ pub(crate) fn workspace_or_skip(name: &str, repository: &Path, report: &mut Repo
         report.skip(name, reason);
         return None;
     };
+    // Zephyr takes its lists of files apart at these characters.
+    if repository.to_string_lossy().contains([' ', ';']) {
+        let path = repository.display();
+        report.skip(name, &format!("Zephyr cannot build in {path}: clone to a path without a space or a semicolon"));
+        return None;
+    }
     for program in ["west", "cmake", "ninja", "dtc"] {
         if process::find_program(program).is_none() {
             report.skip(name, &format!("there is a Zephyr workspace, but no `{program}`; .ci/run installs it"));
