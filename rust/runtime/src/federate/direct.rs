@@ -164,12 +164,18 @@ impl<'a, 's, N: Needs> Direct<'a, 's, N> {
             let physical_over = &mut inbound.physical_over;
             let mut policy = FromPeer { platform, recording, execution, late, from: from.0, to, physical_over, now };
             while inbound.receiver.next(&mut policy)?.is_some() {}
+            let tables = execution.engine.tables();
+            let first_held =
+                |input| inbound.receiver.first_held::<FromPeer<'_, '_, '_, P, N>>(tables.port_of(InputId(input)));
+            // Messages that its earlier life has sent may fill the queue: only their tags make room.
+            #[cfg(feature = "transients")]
+            if N::TRANSIENTS && inbound.receiver.held.bytes > 0 && execution.machine.may_be_absent(from) {
+                execution.learn_of_held(from.0, first_held);
+            }
             if !inbound.has_ended() {
                 continue;
             }
-            let tables = execution.engine.tables();
-            let is_held =
-                |input| inbound.receiver.holds_for::<FromPeer<'_, '_, '_, P, N>>(tables.port_of(InputId(input)));
+            let is_held = |input| first_held(input).is_some();
             // A federate of this project says so when it ends in order.
             if !execution.is_over(from.0, inbound.physical_over, is_held) && !execution.machine.has_left(from) {
                 continue;

@@ -441,6 +441,17 @@ impl<N: Needs> Execution<'_, '_, N> {
         })
     }
 
+    /// Handles that messages of a federate are held, of which `first_held` returns the first tag for an input: nothing
+    /// earlier follows.
+    #[cfg(feature = "transients")]
+    pub(super) fn learn_of_held(&mut self, from: u16, first_held: impl Fn(u16) -> Option<Tag>) {
+        for (port, _) in self.direct_inputs(from).filter(|(_, is_physical)| !is_physical) {
+            if let Some(tag) = first_held(port).filter(|tag| tag.is_finite()) {
+                self.awaited.learn(port, tag.before());
+            }
+        }
+    }
+
     /// Handles that a federate sends nothing directly any more, apart from held messages for some of its inputs.
     pub(super) fn end_inputs(&mut self, from: u16, is_held: impl Fn(u16) -> bool) {
         for (port, _) in self.direct_inputs(from).filter(|(port, is_physical)| !is_physical && !is_held(*port)) {

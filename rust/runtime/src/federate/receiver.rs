@@ -9,6 +9,7 @@
 //! Handling messages out of order changes nothing that the program sees, since events are ordered by tag and no tag
 //! begins before all of its messages are in their queues.
 
+use lf_coordination::from_wire;
 use lf_model::time::Tag;
 use lf_model::{DeliverError, Engine, InputId};
 use lf_wire::{DecodeError, Decoded, Limits, Message, MessageType, decode_expected, destination_in_header};
@@ -126,18 +127,18 @@ impl<'s> Receiver<'s> {
         self.connection.input.bytes().get(self.held.bytes..).unwrap_or_default()
     }
 
-    /// Returns whether a message for this port is held.
-    pub(super) fn holds_for<P: Policy>(&self, awaited: u16) -> bool {
+    /// Returns the tag of the first held message for this port, if there is one.
+    pub(super) fn first_held<P: Policy>(&self, awaited: u16) -> Option<Tag> {
         let mut held = self.connection.input.bytes().get(..self.held.bytes).unwrap_or_default();
         while let Ok(Decoded::Complete { message, len }) = decode_expected(held, &self.limits, P::expects) {
-            if let Message::P2pTaggedMessage { port, .. } | Message::PortAbsent { port, .. } = message
+            if let Message::P2pTaggedMessage { port, tag, .. } | Message::PortAbsent { port, tag, .. } = message
                 && port == awaited
             {
-                return true;
+                return Some(from_wire(tag));
             }
             held = held.get(len..).unwrap_or_default();
         }
-        false
+        None
     }
 }
 
