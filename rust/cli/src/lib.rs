@@ -29,6 +29,7 @@ mod supervisor;
 mod terminal;
 mod time;
 mod trace;
+mod virtual_network;
 mod watch;
 
 pub use commands::execute;

@@ -197,3 +197,105 @@ fn what_is_no_test_is_told() {
     let said = text(&run(folder.path(), &["bad"]).stderr);
     assert!(said.starts_with("error: bad/a.test.yaml: a: each entry has an `at`"), "{said}");
 }
+
+/// Two sources and a sink that compares them; a value too many is to be found in every world.
+fn federation(target: &str, last: u32) -> String {
+    format!(
+        "target Rust {{ timeout: 1 s, {target} }}
+reactor Source {{
+  output y: u32
+  timer t(0, 100 ms)
+  state count: u32 = 0
+  reaction(t) -> y {{= self.count += 1; ctx.set(y, self.count); =}}
+}}
+reactor Sink {{
+  input y: u32
+  input z: u32
+  state seen: u32 = 0
+  reaction(y, z) {{=
+    self.seen += 1;
+    assert_eq!((ctx.get(y), ctx.get(z)), (Some(self.seen), Some(self.seen)));
+    println!(\"{{}} came at {{:?}}\", self.seen, ctx.get_physical_time());
+  =}}
+  reaction(shutdown) {{= assert_eq!(self.seen, {last}, \"the last value\"); =}}
+}}
+federated reactor {{
+  one = new Source()
+  two = new Source()
+  sink = new Sink()
+  one.y -> sink.y after 50 ms
+  two.y -> sink.z after 50 ms
+}}
+"
+    )
+}
+
+/// Values and tags are the same in every world, and a world is the same in each run: physical times, too. With either
+/// coordination, and encrypted.
+#[test]
+fn federations_run_in_virtual_time_with_the_network_of_a_seed() {
+    let waits = |program: &str| program.replace("  sink = new", "  @maxwait(50 ms)\n  sink = new");
+    let folder = folder(&[
+        ("test/Good.lf", &federation("clock-sync: on", 10)),
+        ("test/Decentralized.lf", &waits(&federation("coordination: decentralized", 10))),
+        ("test/Encrypted.lf", &federation("security: noise", 10)),
+        ("test/Wrong.lf", &federation("clock-sync: off", 11)),
+        ("test/Alone.lf", "target Rust { timeout: 24 h }\nmain reactor { timer t(0, 1 h) reaction(t) {= =} }\n"),
+    ]);
+    let output = run(folder.path(), &["--seed", "4..6"]);
+    let expected = [
+        "test/Alone ... ok",
+        "test/Decentralized, seed 4 ... ok",
+        "test/Decentralized, seed 5 ... ok",
+        "test/Encrypted, seed 4 ... ok",
+        "test/Encrypted, seed 5 ... ok",
+        "test/Good, seed 4 ... ok",
+        "test/Good, seed 5 ... ok",
+        "test/Wrong, seed 4 ... FAILED",
+        "test/Wrong, seed 5 ... FAILED",
+        "7 passed, 2 failed",
+    ];
+    assert_eq!(lines(&output), expected, "{}", text(&output.stderr));
+    assert!(text(&output.stderr).contains("the last value"));
+
+    let times = |seed: &str| {
+        let mut command = Command::new(env!("CARGO_BIN_EXE_lfz"));
+        command.current_dir(folder.path()).args(["run", "test/Good.lf", "--seed", seed]);
+        command.env("CARGO_NET_OFFLINE", "true").env("CARGO_PROFILE_DEV_DEBUG", "0").env("CARGO_INCREMENTAL", "0");
+        let output = said(&mut command);
+        assert!(output.status.success(), "{}", text(&output.stderr));
+        let came: Vec<_> =
+            text(&output.stdout).lines().filter(|line| line.contains(" came at ")).map(str::to_owned).collect();
+        assert_eq!(came.len(), 10);
+        came
+    };
+    assert_eq!(times("4"), times("4"));
+    assert_ne!(times("4"), times("5"));
+}
+
+/// Nobody waits in silence: what virtual time does not have is refused, and a run in which nothing can happen any more
+/// ends.
+#[test]
+fn what_has_no_virtual_time_is_refused_by_name() {
+    let transient = federation("", 10).replace("  one = new", "  @transient\n  one = new");
+    let endless =
+        federation("keepalive: true", 10).replace("timeout: 1 s, ", "").replace("timer t(0, 100 ms)", "timer t(0)");
+    let folder = folder(&[
+        ("test/Tls.lf", &federation("comm-type: TLS", 10)),
+        ("test/Transient.lf", &transient),
+        ("endless/Endless.lf", &endless),
+    ]);
+    let output = run(folder.path(), &["--seed", "1"]);
+    assert_eq!(lines(&output).last().map(String::as_str), Some("0 passed, 2 failed"));
+    let reasons = text(&output.stderr);
+    assert!(reasons.contains("--seed: a virtual network has no TLS"), "{reasons}");
+    assert!(reasons.contains("--seed: transient federates come when somebody starts them"), "{reasons}");
+    let output = run(folder.path(), &["endless", "--seed", "1"]);
+    let reasons = text(&output.stderr);
+    assert!(reasons.contains("of virtual time, all participants wait for what never comes"), "{reasons}");
+    for (seeds, reason) in [("x", "\"x\" is no number"), ("5..5", "no seeds between these two")] {
+        let refused = run(folder.path(), &["--seed", seeds]);
+        assert_eq!(refused.status.code(), Some(2));
+        assert!(text(&refused.stderr).contains(reason), "{}", text(&refused.stderr));
+    }
+}

@@ -7,7 +7,7 @@ use lf_model::time::Instant;
 use rustix::time::{ClockId, clock_gettime};
 
 /// The beginning of virtual time: 1 January 2000, in nanoseconds.
-const VIRTUAL_START: i64 = 946_684_800_000_000_000;
+pub(crate) const VIRTUAL_START: i64 = 946_684_800_000_000_000;
 
 /// A clock that counts nanoseconds since 1970 and never runs backwards.
 #[derive(Clone, Copy, Debug)]

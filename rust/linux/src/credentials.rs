@@ -29,6 +29,8 @@ pub enum Credentials {
 pub enum CredentialsError {
     /// The program asks for encryption, and has no keys.
     Missing,
+    /// A virtual network has no TLS.
+    Virtual,
     /// A file is wrong.
     Key(KeyError),
     /// TLS does not take what is in a folder or a file.
@@ -47,6 +49,7 @@ impl fmt::Display for CredentialsError {
                 "this program encrypts its connections, and has no keys: start it by `lfz run`, or with --keys and the \
                  folder that `lfz build` has made for it",
             ),
+            Self::Virtual => f.write_str("a virtual network has no TLS: write `security: noise` instead"),
             Self::Key(error) => error.fmt(f),
             Self::Tls { path, reason } => write!(f, "{}: {reason}", path.display()),
         }
@@ -71,8 +74,10 @@ impl Credentials {
             Self::None => Ok(None),
             Self::Keys(folder) => match Keys::read(folder)? {
                 Keys::Noise(keys) => Ok(Some(keys)),
+                Keys::Tls(_) if host.is_virtual() => Err(CredentialsError::Virtual),
                 Keys::Tls(keys) => verified(host, folder, keys).map(|()| None),
             },
+            Self::Unverified { .. } if host.is_virtual() => Err(CredentialsError::Virtual),
             Self::Unverified { certificate, key } => unverified(host, certificate, key).map(|()| None),
         }
     }

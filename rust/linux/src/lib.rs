@@ -27,6 +27,7 @@ mod thread;
 #[cfg(feature = "tls")]
 pub mod tls;
 mod trace_file;
+pub mod virtual_network;
 mod wake;
 mod words;
 #[cfg(feature = "workers")]

@@ -23,6 +23,7 @@ use crate::outside::HostOutside;
 use crate::parameters::Parameters;
 use crate::platform::Linux;
 use crate::trace_file::{TRACE_MIB, TraceFile};
+use crate::virtual_network;
 
 /// The environment variable with the RTI's address, for programs whose command line does not name one: those that a
 /// federate starts.
@@ -94,7 +95,7 @@ fn start<P: Program, S: EngineStorage>(
             return ExitCode::from(USAGE);
         }
     };
-    if arguments.virtual_time {
+    if arguments.virtual_time || virtual_network::is_asked_for() {
         HostOutside::begin_virtual_time();
     }
     crate::logger::install(description.logging);
@@ -142,9 +143,11 @@ fn run(
         return Err(MainError::Credentials(CredentialsError::Missing));
     }
     let keys = arguments.credentials.encrypt(&mut host).map_err(MainError::Credentials)?;
+    let is_virtual = host.is_virtual();
     let mut noise = NoiseMemory::new(keys, federation.peers_in.len() + federation.peers_out.len() + SPARE_CONNECTIONS);
     let mut host = noise.platform(host);
-    let federation = &if federation.local_clock_sync || !addresses.iter().any(|address| is_own_address(*address)) {
+    let is_elsewhere = || is_virtual || !addresses.iter().any(|address| is_own_address(*address));
+    let federation = &if federation.local_clock_sync || is_elsewhere() {
         *federation
     } else {
         Federation { clock_sync: ClockSync::Off, test_offset: Interval::ZERO, ..*federation }

@@ -17,13 +17,31 @@ use crate::adaptive_spin::{AdaptiveSpin, SpinOutcome, spin_until};
 use crate::clock::Clock;
 use crate::outside::HostOutside;
 use crate::sockets::{Sockets, Waited};
+use crate::virtual_network::{self, VirtualNetwork};
 use crate::wake::WakeUp;
+
+/// The network of this process.
+#[derive(Debug)]
+enum Network {
+    System(Sockets),
+    Virtual(VirtualNetwork),
+}
+
+/// Makes a call that both networks have.
+macro_rules! network {
+    ($self:ident.$call:ident($($argument:expr),*)) => {
+        match &mut $self.network {
+            Network::System(sockets) => sockets.$call($($argument),*),
+            Network::Virtual(network) => network.$call($($argument),*),
+        }
+    };
+}
 
 /// The clock, the sockets and the wake-up of this process.
 #[derive(Debug)]
 pub struct Linux {
     clock: Clock,
-    sockets: Sockets,
+    network: Network,
     wake_up: Arc<WakeUp>,
     spin: AdaptiveSpin,
 }
@@ -32,21 +50,39 @@ impl Linux {
     /// Takes over this process: its signals, and this thread's timer slack.
     ///
     /// # Errors
-    /// When the system has no descriptor left, or refuses a signal handler.
+    /// When the system has no descriptor left, or refuses a signal handler; or when there is no virtual network where
+    /// this process is to take part in one.
     pub fn new() -> std::io::Result<Self> {
+        if virtual_network::is_asked_for() {
+            HostOutside::begin_virtual_time();
+        }
         // Linux may end a wait 50 µs late to save power, which a real-time program cannot use. A failure does no harm.
         let _ = rustix::thread::set_current_timer_slack(NonZeroU64::new(1));
         let wake_up = WakeUp::of_program()?;
-        let sockets = Sockets::new(wake_up.descriptor())?;
-        Ok(Self { clock: HostOutside::of_program().clock(), sockets, wake_up, spin: AdaptiveSpin::default() })
+        let clock = HostOutside::of_program().clock();
+        let network = if virtual_network::is_asked_for() {
+            let (network, time) = VirtualNetwork::begin()?;
+            clock.skip_to(time);
+            Network::Virtual(network)
+        } else {
+            Network::System(Sockets::new(wake_up.descriptor())?)
+        };
+        Ok(Self { clock, network, wake_up, spin: AdaptiveSpin::default() })
     }
 }
 
 impl Linux {
-    /// Encrypts all connections from now on.
+    /// Encrypts all connections from now on, which the system makes.
     #[cfg(feature = "tls")]
     pub(crate) fn encrypt(&mut self, encryption: Box<dyn crate::sockets::Encryption>) {
-        self.sockets.encrypt(encryption);
+        if let Network::System(sockets) = &mut self.network {
+            sockets.encrypt(encryption);
+        }
+    }
+
+    /// Returns whether this process takes part in a virtual network.
+    pub(crate) fn is_virtual(&self) -> bool {
+        matches!(self.network, Network::Virtual(_))
     }
 
     /// Returns the time left until `time`.
@@ -57,7 +93,8 @@ impl Linux {
 
     /// Waits for this long. Returns `true` when something has come.
     fn wait_for(&mut self, time_out: Option<Duration>, ready: &mut dyn FnMut(SocketId, Interest)) -> bool {
-        let Waited { came, woken } = self.sockets.wait(time_out, ready);
+        let Network::System(sockets) = &mut self.network else { return true };
+        let Waited { came, woken } = sockets.wait(time_out, ready);
         if woken {
             self.wake_up.clear();
         }
@@ -92,71 +129,82 @@ impl Platform for Linux {
     }
 
     fn random(&mut self, buffer: &mut [u8]) -> Result<(), RandomError> {
+        if let Network::Virtual(network) = &mut self.network {
+            return network.random(buffer);
+        }
         getrandom::fill(buffer).map_err(|error| RandomError(error.raw_os_error().unwrap_or_default()))
     }
 
     fn connect(&mut self, address: Endpoint) -> Result<SocketId, NetError> {
-        self.sockets.connect(address)
+        network!(self.connect(address))
     }
 
     fn connected(&mut self, socket: SocketId) -> Result<(), NetError> {
-        self.sockets.connected(socket)
+        network!(self.connected(socket))
     }
 
     fn listen(&mut self, port: u16) -> Result<SocketId, NetError> {
-        self.sockets.listen(port)
+        network!(self.listen(port))
     }
 
     fn bind(&mut self, port: u16) -> Result<SocketId, NetError> {
-        self.sockets.bind(port)
+        network!(self.bind(port))
     }
 
     fn receive_from(&mut self, socket: SocketId, buffer: &mut [u8]) -> Result<Option<(usize, Endpoint)>, NetError> {
-        self.sockets.receive_from(socket, buffer)
+        network!(self.receive_from(socket, buffer))
     }
 
     fn send_to(&mut self, socket: SocketId, to: Endpoint, bytes: &[u8]) -> Result<(), NetError> {
-        self.sockets.send_to(socket, to, bytes)
+        network!(self.send_to(socket, to, bytes))
     }
 
     fn local_port(&mut self, listener: SocketId) -> Result<u16, NetError> {
-        self.sockets.local_port(listener)
+        network!(self.local_port(listener))
     }
 
     fn accept(&mut self, listener: SocketId) -> Result<Option<(SocketId, IpAddress)>, NetError> {
-        self.sockets.accept(listener)
+        network!(self.accept(listener))
     }
 
     fn read(&mut self, socket: SocketId, buffer: &mut [u8]) -> Result<Transfer, NetError> {
-        self.sockets.read(socket, buffer)
+        network!(self.read(socket, buffer))
     }
 
     fn write(&mut self, socket: SocketId, bytes: &[u8]) -> Result<Transfer, NetError> {
-        self.sockets.write(socket, bytes)
+        network!(self.write(socket, bytes))
     }
 
     fn require(&mut self, socket: SocketId, participant: Participant) {
-        self.sockets.require(socket, participant);
+        if let Network::System(sockets) = &mut self.network {
+            sockets.require(socket, participant);
+        }
     }
 
     fn may_be(&self, socket: SocketId, participant: Participant) -> bool {
-        self.sockets.may_be(socket, participant)
+        match &self.network {
+            Network::System(sockets) => sockets.may_be(socket, participant),
+            Network::Virtual(_) => true,
+        }
     }
 
     fn failure(&self, socket: SocketId) -> Option<NetError> {
-        self.sockets.failure(socket)
+        match &self.network {
+            Network::System(sockets) => sockets.failure(socket),
+            Network::Virtual(_) => None,
+        }
     }
 
     fn shut_down_writing(&mut self, socket: SocketId) {
-        self.sockets.shut_down_writing(socket);
+        network!(self.shut_down_writing(socket));
     }
 
     fn close(&mut self, socket: SocketId) {
-        self.sockets.close(socket);
+        network!(self.close(socket));
     }
 
     fn set_interest(&mut self, socket: SocketId, interest: Interest) {
-        self.sockets.set_interest(socket, interest);
+        network!(self.set_interest(socket, interest));
     }
 
     fn expect(&mut self, time: Deadline) {
@@ -167,6 +215,14 @@ impl Platform for Linux {
     }
 
     fn wait(&mut self, until: Deadline, ready: &mut dyn FnMut(SocketId, Interest)) {
+        if let Network::Virtual(network) = &mut self.network {
+            // What a reaction has scheduled is no less than what a socket has.
+            let until = if self.wake_up.clear() { Deadline::Now } else { until };
+            if let Some(time) = network.wait(until, ready) {
+                self.clock.skip_to(time);
+            }
+            return;
+        }
         let begin = std::time::Instant::now();
         let end = match until {
             Deadline::Now => {
@@ -203,6 +259,7 @@ impl Platform for Linux {
     }
 
     fn interrupted(&mut self) -> bool {
-        self.wake_up.interrupted()
+        let is_told = matches!(&self.network, Network::Virtual(network) if network.interrupted());
+        is_told || self.wake_up.interrupted()
     }
 }

@@ -59,9 +59,12 @@ impl WakeUp {
         &self.reader
     }
 
-    /// Clears the wake-ups, so that the next wait waits.
-    pub(crate) fn clear(&self) {
-        while matches!((&self.reader).read(&mut [0_u8; 64]), Ok(count) if count > 0) {}
+    /// Clears the wake-ups, so that the next wait waits. Returns whether there was one.
+    pub(crate) fn clear(&self) -> bool {
+        let read = || matches!((&self.reader).read(&mut [0_u8; 64]), Ok(count) if count > 0);
+        let was_woken = read();
+        while read() {}
+        was_woken
     }
 
     /// Returns whether SIGINT or SIGTERM has come.

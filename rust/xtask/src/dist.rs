@@ -61,6 +61,7 @@ const PACKAGES: &[&str] = &[
     "lf-c",
     "lf-linux",
     "lf-compiler",
+    "lf-testkit",
     "lfz",
 ];
 

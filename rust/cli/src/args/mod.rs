@@ -419,6 +419,10 @@ pub struct RunArgs {
     /// that folder, the participants get keys for this run.
     #[arg(long, value_name = "DIR")]
     pub keys: Option<PathBuf>,
+    /// Run in virtual time. This number decides how long messages travel between the participants, which datagrams are
+    /// lost, and how far clocks differ; the same number gives the same run.
+    #[arg(long, value_name = "SEED", conflicts_with_all = ["rti", "devices", "without"])]
+    pub seed: Option<u64>,
     /// Build these federates and leave their start to you: the command line of each is printed.
     #[arg(long, value_name = "FEDERATE", num_args = 1..)]
     pub without: Vec<String>,

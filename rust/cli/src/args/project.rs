@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //! The arguments of commands about whole projects: new ones, foreign ones, their tests and their packages.
 
+use std::ops::Range;
 use std::path::PathBuf;
 use std::time::Duration;
 
@@ -59,6 +60,21 @@ pub struct TestArgs {
     /// Run the tests as images on this board, which `native_sim` or QEMU plays: `native_sim/native/64`.
     #[arg(long, value_name = "BOARD")]
     pub board: Option<String>,
+    /// Run programs in virtual time. Seeds, `7` or `0..20`, decide how long messages travel between federates, which
+    /// datagrams are lost, and how far clocks differ: a federated program runs once with each of them.
+    #[arg(long, value_name = "SEEDS", value_parser = seeds, conflicts_with = "board")]
+    pub seed: Option<Range<u64>>,
+}
+
+/// Parses `7` or `0..20`, without the last.
+fn seeds(text: &str) -> Result<Range<u64>, String> {
+    let number =
+        |text: &str| text.parse::<u64>().map_err(|_| format!("\"{text}\" is no number; seeds are `7` or `0..20`"));
+    let (first, end) = match text.split_once("..") {
+        Some((first, end)) => (number(first)?, number(end)?),
+        None => (number(text)?, number(text)?.saturating_add(1)),
+    };
+    if first < end { Ok(first..end) } else { Err("there are no seeds between these two: write `0..20`".to_owned()) }
 }
 
 /// `lfz add`

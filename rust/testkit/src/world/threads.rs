@@ -9,18 +9,26 @@ use lf_runtime::trace::Record;
 use super::turns::{Fault, Trouble, Turns};
 use super::wires::{Conditions, Move, Wires};
 use super::{Pace, Side, Virtual, World};
+use crate::network::Medium;
 use crate::random::Random;
 
+/// The number of turns above that of any test.
+const TURNS_MAX: u64 = 60_000;
+
 /// A world whose participants have threads, before or while it runs.
-#[derive(Clone, Debug)]
-pub struct Threads(Arc<Turns<Wires>>);
+#[derive(Debug)]
+pub struct Threads<M: Medium = Wires>(Arc<Turns<M>>);
+
+impl<M: Medium> Clone for Threads<M> {
+    fn clone(&self) -> Self {
+        Self(Arc::clone(&self.0))
+    }
+}
 
 impl Threads {
-    /// Returns a world without participants.
+    /// Returns a world without participants, for a test.
     pub fn new(conditions: Conditions) -> Self {
-        let mut world = World::new(Wires::new(conditions), Random::new(conditions.seed));
-        world.leaves_some = true;
-        Self(Arc::new(Turns::new(world)))
+        Self::of(Wires::new(conditions), Random::new(conditions.seed), TURNS_MAX)
     }
 
     /// Adds a participant that begins at this virtual time, with a clock that is ahead of the others by `clock_offset`.
@@ -28,8 +36,30 @@ impl Threads {
     /// # Panics
     /// If it would begin in the past.
     pub fn join(&self, begins: Interval, clock_offset: Interval) -> Virtual {
-        let side = Side::keep(clock_offset.as_nanos(), 0);
-        let me = self.0.world.lock().join(side, nanos(begins), Pace::INSTANT);
+        self.add(begins, Side::keep(clock_offset.as_nanos(), 0), Pace::INSTANT)
+    }
+
+    /// Returns the writes and reads of the accepting sides, in order.
+    pub fn moves(&self) -> Vec<Move> {
+        self.0.world.lock().network.medium().moves().to_vec()
+    }
+}
+
+impl<M: Medium> Threads<M> {
+    /// Returns a world without participants, in which `random` decides all open choices, and which is in trouble after
+    /// that number of turns.
+    pub fn of(medium: M, random: Random, turns_max: u64) -> Self {
+        let mut world = World::new(medium, random);
+        world.leaves_some = true;
+        Self(Arc::new(Turns::new(world, turns_max)))
+    }
+
+    /// Adds a participant that begins at this virtual time.
+    ///
+    /// # Panics
+    /// If it would begin in the past.
+    pub fn add(&self, begins: Interval, side: &'static Side, pace: Pace) -> Virtual<M> {
+        let me = self.0.world.lock().join(side, nanos(begins), pace);
         Virtual::new(self.0.world.clone(), me, Some(Arc::clone(&self.0)))
     }
 
@@ -54,11 +84,6 @@ impl Threads {
     /// Returns the failure of the world, if there is one.
     pub fn trouble(&self) -> Option<Trouble> {
         self.0.trouble()
-    }
-
-    /// Returns the writes and reads of the accepting sides, in order.
-    pub fn moves(&self) -> Vec<Move> {
-        self.0.world.lock().network.medium().moves().to_vec()
     }
 
     /// Returns the records of each participant, in the order in which they have joined.

@@ -6,8 +6,7 @@ use std::sync::{Condvar, Mutex, MutexGuard, PoisonError};
 use super::{Shared, World, lock};
 use crate::network::Medium;
 
-/// The number of turns above that of any test; the world gets as many again to end.
-const TURNS_MAX: u64 = 60_000;
+/// The number of further turns that participants have to end.
 const TURNS_TO_END: u64 = 20_000;
 
 /// A failure of a world as a whole, which then interrupts all participants.
@@ -47,9 +46,9 @@ struct State {
 }
 
 impl<M: Medium> Turns<M> {
-    /// Returns the state before the first turn.
-    pub(super) fn new(world: World<M>) -> Self {
-        let state = State { turn: None, faults: Vec::new(), turns_left: TURNS_MAX, trouble: None, hopeless: false };
+    /// Returns the state before the first turn, of at most `turns_left`.
+    pub(super) fn new(world: World<M>, turns_left: u64) -> Self {
+        let state = State { turn: None, faults: Vec::new(), turns_left, trouble: None, hopeless: false };
         Self { world: Shared::new(world), state: Mutex::new(state), handed_over: Condvar::new() }
     }
 

@@ -6,7 +6,7 @@ use std::net::{Ipv4Addr, TcpListener};
 use std::path::PathBuf;
 
 use lf_compiler::emit::rti_name;
-use lf_compiler::plan::Rti;
+use lf_compiler::plan::{ClockSync, Rti};
 use lf_linux::rti::TRACE_UNLIMITED;
 
 use crate::args::{PORT_DEFAULT, Platform, RunArgs};
@@ -20,6 +20,7 @@ use crate::pins::{self, PinRecording};
 use crate::supervisor::{Ending, Interrupts, Streams};
 use crate::terminal;
 use crate::trace;
+use crate::virtual_network::VirtualNetwork;
 
 /// Returns the request to build the program for this computer.
 pub(super) fn request(arguments: &RunArgs) -> Request<'_> {
@@ -46,8 +47,16 @@ pub(super) fn run_once(
         trace::prepare(&built.plan, &recording.folder)?;
     }
     let keys = keys(built, arguments)?;
+    let network = arguments.seed.map(|seed| network(built, seed)).transpose()?.flatten();
     let interrupts = interrupts()?;
-    let ending = federation(built, arguments, recording.as_ref(), keys.as_ref())?.run(interrupts)?;
+    let mut federation = federation(built, arguments, recording.as_ref(), keys.as_ref())?;
+    if let Some(network) = &network {
+        take_part(&mut federation, network);
+    }
+    let ending = federation.run(interrupts)?;
+    if let Some(trouble) = network.as_ref().and_then(VirtualNetwork::trouble) {
+        terminal::remark(format_args!("error: {trouble}"));
+    }
     if let (Some(bounds), Some(Recording { folder, .. })) = (&arguments.measure, &recording) {
         let messages = trace::write_bounds(folder, None, bounds)?;
         terminal::inform(format_args!("{messages} messages measured: {}", bounds.display()));
@@ -57,6 +66,37 @@ pub(super) fn run_once(
         terminal::inform(format_args!("recorded in {folder}: see it with `lfz trace {folder}`"));
     }
     Ok(ending)
+}
+
+/// Returns the virtual network of a federation; a program that is not federated needs none.
+fn network(built: &Built, seed: u64) -> Result<Option<VirtualNetwork>, Failure> {
+    let plan = &built.plan;
+    if plan.rti.is_none() {
+        return Ok(None);
+    }
+    let refused = |reason: &str| Err(Failure::message(format!("--seed: {reason}")));
+    if plan.transients() > 0 {
+        return refused("transient federates come when somebody starts them, and nobody does so in virtual time");
+    }
+    if plan.target.security.is_tls() {
+        return refused("a virtual network has no TLS: write `security: noise` instead of `comm-type: TLS`");
+    }
+    let participants = 1 + plan.federates.len();
+    if participants > VirtualNetwork::PARTICIPANTS_MAX {
+        return refused("a virtual network has addresses for 253 federates");
+    }
+    Ok(Some(VirtualNetwork::begin(seed, participants, plan.target.clock_sync != ClockSync::Off)?))
+}
+
+/// Makes the RTI and the federates participants of a virtual network.
+fn take_part(federation: &mut Federation, network: &VirtualNetwork) {
+    // A run is to be the same each time, and nobody else reaches its RTI.
+    if let FederationId::BeginsWith(name) = &federation.id {
+        federation.id = FederationId::Exactly(name.clone());
+    }
+    for (number, process) in federation.rti.iter_mut().chain(&mut federation.federates).enumerate() {
+        process.environment.extend([network.variable(number)]);
+    }
 }
 
 /// Hands out the keys of a federation that asks for encryption: those of its folder, or else new ones.
@@ -136,6 +176,7 @@ fn federation(
         if let Some(keys) = keys {
             words.extend(keys.options(name, true)?.into_iter().map(Argument::from));
         }
+        words.extend((planned.is_none() && arguments.seed.is_some()).then(|| "--virtual-time".into()));
         words.extend(arguments.arguments.iter().map(Argument::from));
         words.extend(recording.into_iter().flat_map(|recording| recording.options(name)));
         if let Some(script) = &arguments.devices {
@@ -175,8 +216,10 @@ fn rti_process(
     recording: Option<&Recording>,
     keys: Option<&HandedOut>,
 ) -> Result<(Process, Option<u16>), Failure> {
-    let is_any = rti.port == PORT_DEFAULT;
+    let is_any = rti.port == PORT_DEFAULT && arguments.seed.is_none();
     let (mut words, port, is_told) = match &arguments.rti {
+        // It listens when all have come, so the federates have to know its port before.
+        None if arguments.seed.is_some() => (vec![guard::THIS_PROGRAM.into(), "rti".into()], rti.port, Some(rti.port)),
         // A program without a port of its own gets any free one, so that several may run at once.
         None => (vec![guard::THIS_PROGRAM.into(), "rti".into()], if is_any { 0 } else { rti.port }, None),
         // Another RTI neither chooses a port nor prints it; the federates try until it listens.
@@ -205,6 +248,9 @@ fn rti_process(
 /// Returns the address of the RTI: on this computer, of the family of the one that the program names. Another RTI may
 /// have no IPv6, as the stock one.
 fn rti_address(rti: &Rti, arguments: &RunArgs) -> &'static str {
+    if arguments.seed.is_some() {
+        return "10.0.0.1:";
+    }
     if rti.host.contains(':') && arguments.rti.is_none() { "[::1]:" } else { "127.0.0.1:" }
 }
 

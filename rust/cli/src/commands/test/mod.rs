@@ -56,13 +56,15 @@ pub(super) fn test(arguments: &TestArgs) -> Result<ExitCode, Failure> {
     }
     let mut outcomes = Vec::new();
     for test in &tests {
-        let outcome = run(test, arguments)?;
-        let word = if outcome.failure.is_none() { "ok" } else { "FAILED" };
-        terminal::print(format_args!("{} ... {word} ({:.1} s)", outcome.name, outcome.took.as_secs_f64()))?;
-        if let Some(output) = &outcome.failure {
-            terminal::remark(output);
+        for seed in seeds(test, arguments) {
+            let outcome = run(test, seed, arguments)?;
+            let word = if outcome.failure.is_none() { "ok" } else { "FAILED" };
+            terminal::print(format_args!("{} ... {word} ({:.1} s)", outcome.name, outcome.took.as_secs_f64()))?;
+            if let Some(output) = &outcome.failure {
+                terminal::remark(output);
+            }
+            outcomes.push(outcome);
         }
-        outcomes.push(outcome);
     }
     if let Some(file) = &arguments.junit {
         let named = |error| Failure::message(format!("{} cannot be written: {error}", file.display()));
@@ -124,8 +126,17 @@ fn described(file: &Path, stem: &str, is_image: bool) -> Result<Vec<Test>, Failu
     Ok(tests)
 }
 
+/// Returns the seeds with which a test runs. Those of a program without a network make no difference.
+fn seeds(test: &Test, arguments: &TestArgs) -> Vec<Option<u64>> {
+    match &arguments.seed {
+        Some(seeds) if test.is_federated => seeds.clone().map(Some).collect(),
+        Some(seeds) => vec![Some(seeds.start)],
+        None => vec![None],
+    }
+}
+
 /// Builds and runs the program of a test.
-fn run(test: &Test, arguments: &TestArgs) -> Result<Outcome, Failure> {
+fn run(test: &Test, seed: Option<u64>, arguments: &TestArgs) -> Result<Outcome, Failure> {
     let mut command = Command::new(std::env::current_exe()?);
     match &arguments.board {
         None => command.arg("run").arg(&test.program),
@@ -140,6 +151,10 @@ fn run(test: &Test, arguments: &TestArgs) -> Result<Outcome, Failure> {
     };
     command.arg("--timeout").arg(format!("{} s", arguments.timeout.as_secs_f64()));
     command.args(arguments.release.then_some("--release"));
+    // Programs that describe a case run in virtual time anyway.
+    if let Some(seed) = seed.filter(|_| test.out.is_none()) {
+        command.arg("--seed").arg(seed.to_string());
+    }
     if let Some(out) = &test.out {
         command.arg(if arguments.board.is_some() { "--build-dir" } else { "--out" }).arg(out);
         command.args(arguments.board.is_none().then_some(["--", "--virtual-time"]).into_iter().flatten());
@@ -149,7 +164,8 @@ fn run(test: &Test, arguments: &TestArgs) -> Result<Outcome, Failure> {
     let begin = Instant::now();
     let output = command.stdin(Stdio::null()).output()?;
     let failure = (!output.status.success()).then(|| said(&output, arguments.board.is_some()));
-    Ok(Outcome { name: test.name.clone(), took: begin.elapsed(), failure })
+    let with = seed.filter(|_| test.is_federated).map_or_else(String::new, |seed| format!(", seed {seed}"));
+    Ok(Outcome { name: test.name.clone() + &with, took: begin.elapsed(), failure })
 }
 
 /// Returns the prj.conf of the project that a test belongs to: that of the nearest folder around it. West finds those
