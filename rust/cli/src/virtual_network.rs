@@ -8,8 +8,8 @@ use std::io;
 use std::os::unix::net::{UnixListener, UnixStream};
 use std::path::PathBuf;
 use std::thread;
+use std::time::Duration;
 
-use lf_compiler::plan::Time;
 use lf_linux::model::time::Interval;
 use lf_linux::virtual_network::{VARIABLE, participant, serve};
 use lf_testkit::network::Medium;
@@ -89,10 +89,10 @@ impl VirtualNetwork {
     /// Returns why the participants were interrupted, if they were.
     pub(crate) fn trouble(&self) -> Option<String> {
         let trouble = self.world.trouble()?;
-        let after = Time(self.world.now().as_nanos());
+        let after = Duration::from_nanos(self.world.now().as_nanos().unsigned_abs()).as_secs_f64();
         Some(match trouble {
-            Trouble::Stuck => format!("after {after} of virtual time, all participants wait for what never comes"),
-            Trouble::Busy => format!("after {after} of virtual time, the participants find no end"),
+            Trouble::Stuck => format!("after {after:.3} s of virtual time, all participants wait for what never comes"),
+            Trouble::Busy => format!("after {after:.3} s of virtual time, the participants find no end"),
         })
     }
 }

@@ -278,12 +278,12 @@ fn federations_run_in_virtual_time_with_the_network_of_a_seed() {
 #[test]
 fn what_has_no_virtual_time_is_refused_by_name() {
     let transient = federation("", 10).replace("  one = new", "  @transient\n  one = new");
-    let endless =
-        federation("keepalive: true", 10).replace("timeout: 1 s, ", "").replace("timer t(0, 100 ms)", "timer t(0)");
+    let endless = "target C { keepalive: true }\nreactor Node { reaction(startup) {= =} }\nfederated reactor {\n  \
+                   one = new Node()\n  two = new Node()\n}\n";
     let folder = folder(&[
         ("test/Tls.lf", &federation("comm-type: TLS", 10)),
         ("test/Transient.lf", &transient),
-        ("endless/Endless.lf", &endless),
+        ("endless/Endless.lf", endless),
     ]);
     let output = run(folder.path(), &["--seed", "1"]);
     assert_eq!(lines(&output).last().map(String::as_str), Some("0 passed, 2 failed"));
