@@ -278,8 +278,8 @@ fn a_seed_is_a_run_bit_for_bit() {
     }
 }
 
-/// Messages of an earlier life filled the queue of an input, of which a later life had made unknown what came before its
-/// own message. That was held, and nothing made room.
+/// Messages of an earlier life filled the queue of an input, of which a later life had made unknown what came before
+/// its own message. That was held, and nothing made room.
 #[test]
 fn a_held_message_of_a_later_life_lets_those_of_the_earlier_one_happen() {
     hold(DECENTRALIZED_COMINGS, &[14185]);

@@ -13,7 +13,7 @@ const HEAD: usize = 17;
 /// The length of one socket in a list of those that are ready.
 const READY: usize = 5;
 
-/// What a participant calls. The functions are those of [`lf_runtime::platform::Platform`].
+/// A call of a participant. The functions are those of [`lf_runtime::platform::Platform`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Call {
     /// Names the participant by its number. Answered at the beginning of its first turn.
@@ -265,12 +265,23 @@ impl Frame {
     pub(super) fn read(mut stream: impl Read) -> io::Result<Self> {
         let mut head = [0; HEAD];
         stream.read_exact(&mut head)?;
-        let [kind, a, b, c, d, number @ .., l, e, n, g] = head;
-        let mut bytes = vec![0; usize::try_from(u32::from_le_bytes([l, e, n, g])).map_err(io::Error::other)?];
+        let mut rest = &head[..];
+        let [kind] = take(&mut rest);
+        let index = u16::from_le_bytes(take(&mut rest));
+        let generation = u16::from_le_bytes(take(&mut rest));
+        let number = i64::from_le_bytes(take(&mut rest));
+        let length = u32::from_le_bytes(take(&mut rest));
+        let mut bytes = vec![0; usize::try_from(length).map_err(io::Error::other)?];
         stream.read_exact(&mut bytes)?;
-        let socket = (u16::from_le_bytes([a, b]), u16::from_le_bytes([c, d]));
-        Ok(Self { kind, socket, number: i64::from_le_bytes(number), bytes })
+        Ok(Self { kind, socket: (index, generation), number, bytes })
     }
+}
+
+/// Takes bytes from the front of a head, which has them.
+fn take<const N: usize>(rest: &mut &[u8]) -> [u8; N] {
+    let (front, behind) = rest.split_first_chunk().unwrap_or((&[0; N], &[]));
+    *rest = behind;
+    *front
 }
 
 fn coded(interest: Interest) -> u8 {

@@ -177,7 +177,7 @@ fn without_the_other_program_calls_fail() {
 }
 
 proptest! {
-    /// What is no frame of a participant is refused, and does not end the other program.
+    /// Bytes that are no frame of a participant are refused, and do not end the other program.
     #[test]
     fn any_bytes_are_read_or_refused(bytes in prop::collection::vec(any::<u8>(), 0..64)) {
         // The length of such a frame is that of its bytes, so that no large one is awaited.

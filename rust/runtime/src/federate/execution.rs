@@ -7,8 +7,6 @@
 
 use core::fmt;
 
-#[cfg(feature = "transients")]
-use lf_coordination::FederateId;
 use lf_coordination::federate::{Awaited, Coordination, Federate, Needs, Phase};
 use lf_coordination::{Deadline, to_wire};
 #[cfg(feature = "traces")]
@@ -80,7 +78,7 @@ pub(super) struct Execution<'a, 's, N: Needs> {
     stop_decided: Instant,
     /// Whether this federate, which is transient, has joined, and its owner has not noted it.
     #[cfg(feature = "transients")]
-    has_joined: bool,
+    pub(super) has_joined: bool,
     /// The reason why this federate cannot go on, if there is one.
     pub(super) failure: Option<RunError>,
 }
@@ -148,74 +146,8 @@ impl<'a, 's, N: Needs> Execution<'a, 's, N> {
         }
     }
 
-    /// Joins the running federation, which has started at this physical time, with this tag.
-    #[cfg(feature = "transients")]
-    pub(super) fn join(&mut self, start: Instant, first: Tag) {
-        log::debug!("this federate joins at {first}");
-        self.engine.join(start, first);
-        self.has_joined = true;
-        self.limit_stop();
-        if N::AWAITED && self.is_decentralized() {
-            let inputs = self.engine.tables().inputs;
-            self.awaited.start(first, |port| inputs.get(usize::from(port)).and_then(|input| input.delay));
-        }
-    }
-
-    /// Returns whether this federate has joined a federation with decentralized coordination since the last call.
-    #[cfg(feature = "transients")]
-    pub(super) fn take_joined(&mut self) -> bool {
-        core::mem::take(&mut self.has_joined) && self.is_decentralized()
-    }
-
-    /// Returns the execution in which transient federates upstream are absent, until they come.
-    #[cfg(feature = "transients")]
-    pub(super) fn prepared(mut self) -> Self {
-        if N::AWAITED && N::TRANSIENTS {
-            for (port, input) in (0..).zip(self.engine.tables().inputs) {
-                if self.machine.may_be_absent(FederateId(input.federate)) {
-                    self.awaited.learn(port, Tag::FOREVER);
-                }
-            }
-        }
-        self
-    }
-
-    /// Handles that a transient federate upstream has come: its first tag is later than all that have been granted.
-    /// With decentralized coordination, a message before the open tag or the last one would be late in any case.
-    #[cfg(feature = "transients")]
-    pub(super) fn upstream_comes(&mut self, federate: u16) {
-        let known = if self.is_decentralized() {
-            self.engine.current_tag()
-        } else {
-            let provisional = self.machine.granted_provisionally().unwrap_or(Tag::NEVER);
-            self.machine.granted().max(provisional)
-        };
-        for (port, input) in (0..).zip(self.engine.tables().inputs) {
-            if input.federate == federate {
-                self.awaited.forget(port, known);
-            }
-        }
-    }
-
-    /// Stops this federate alone, as soon as it can: at the next microstep. It sends nothing there if it has announced
-    /// a later event, because others rely on that. With decentralized coordination it is the physical time instead,
-    /// because what it sends at an earlier tag would come too late.
-    ///
-    /// One that has not begun its first tag leaves at once, and none of its reactions runs: others may be slow, and it
-    /// has nothing to end.
-    #[cfg(feature = "transients")]
-    pub(super) fn stop_alone(&mut self, now: Instant) {
-        if self.phase() == Phase::Running && !self.machine.misses(self.engine.current_tag()) {
-            let earliest = if self.is_decentralized() { Tag::at(self.physical(now)) } else { Tag::NEVER };
-            self.engine.stop_alone(earliest);
-            self.silent |= self.machine.has_announced_beyond(self.engine.stop_tag());
-        } else {
-            self.machine.finish();
-        }
-    }
-
     /// Passes the program's own last tag to the machine.
-    fn limit_stop(&mut self) {
+    pub(super) fn limit_stop(&mut self) {
         if self.engine.stop_tag() < Tag::FOREVER {
             self.machine.limit_stop(self.engine.stop_tag());
         }
@@ -427,7 +359,7 @@ impl<N: Needs> Execution<'_, '_, N> {
     }
 
     /// Returns the inputs to which a federate sends directly, and whether that is over a physical connection.
-    fn direct_inputs(&self, from: u16) -> impl Iterator<Item = (u16, bool)> + use<N> {
+    pub(super) fn direct_inputs(&self, from: u16) -> impl Iterator<Item = (u16, bool)> + use<N> {
         let (inputs, is_decentralized) = (self.engine.tables().inputs, self.is_decentralized());
         let is_direct = move |input: &NetworkInput| input.federate == from && (input.physical || is_decentralized);
         (0..).zip(inputs).filter(move |(_, input)| is_direct(input)).map(|(port, input)| (port, input.physical))
@@ -439,17 +371,6 @@ impl<N: Needs> Execution<'_, '_, N> {
         self.direct_inputs(from).all(|(port, is_physical)| {
             is_held(port) || if is_physical { physical } else { self.awaited.is_known(port, Tag::FOREVER) }
         })
-    }
-
-    /// Handles that messages of a federate are held, of which `first_held` returns the first tag for an input: nothing
-    /// earlier follows.
-    #[cfg(feature = "transients")]
-    pub(super) fn learn_of_held(&mut self, from: u16, first_held: impl Fn(u16) -> Option<Tag>) {
-        for (port, _) in self.direct_inputs(from).filter(|(_, is_physical)| !is_physical) {
-            if let Some(tag) = first_held(port).filter(|tag| tag.is_finite()) {
-                self.awaited.learn(port, tag.before());
-            }
-        }
     }
 
     /// Handles that a federate sends nothing directly any more, apart from held messages for some of its inputs.

@@ -29,6 +29,8 @@ mod peers;
 mod reason;
 mod receiver;
 mod session;
+#[cfg(feature = "transients")]
+mod transients;
 mod waiting;
 
 pub use event_loop::FederateLoop;
