@@ -36,10 +36,9 @@ pub(crate) fn clippy(repository: &Path, report: &mut Report) {
         let mut command = process::cargo(repository);
         process::succeeds(command.args(["clippy", "--quiet"]).args(arguments).args(["--", "-D", "warnings"]))
     };
-    let mut passed = is_clean(&["--workspace", "--all-targets"]);
-    if process::find_program("node").is_some() {
-        passed &= is_clean(&[&editor::GRAMMAR[..], &["--all-targets"]].concat());
-    }
+    let has_parser = process::find_program("node").is_some();
+    let workspace = if has_parser { &editor::WITH_PARSER[..] } else { &["--workspace"] };
+    let mut passed = is_clean(&[workspace, &["--all-targets"]].concat());
     for feature in IMAGE_FEATURES {
         passed &= is_clean(&["--package", "lf-embedded", "--no-default-features", "--features", feature]);
     }
