@@ -58,8 +58,8 @@ fn found(tree: &Tree) -> Vec<Declared> {
         "watchdog",
         "reaction",
     ];
-    let declares = |node: &Node<'_>| kinds.contains(&node.kind());
-    let declared = nodes(tree).into_iter().filter(declares);
+    let is_declaration = |node: &Node<'_>| kinds.contains(&node.kind());
+    let declared = nodes(tree).into_iter().filter(is_declaration);
     let named = declared.filter_map(|node| Some((node.kind(), node.child_by_field_name("name")?.byte_range())));
     let mut all: Vec<Declared> = named.collect();
     all.sort_by_key(|(_, place)| place.start);
