@@ -15,6 +15,9 @@ pub(crate) fn run(repository: &Path, package: Option<&str>, filter: Option<&str>
         Some(package) => cargo.args(["--package", package]),
         None => cargo.arg("--workspace"),
     };
+    if package.is_none_or(|name| name == "tree-sitter-lf") && process::find_program("node").is_some() {
+        cargo.args(["--features", "tree-sitter-lf/parser"]);
+    }
     cargo.args(filter);
     let passed = process::succeeds(&mut cargo);
     let mut git = std::process::Command::new("git");

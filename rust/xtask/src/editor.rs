@@ -1,16 +1,22 @@
 // SPDX-License-Identifier: Apache-2.0
-//! The extension for VS Code: its types, its grammar, its package, and the package in a real editor.
+//! The extension for VS Code: its types, its grammar, its package, and the package in a real editor; the grammar for
+//! other editors, and one of these.
 
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
+use crate::counts::Counts;
 use crate::process;
 use crate::report::Report;
 
 /// The programs by which Debian and others call a browser that the suite can drive.
 const BROWSERS: [&str; 3] = ["chromium", "chromium-browser", "google-chrome"];
 
-/// Checks the extension in `editors/vscode`.
+/// Arguments of cargo that choose the workspace with the parser of the tree-sitter grammar, which needs Node.js. The
+/// grammar's package alone would compile the compiler once more, with other features of its dependencies.
+pub(crate) const WITH_PARSER: [&str; 3] = ["--workspace", "--features", "tree-sitter-lf/parser"];
+
+/// Checks what `editors` has.
 pub(crate) fn step(repository: &Path, report: &mut Report) {
     let folder = repository.join("editors/vscode");
     for program in ["node", "npm"] {
@@ -19,6 +25,9 @@ pub(crate) fn step(repository: &Path, report: &mut Report) {
             return;
         }
     }
+    let (succeeded, output) =
+        process::teed(process::cargo(repository).arg("test").args(WITH_PARSER).args(["--test", "grammar"]));
+    report.runner("editor tree-sitter", succeeded, Counts::from_cargo_test(&output));
     if let Err(reason) = install(&folder) {
         report.fail("editor", &reason);
         return;
@@ -30,9 +39,11 @@ pub(crate) fn step(repository: &Path, report: &mut Report) {
         report.fail("editor", "lfz cannot be compiled");
         return;
     };
+    let grammar = process::target_folder(repository).join("debug/tree-sitter-lf");
     let mut suite = |name: &str, script: &str, programs: &[&str]| {
         if programs.iter().any(|program| process::find_program(program).is_some()) {
-            let passed = process::succeeds(npm(&folder, &["run", "--silent", script]).env("LFZ", &lfz));
+            let mut npm = npm(&folder, &["run", "--silent", script]);
+            let passed = process::succeeds(npm.env("LFZ", &lfz).env("TREE_SITTER_LF", &grammar));
             report.check(name, passed);
         } else {
             report.skip(name, &format!("not installed: {}", programs[0]));

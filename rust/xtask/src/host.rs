@@ -5,6 +5,7 @@ use std::path::Path;
 use std::process::Command;
 
 use crate::counts::Counts;
+use crate::editor;
 use crate::process;
 use crate::report::Report;
 use crate::tidy::tree::Tree;
@@ -28,13 +29,16 @@ pub(crate) fn fmt(repository: &Path, report: &mut Report) {
 /// The features that an image may have, one by one.
 const IMAGE_FEATURES: [&str; 8] = ["", "datagrams", "ipv6", "peers", "security", "texts", "traces", "transients"];
 
-/// Lints, with warnings as errors: of the workspace, and of the crates of images with each of their features alone.
+/// Lints, with warnings as errors: of the workspace, of the grammar for editors if its parser can be generated, and of
+/// the crates of images with each of their features alone.
 pub(crate) fn clippy(repository: &Path, report: &mut Report) {
     let is_clean = |arguments: &[&str]| {
         let mut command = process::cargo(repository);
         process::succeeds(command.args(["clippy", "--quiet"]).args(arguments).args(["--", "-D", "warnings"]))
     };
-    let mut passed = is_clean(&["--workspace", "--all-targets"]);
+    let has_parser = process::find_program("node").is_some();
+    let workspace = if has_parser { &editor::WITH_PARSER[..] } else { &["--workspace"] };
+    let mut passed = is_clean(&[workspace, &["--all-targets"]].concat());
     for feature in IMAGE_FEATURES {
         passed &= is_clean(&["--package", "lf-embedded", "--no-default-features", "--features", feature]);
     }
