@@ -73,7 +73,7 @@ pub(super) struct Execution<'a, 's, N: Needs> {
     /// Whether other federates send to this one through the RTI.
     has_upstream: bool,
     /// Whether the RTI knows that nothing more is sent from here, though a last tag is still to be run.
-    silent: bool,
+    pub(super) silent: bool,
     /// The physical time at which the common stop tag became known.
     stop_decided: Instant,
     /// Whether this federate, which is transient, has joined, and its owner has not noted it.
