@@ -378,6 +378,8 @@ void lf_react(uint16_t reaction);
 void lf_miss_deadline(uint16_t reaction);
 void lf_handle_tardy(uint16_t reaction);
 void lf_reset_mode(uint16_t mode);
+/* The place and the size of a state for the instance that takes the place of this one. */
+void *lf_handed_over(uint16_t state, size_t *size);
 
 #ifdef __cplusplus
 }

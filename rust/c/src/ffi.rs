@@ -48,6 +48,8 @@ unsafe extern "C" {
     pub(crate) safe fn lf_miss_deadline(reaction: u16);
     pub(crate) safe fn lf_handle_tardy(reaction: u16);
     pub(crate) safe fn lf_reset_mode(mode: u16);
+    #[cfg(feature = "transients")]
+    pub(crate) fn lf_handed_over(state: u16, size: *mut usize) -> *mut c_void;
 
     // tokens.c
     pub(crate) fn lf_c_token_retain(token: *mut RawToken);

@@ -19,5 +19,7 @@ mod trigger;
 
 pub use port::{Port, QueuedPort, TardyInput, copy};
 pub use running::{Bodies, construct, give_parameter, handle_tardy, miss_deadline, react, reset_mode};
+#[cfg(feature = "transients")]
+pub use running::{hand_over, take_over};
 pub use token::Token;
 pub use trigger::{LogicalAction, PhysicalAction, PhysicalInbox, Timer, Watchdog};

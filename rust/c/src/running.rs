@@ -8,6 +8,8 @@ use core::sync::atomic::{AtomicBool, Ordering};
 use critical_section::Mutex;
 use heapless::Vec;
 use lf_model as model;
+#[cfg(feature = "transients")]
+use lf_model::PayloadError;
 use lf_model::{
     Inbox, Instant, Interval, ModeId, Outside, PortId, ReactionContext, ReactionId, Schedulable, SharedTag, Tables,
     Tag, TriggerId,
@@ -76,6 +78,49 @@ pub fn handle_tardy<B: Bodies>(program: &mut B, reaction: ReactionId, ctx: &mut 
 /// Resets the `reset` state variables in a mode to their initial values: for [`model::ModeCells::reset_mode`].
 pub fn reset_mode(mode: ModeId) {
     ffi::lf_reset_mode(mode.0);
+}
+
+/// Calls `action` with the memory of a state that is handed over; of none, if there is no such state.
+#[cfg(feature = "transients")]
+fn with_state<R>(state: u16, action: impl FnOnce(&mut [u8]) -> R) -> R {
+    let mut size = 0;
+    // SAFETY: C writes the size, and returns null or the place of a variable of the program, which is that large.
+    let place = unsafe { ffi::lf_handed_over(state, &raw mut size) };
+    if place.is_null() {
+        return action(&mut []);
+    }
+    // SAFETY: the variable is initialised, as all of the program's are. The event loop, which calls this, runs no body
+    // meanwhile, and bodies run nowhere else.
+    action(unsafe { core::slice::from_raw_parts_mut(place.cast(), size) })
+}
+
+/// Writes the value of a state as it lies in memory: for [`model::Program::hand_over`].
+///
+/// # Errors
+/// When it does not fit.
+#[cfg(feature = "transients")]
+pub fn hand_over(state: u16, bytes: &mut [u8]) -> Result<usize, PayloadError> {
+    let available = bytes.len();
+    with_state(state, |value| {
+        let room = bytes.get_mut(..value.len()).ok_or(PayloadError::NoRoom { needed: value.len(), available })?;
+        room.copy_from_slice(value);
+        Ok(value.len())
+    })
+}
+
+/// Sets a state to a value of another instance: for [`model::Program::take_over`].
+///
+/// # Errors
+/// When it has another size.
+#[cfg(feature = "transients")]
+pub fn take_over(state: u16, bytes: &[u8]) -> Result<(), PayloadError> {
+    with_state(state, |value| {
+        if value.len() != bytes.len() {
+            return Err(PayloadError::Length { expected: value.len(), found: bytes.len() });
+        }
+        value.copy_from_slice(bytes);
+        Ok(())
+    })
 }
 
 /// The reaction that runs, for the functions that its body calls.

@@ -8,7 +8,7 @@
 use lf_model::time::Interval;
 use lf_model::{ActionTiming, ModeId, ModeTrigger, Policy, PortId, ReactionId, ReactionKind, TriggerId, TriggerKind};
 
-use crate::plan::{self, Federate, Plan, SpacingPolicy, Type};
+use crate::plan::{self, Federate, InstanceIndex, Plan, SpacingPolicy, StateVariable, Type};
 
 /// The tables of a federate: rows in the order of their ids.
 #[derive(Clone, Debug)]
@@ -27,6 +27,8 @@ pub struct Tables<'p> {
     pub own_ports: &'p [u16],
     /// The reactions that send absences: they run at every tag.
     pub absence: Vec<ReactionId>,
+    /// The states that the federate, which is transient, hands over.
+    pub handed_over: Vec<HandedOverRow<'p>>,
     /// The modes, those of a container before those of its contents.
     pub modes: Vec<ModeRow<'p>>,
     /// The federates that send to this one, each with the least delay in nanoseconds; `None` without `after`.
@@ -34,6 +36,19 @@ pub struct Tables<'p> {
     /// The wire ports whose reactions wait until the status of the input is known, each with the lowest of their
     /// levels.
     pub awaited: Vec<(u16, u16)>,
+}
+
+/// A state variable of an instance that is handed over.
+#[derive(Clone, Debug)]
+pub struct HandedOverRow<'p> {
+    /// The name for messages.
+    pub name: String,
+    /// A number that follows from its name and its type, and from nothing else.
+    pub id: u64,
+    /// The instance.
+    pub instance: InstanceIndex,
+    /// The variable.
+    pub state: &'p StateVariable,
 }
 
 /// A mode of an instance.
@@ -218,6 +233,7 @@ impl<'p> Tables<'p> {
             ports,
             outputs: federate.outputs.iter().map(output_row).collect(),
             own_ports: &federate.own_ports,
+            handed_over: handed_over(plan, federate),
             absence: reaction_ids(&federate.absence()),
             modes: federate.modes.iter().map(mode_row).collect(),
             upstream: federate.upstream.iter().map(|upstream| (upstream.federate, upstream.delay_ns)).collect(),
@@ -256,6 +272,25 @@ impl<'p> Tables<'p> {
     pub fn has_tardy_inputs(&self) -> bool {
         self.inputs.iter().any(|input| input.tardy)
     }
+}
+
+/// Returns the states that a transient federate hands over.
+pub(crate) fn handed_over<'p>(plan: &'p Plan, federate: &'p Federate) -> Vec<HandedOverRow<'p>> {
+    let instances = (0..).map(InstanceIndex).zip(&federate.instances).filter(|_| federate.transient);
+    let states = instances.flat_map(|(index, instance)| {
+        let states = plan.class(instance).state.iter().filter(|state| state.handed_over.is_some());
+        states.map(move |state| (index, instance, state))
+    });
+    let row = |(instance, at, state): (InstanceIndex, &plan::Instance, &'p StateVariable)| {
+        let name = format!("{}.{}", at.path, state.name);
+        HandedOverRow { id: fnv_1a(&format!("{name}: {}", state.ty.text)), name, instance, state }
+    };
+    states.map(row).collect()
+}
+
+/// Returns the 64-bit FNV-1a hash of a text: it is the same in all builds and versions.
+fn fnv_1a(text: &str) -> u64 {
+    text.bytes().fold(0xcbf2_9ce4_8422_2325, |hash, byte| (hash ^ u64::from(byte)).wrapping_mul(0x0100_0000_01b3))
 }
 
 fn trigger_row<'p>(trigger: &'p plan::Trigger, inputs: &[InputRow<'p>]) -> TriggerRow<'p> {

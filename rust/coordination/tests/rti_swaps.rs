@@ -7,7 +7,7 @@ use lf_model::time::{Instant, Interval};
 use lf_testkit::rti::dialogue::{FEDERATION, START, at, config, hello, message, read, wait};
 use lf_testkit::rti::{Rig, Sizes};
 use lf_wire::{
-    DELAY_NONE, Decoded, KIND_TRANSIENT, Limits, Message, NeighborStructure, Tag, UDP_PORT_CLOCK_SYNC_OFF,
+    DELAY_NONE, Decoded, HANDED_OVER_PORT, KIND_TRANSIENT, Limits, Message, NeighborStructure, Tag, UDP_PORT_CLOCK_SYNC_OFF,
     decode_to_transient,
 };
 
@@ -87,6 +87,55 @@ fn an_instance_that_does_not_make_way_is_expelled() {
         rig.message(connection, &Message::Resign);
     }
     assert_eq!(rig.rti.status(), Status::Running);
+}
+
+/// Returns a state that a federate hands over.
+fn state(of: u16, value: &'static [u8]) -> Message<'static> {
+    Message::TaggedMessage { port: HANDED_OVER_PORT, federate: of, tag: at(5), payload: value }
+}
+
+/// A state goes to the one that waits, before it begins; to nobody where nobody waits, and only from the federate itself.
+#[test]
+fn a_state_is_passed_to_the_instance_that_waits() {
+    let (mut rig, [first, old, _]) = chain();
+    rig.message(old, &state(1, b"for nobody"));
+    let new = introduce(&mut rig, 1, &[(0, DELAY_NONE)]);
+    rig.message(new, &Message::Timestamp(START + 9));
+    assert_eq!((heard(&mut rig, new), heard(&mut rig, old)), (vec!["ACK".into()], vec!["STOP".into()]));
+    for value in [&b"one"[..], b"two"] {
+        rig.message(old, &state(1, value));
+    }
+    assert_eq!(read(&mut rig, new), ["message [111, 110, 101]", "message [116, 119, 111]"]);
+    rig.message(old, &Message::Resign);
+    rig.close(old);
+    rig.pump(new);
+    assert_eq!(heard(&mut rig, new), ["start 9 0"]);
+    assert_eq!(heard(&mut rig, old), Vec::<String>::new());
+    // From another federate it is a message like any other.
+    rig.message(first, &state(1, b"x"));
+    assert_eq!(heard(&mut rig, new), ["TAGGED_MESSAGE"]);
+    assert_eq!(rig.rti.status(), Status::Running);
+}
+
+/// What a federate hands over waits for room like any message, and nothing of it is lost.
+#[test]
+fn a_state_waits_for_room_at_the_instance_that_waits() {
+    let (mut rig, [_, old, _]) = chain();
+    let new = introduce(&mut rig, 1, &[(0, DELAY_NONE)]);
+    assert_eq!((heard(&mut rig, new), heard(&mut rig, old)), (vec!["ACK".into()], vec!["STOP".into()]));
+    rig.outlet.capacity = 200;
+    for _ in 0..3 {
+        rig.message(old, &state(1, &[7; 100]));
+    }
+    rig.message(old, &Message::Resign);
+    let mut messages = Vec::new();
+    while messages.len() < 3 {
+        let more = heard(&mut rig, new);
+        assert!(!more.is_empty(), "it waits without end after {messages:?}");
+        messages.extend(more);
+        rig.pump(old);
+    }
+    assert_eq!(messages, ["TAGGED_MESSAGE"; 3]);
 }
 
 #[test]

@@ -7,7 +7,7 @@ use lf_coordination::from_wire;
 use lf_coordination::rti::ConnectionId;
 use lf_model::time::{Instant, Interval, Tag};
 use lf_testkit::rti::Observer;
-use lf_wire::{DELAY_NONE, Message};
+use lf_wire::{DELAY_NONE, HANDED_OVER_PORT, Message};
 
 /// The limit of messages per input, above any that an input can cause.
 const ANSWERS_MAX: usize = 2_000;
@@ -116,6 +116,8 @@ impl Observer for Oracle {
                 assert!(tag > peer.granted && tag > peer.provisional, "provisional grants rise");
                 peer.provisional = tag;
             }
+            // The instance that it is for has not begun.
+            Message::TaggedMessage { port: HANDED_OVER_PORT, .. } if peer.first.is_none() => {}
             Message::TaggedMessage { tag, federate, .. } => {
                 assert_eq!(Some(federate), peer.federate, "a message goes to its destination");
                 let tag = from_wire(tag);

@@ -87,7 +87,7 @@ pub use shared_tag::SharedTag;
 pub use state::Settings;
 pub use storage::{EngineStorage, Storage, StorageParts};
 pub use tables::{
-    ActionTiming, NetworkInput, NetworkOutput, Policy, PortInfo, ReactionInfo, ReactionKind, Tables, TriggerInfo,
+    ActionTiming, HandedOver, NetworkInput, NetworkOutput, Policy, PortInfo, ReactionInfo, ReactionKind, Tables, TriggerInfo,
     TriggerKind, words,
 };
 pub use tardy::{Intended, TardyInput, TardyInputInner};

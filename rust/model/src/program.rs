@@ -88,4 +88,22 @@ pub trait Program {
     ) -> Result<Placed, Undelivered> {
         Err(Undelivered::NoSuchPort)
     }
+
+    /// Writes the value of a state of [`Tables::handed_over`] as bytes. Returns their number.
+    ///
+    /// # Errors
+    /// When it does not fit, or has no form as bytes.
+    #[cfg(feature = "transients")]
+    fn hand_over(&self, _state: u16, _bytes: &mut [u8]) -> Result<usize, PayloadError> {
+        Err(PayloadError::Absent)
+    }
+
+    /// Sets a state of [`Tables::handed_over`] to the value that the instance before this one had.
+    ///
+    /// # Errors
+    /// When the bytes are not a value of its type.
+    #[cfg(feature = "transients")]
+    fn take_over(&mut self, _state: u16, _bytes: &[u8]) -> Result<(), PayloadError> {
+        Err(PayloadError::Absent)
+    }
 }

@@ -27,6 +27,9 @@ pub struct Tables {
     pub absence: &'static [ReactionId],
     /// The modes, and their parts, if there are any.
     pub modes: Option<&'static Modes>,
+    /// The states that a transient federate hands over to the instance that takes its place.
+    #[cfg(feature = "transients")]
+    pub handed_over: &'static [HandedOver],
     /// The number of threads that run reactions: more than one run those of a level side by side.
     #[cfg(feature = "workers")]
     pub workers: u16,
@@ -43,6 +46,8 @@ impl Tables {
         own_ports: &[],
         absence: &[],
         modes: None,
+        #[cfg(feature = "transients")]
+        handed_over: &[],
         #[cfg(feature = "workers")]
         workers: 1,
     };
@@ -269,6 +274,22 @@ impl NetworkInput {
         absent_after: Interval::ZERO,
         readers: &[],
     };
+}
+
+/// A state variable that a transient federate hands over.
+#[derive(Clone, Copy, Debug)]
+pub struct HandedOver {
+    /// For people: `filter.seen`.
+    pub name: &'static str,
+    /// A number that follows from its name and its type, by which another build of the program finds it.
+    pub id: u64,
+    /// The maximum number of bytes of its value.
+    pub max_len: usize,
+}
+
+impl HandedOver {
+    /// Bytes before the value where it is sent: those of [`HandedOver::id`], little-endian.
+    pub const ID_BYTES: usize = size_of::<u64>();
 }
 
 /// Returns the number of 32-bit words that hold `bits` bits.

@@ -6,6 +6,8 @@ use lf_coordination::auth::Answer;
 use lf_coordination::federate::{AwaitedInput, ClockSync, Coordination};
 use lf_coordination::rti::FEDERATION_ID_DEFAULT;
 use lf_model::time::Interval;
+#[cfg(feature = "transients")]
+use lf_model::HandedOver;
 use lf_model::{Settings, Tables};
 use lf_wire::MessageType;
 use log::{Level, LevelFilter};
@@ -204,6 +206,15 @@ impl Federation {
             let direct = (all_direct || tables.outputs[i].physical) as usize;
             output[direct] = larger(output[direct], tables.outputs[i].max_len);
             i += 1;
+        }
+        #[cfg(feature = "transients")]
+        {
+            i = 0;
+            while i < tables.handed_over.len() {
+                let bytes = tables.handed_over[i].max_len + HandedOver::ID_BYTES;
+                (input[0], output[0]) = (larger(input[0], bytes), larger(output[0], bytes));
+                i += 1;
+            }
         }
         let neighbors = self.upstream.len() + self.downstream.len();
         self.input_bytes = buffer_bytes(input[0], neighbors);

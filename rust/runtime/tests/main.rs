@@ -11,6 +11,7 @@ mod direct;
 mod ending;
 mod exchanges;
 mod flow;
+mod handovers;
 mod raw;
 mod recordings;
 mod releases;

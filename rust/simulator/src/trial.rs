@@ -13,7 +13,7 @@ use crate::check::{self, Expected, Violation};
 use crate::compile::compile_text;
 use crate::coverage::Coverage;
 use crate::program::{Played, Record, Runs};
-use crate::run::{Decided, FederateEnd, OutputOptions, Report, run, run_alone};
+use crate::run::{Decided, FederateEnd, Joined, OutputOptions, Report, run, run_alone};
 use crate::scenario::{Decentralized, Form, RICH, Scenario, player, source};
 use crate::{Kind, waits};
 
@@ -145,6 +145,9 @@ fn judge(scenario: &Scenario, plan: Result<Plan, String>) -> Trial {
         trial.violation = check::passed(scenario, &report);
     }
     if trial.violation.is_none() {
+        trial.violation = check::handed_over(scenario, &report);
+    }
+    if trial.violation.is_none() {
         trial.violation = lives_as_alone(scenario, &plan, &report);
     }
     if trial.violation.is_none() && scenario.decentralized.is_none_or(|it| it.is_safe) {
@@ -239,7 +242,8 @@ fn lives_as_alone(scenario: &Scenario, federated: &Plan, report: &Report) -> Opt
             let mut played = report.played[instance].clone();
             add_received(&mut played, scenario, federated, report, instance, |_| true);
             let until = last.tag.next_microstep();
-            let decided = Decided { start, joined: Some((instance, first)), stop: None, played: &played, until };
+            let joined = Joined { instance, first, state: report.taken_over[instance] };
+            let decided = Decided { start, joined: Some(joined), stop: None, played: &played, until };
             match run_alone(scenario, &plan, &decided, Runs::OneByOne) {
                 Ok(None) => {}
                 Ok(Some(alone)) => {

@@ -120,7 +120,8 @@ fn a_header_tells_where_a_payload_goes() {
         bytes.resize(fixed, 0);
         let destination = Destination { port: 0x107, federate: 2, payload_bytes: 0x7fff_ffff };
         assert_eq!(destination_in_header(&bytes), Some(destination));
-        assert_eq!(destination_in_header(&bytes[..fixed - 1]), None);
+        assert_eq!(destination_in_header(&bytes[..9]), Some(destination));
+        assert_eq!(destination_in_header(&bytes[..8]), None);
     }
     for none in [&[][..], &[3; 30], &[23; 30]] {
         assert_eq!(destination_in_header(none), None);

@@ -77,3 +77,33 @@ fn what_was_sent_before_leaving_arrives() {
         finished.line(&["sink", "the last value has come"]);
     }
 }
+
+/// Swaps the counter, which hands over what it has counted; one that stops and starts again counts anew.
+fn hands_over(name: &str) {
+    let mut run = run(name, &[]);
+    run.wait_for("counted 5");
+    assert!(ctl(&run, &["swap", "counter"]).contains("takes its place"));
+    run.wait_for("counted 20");
+    assert!(ctl(&run, &["stop", "counter"]).contains("asked to leave"));
+    while !ctl(&run, &[]).contains("counter: does not run") {}
+    assert!(ctl(&run, &["start", "counter"]).contains("is started"));
+    let finished = run.succeed();
+    let all: Vec<_> = finished.of("counter").collect();
+    let what = |word: &str| {
+        let after = all.iter().filter_map(move |line| line.split_once(word)).map(|(_, what)| what.to_owned());
+        after.collect::<Vec<_>>()
+    };
+    let (begun, ended) = (what("begins with "), what("ends with "));
+    assert_eq!((begun.len(), ended.len()), (3, 3), "{finished}");
+    assert_eq!((&begun[1], &begun[2]), (&ended[0], &begun[0]), "{finished}");
+}
+
+#[test]
+fn a_federate_hands_over_its_state() {
+    hands_over("HandsOver");
+}
+
+#[test]
+fn a_federate_in_c_hands_over_its_state_without_grants() {
+    hands_over("HandsOverInC");
+}

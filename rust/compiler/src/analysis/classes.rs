@@ -3,6 +3,7 @@
 
 use std::collections::BTreeMap;
 
+use super::serializer::of_state;
 use crate::diagnostics::{SourceTexts, Span};
 use crate::elaborated::Elaborated;
 use crate::lexical::Language;
@@ -106,6 +107,7 @@ fn class(
         ty: places.ty(&state.ty, state.ty_span),
         init: state.init.map(|value| places.value(value, &state.ty, state.is_time, class.language)),
         resets: state.resets,
+        handed_over: state.handed_over.as_ref().map(|sending| plan::Handover { serializer: of_state(sending) }),
         mode: state.mode,
         at: places.at(state.name.span),
     });

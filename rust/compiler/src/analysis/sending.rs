@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Checks that values can go from federate to federate, or be copied on the way.
+//! Checks that values can go from federate to federate, or be copied on the way, and that states can be handed over.
 
 use std::collections::BTreeSet;
 
 use super::graph::{Graph, Link, Node};
+use super::serializer::of_state;
 use crate::diagnostics::{Code, Diagnostic, Diagnostics, Span};
 use crate::languages::{Preambles, Unsendable};
 use crate::plan::{Serializer, Shape};
@@ -25,6 +26,7 @@ pub(super) fn check(graph: &mut Graph<'_>, program: &Program, diagnostics: &mut 
         texts(&unit.ast.preambles).into_iter().chain(inner)
     });
     let mut ends = Ends { program, all: all.collect(), seen: BTreeSet::new(), told: BTreeSet::new(), diagnostics };
+    ends.check_states(graph);
     let mut shapes = Vec::new();
     for link in graph.links.values() {
         let mut between = None;
@@ -89,12 +91,37 @@ struct Ends<'a> {
     diagnostics: &'a mut Diagnostics,
 }
 
-impl Ends<'_> {
+impl<'a> Ends<'a> {
+    /// Returns the preambles whose declarations the types of a class can name.
+    fn visible<'c>(&self, class: &'c Class<'_>) -> Vec<&'c CodeBlock>
+    where
+        'a: 'c,
+    {
+        let of_file = &self.program.units[class.id.unit].ast.preambles;
+        of_file.iter().chain(&class.ast.body.preambles).map(|it| &it.code).collect()
+    }
+
+    /// Reports states that are handed over and whose values cannot be sent.
+    fn check_states(&mut self, graph: &Graph<'_>) {
+        let classes: BTreeSet<_> = graph.program.tree.instances.values().map(|instance| instance.class).collect();
+        for class in classes.into_iter().map(|id| &graph.program.classes[id.0]) {
+            let visible: Vec<_> = self.visible(class).into_iter().map(|code| code.text.clone()).collect();
+            for state in &class.states {
+                let Some(sending) = &state.handed_over else { continue };
+                let preambles = Preambles { visible: &visible, all: &self.all };
+                let found = (class.language.facts().not_handed_over)(&state.ty, of_state(sending).as_ref(), preambles);
+                for why in found {
+                    let diagnostic = Diagnostic::new(Code::Unsendable, state.ty_span, why.message).hint(why.hint);
+                    self.diagnostics.push(diagnostic.also(state.name.span, "it is handed over"));
+                }
+            }
+        }
+    }
+
     fn end<'e>(&'e self, graph: &'e Graph<'_>, node: Node) -> TypedEnd<'e> {
         let instance = graph.instance[node];
         let (id, class) = (graph.program.tree.instances[instance].class, graph.program.class(instance));
-        let of_file = &self.program.units[class.id.unit].ast.preambles;
-        let visible: Vec<_> = of_file.iter().chain(&class.ast.body.preambles).map(|it| &it.code).collect();
+        let visible = self.visible(class);
         TypedEnd {
             id: (id, graph.port_of(node)),
             class,

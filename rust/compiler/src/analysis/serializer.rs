@@ -3,7 +3,12 @@
 
 use crate::diagnostics::{Code, Diagnostic, Diagnostics};
 use crate::plan::Serializer;
-use crate::resolve::{CheckedConnection, CheckedPort, Given};
+use crate::resolve::{CheckedConnection, CheckedPort, Given, Sending};
+
+/// Returns the serialization of a state variable that is handed over.
+pub(super) fn of_state(sending: &Sending<'_>) -> Option<Serializer> {
+    chosen(sending.serializer.map(|given| given.value), sending.max_length.map(|given| given.value))
+}
 
 /// Returns the serialization of a connection: its own setting, or else that of one of its ports.
 pub(super) fn of_connection(
@@ -15,6 +20,10 @@ pub(super) fn of_connection(
     let (own, from, to) = (connection.sending, from.sending, to.sending);
     let name = one_of(own.serializer, from.serializer, to.serializer, "serializer", diagnostics);
     let max_length = one_of(own.max_length, from.max_length, to.max_length, "length", diagnostics);
+    chosen(name, max_length)
+}
+
+fn chosen(name: Option<&str>, max_length: Option<usize>) -> Option<Serializer> {
     // This is LF's name for the layout of the type itself.
     let name = name.filter(|name| *name != "native").map(str::to_owned);
     let found = Serializer { name, max_length };

@@ -3,6 +3,7 @@
 
 use serde::{Deserialize, Serialize};
 
+use super::serializer::Serializer;
 use super::source::{ClassIndex, FileIndex, Location, SourceCode, Type, Value};
 
 /// The parameter that contains the index of a bank's member.
@@ -148,11 +149,22 @@ pub struct StateVariable {
     /// Whether it gets this value again when its mode, or that of its reactor, is entered by reset.
     #[serde(default, skip_serializing_if = "core::ops::Not::not")]
     pub resets: bool,
+    /// Whether and how a transient federate hands it over to the instance that takes its place.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub handed_over: Option<Handover>,
     /// The position of its mode in the class.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub mode: Option<usize>,
     /// The place of the declaration.
     pub at: Location,
+}
+
+/// The way in which a state variable is handed over.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Handover {
+    /// The serializer, if it is not the layout of the type itself.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub serializer: Option<Serializer>,
 }
 
 /// The direction of a port, seen from its own reactor.

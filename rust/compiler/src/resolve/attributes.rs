@@ -20,6 +20,8 @@ pub(super) enum AttributeTarget<'c, 'p> {
     Input,
     /// An output, whose values may go to another federate.
     Output,
+    /// A state variable, which may be handed over.
+    State,
     /// A connection, with the parameters of its reactor.
     Connection(Container<'c, 'p>),
     /// A contained reactor, with the parameters of its container.
@@ -49,13 +51,16 @@ pub(super) struct Attributes<'p> {
     pub(super) sending: Sending<'p>,
     /// The place of `@transient`.
     pub(super) transient: Option<Span>,
+    /// Whether there is `@handed_over`.
+    pub(super) handed_over: bool,
 }
 
 /// Attributes that only diagrams use; each takes one string, except for `layout`, which takes an option and its value.
 const FOR_DIAGRAMS: &[&str] = &["label", "icon", "side", "layout"];
 
 /// Attributes with a meaning.
-const HONOURED: &[&str] = &["capacity", "maxwait", "absent_after", "serializer", "max_length", "transient"];
+const HONOURED: &[&str] =
+    &["capacity", "maxwait", "absent_after", "serializer", "max_length", "transient", "handed_over"];
 
 /// Names of `@capacity` in micro LF.
 const CAPACITY: [&str; 3] = ["capacity", "max_pending_events", "buffer"];
@@ -114,6 +119,8 @@ impl<'p> Checker<'p> {
                 self.check_sending(attribute, target, &mut found.sending);
             } else if name == "transient" {
                 found.transient = self.transient(attribute, target).or(found.transient);
+            } else if name == "handed_over" {
+                found.handed_over |= self.handed_over(attribute, target);
             } else if of_main::ATTRIBUTES.iter().any(|(known, _)| *known == name) {
                 self.check_of_main(attribute, target);
             } else if let Some((_, reason)) = IDLE.iter().find(|(idle, _)| *idle == name) {
@@ -154,7 +161,7 @@ impl<'p> Checker<'p> {
                 let hint = "the target property `clock-sync` configures it";
                 self.report(Diagnostic::new(Code::NoEffect, attribute.span, message).hint(hint));
             }
-            AttributeTarget::Other | AttributeTarget::Instance(_) if name == "platform" => {
+            AttributeTarget::Other | AttributeTarget::State | AttributeTarget::Instance(_) if name == "platform" => {
                 let message = "`@platform` has no effect here: the deployment file says where a federate runs";
                 self.report(Diagnostic::new(Code::NoEffect, attribute.span, message).hint("remove it, or leave it"));
             }
@@ -196,6 +203,19 @@ impl<'p> Checker<'p> {
         };
         self.report(Diagnostic::new(Code::BadAttribute, attribute.span, message).hint(hint));
         None
+    }
+
+    /// Returns whether `@handed_over` stands where it can.
+    fn handed_over(&mut self, attribute: &Attribute, target: AttributeTarget<'_, '_>) -> bool {
+        let (message, hint) = if !matches!(target, AttributeTarget::State) {
+            ("only a state variable can be handed over", "write `@handed_over` before `state`")
+        } else if !attribute.parameters.is_empty() {
+            ("the attribute `@handed_over` takes no value", "write `@handed_over`")
+        } else {
+            return true;
+        };
+        self.report(Diagnostic::new(Code::BadAttribute, attribute.span, message).hint(hint));
+        false
     }
 
     fn capacity(&mut self, attribute: &Attribute, target: AttributeTarget<'_, '_>) -> Option<usize> {

@@ -88,7 +88,8 @@ impl<'p> Checker<'p> {
     fn states(&mut self, reactor: &'p ast::Reactor, parameters: &[CheckedParameter<'p>]) -> Vec<CheckedState<'p>> {
         let mut states = Vec::new();
         for declared in &reactor.body.states {
-            self.check_attributes(&declared.attributes, AttributeTarget::Other);
+            let attributes = self.check_attributes(&declared.attributes, AttributeTarget::State);
+            let sending = self.state_sending(attributes);
             let ty = self.value_type(declared.ty.as_ref(), declared.init.as_ref(), &declared.name, parameters);
             if let Some(init) = &declared.init {
                 let what = format!("state variable `{}`", declared.name.text);
@@ -98,6 +99,7 @@ impl<'p> Checker<'p> {
             states.push(CheckedState {
                 resets: declared.reset.is_some(),
                 mode: declared.mode,
+                handed_over: attributes.handed_over.then_some(sending),
                 name: &declared.name,
                 ty: ty.text,
                 ty_span: ty.span,

@@ -88,6 +88,8 @@ pub(crate) struct CheckedState<'p> {
     pub(crate) ty_span: Span,
     pub(crate) is_time: bool,
     pub(crate) init: Option<&'p ast::Expression>,
+    /// The serialization settings, if a transient federate hands it over.
+    pub(crate) handed_over: Option<Sending<'p>>,
     /// Whether entering its mode by reset restores its initial value.
     pub(crate) resets: bool,
     /// The mode that contains it.

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //! The settings of ports and connections for serialization: `@serializer`, `@max_length`, `serializer`.
 
-use super::attributes::AttributeTarget;
+use super::attributes::{AttributeTarget, Attributes};
 use super::checker::Checker;
 use super::model::{Given, Sending};
 use crate::diagnostics::{Code, Diagnostic, Span, did_you_mean};
@@ -19,7 +19,11 @@ impl<'p> Checker<'p> {
         sending: &mut Sending<'p>,
     ) {
         let (name, span) = (attribute.name.text.as_str(), attribute.span);
-        if !matches!(target, AttributeTarget::Input | AttributeTarget::Output | AttributeTarget::Connection(_)) {
+        let is_sent = matches!(
+            target,
+            AttributeTarget::Input | AttributeTarget::Output | AttributeTarget::State | AttributeTarget::Connection(_)
+        );
+        if !is_sent {
             let message = "nothing here is sent to another federate";
             let hint = format!("`@{name}` stands before a port or a connection");
             self.report(Diagnostic::new(Code::BadAttribute, span, message).hint(hint));
@@ -58,6 +62,18 @@ impl<'p> Checker<'p> {
     ) -> Sending<'p> {
         let named = declared.serializer.as_ref().and_then(|name| self.serializer(&name.text, name.span));
         Sending { serializer: named.or(sending.serializer), ..sending }
+    }
+
+    /// Returns the settings of a state variable, which count if it is handed over.
+    pub(super) fn state_sending(&mut self, attributes: Attributes<'p>) -> Sending<'p> {
+        let sending = attributes.sending;
+        let serializer = sending.serializer.map(|given| given.span);
+        if let Some(span) = serializer.or(sending.max_length.map(|given| given.span)).filter(|_| !attributes.handed_over) {
+            let message = "this state is not sent to another federate";
+            let hint = "write `@handed_over` before it too, if the next instance of the federate is to have it";
+            self.report(Diagnostic::new(Code::BadAttribute, span, message).hint(hint));
+        }
+        sending
     }
 
     fn serializer(&mut self, name: &'p str, span: Span) -> Option<Given<&'p str>> {

@@ -3,6 +3,8 @@
 
 use lf_derive::outlined;
 use lf_model::time::Instant;
+#[cfg(feature = "transients")]
+use lf_wire::HANDED_OVER_PORT;
 use lf_wire::{ADDRESS_PORT_UNKNOWN, DecodeError, Decoded, Message, MessageType, decode};
 
 use super::log_event::{Cause, RtiEvent, Violation};
@@ -156,6 +158,10 @@ impl Rti<'_> {
                 }
                 return Ok(step);
             }
+            #[cfg(feature = "transients")]
+            Message::TaggedMessage { port: HANDED_OVER_PORT, federate: to, .. } if usize::from(to) == federate => {
+                return Ok(self.hand_over(federate, message, outlet));
+            }
             Message::Resign => self.resign(now, federate, outlet),
             Message::Failed => self.expel(federate, Cause::Failed, outlet),
             _ if !takes_part => return unexpected,
@@ -231,9 +237,13 @@ impl Rti<'_> {
         len: usize,
         outlet: &mut impl Outlet,
     ) -> Option<Verdict> {
-        let Message::TaggedMessage { federate: receiver, tag, .. } = *message else { return None };
+        let Message::TaggedMessage { federate: receiver, tag, port, .. } = *message else { return None };
         #[cfg(not(feature = "transients"))]
-        let _ = tag;
+        let _ = (tag, port);
+        #[cfg(feature = "transients")]
+        if port == HANDED_OVER_PORT {
+            return None;
+        }
         let receiver = usize::from(receiver);
         let connection = self.members.running(receiver)?;
         #[cfg(feature = "transients")]

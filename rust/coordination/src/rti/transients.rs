@@ -13,7 +13,8 @@
 //! The grants are computed from state, so one that waits for the clock is simply computed again.
 //!
 //! **Hot swap.** A second instance with the id of a running one makes its handshake, and then the first one is told to
-//! stop. The RTI does not read on from the second one until the first one has left, which it has to do in time.
+//! stop. The RTI does not read on from the second one until the first one has left, which it has to do in time. What the
+//! first one hands over before it leaves, the RTI passes on to the second one at once.
 //!
 //! The federation lasts as long as its persistent federates. When these have left, nobody can join any more.
 
@@ -25,7 +26,7 @@ use super::log_event::{Cause, RtiEvent, Violation};
 use super::machine::Rti;
 use super::members::Members;
 use super::outlet::{ConnectionId, Outlet, Verdict};
-use super::sending::Sending;
+use super::sending::{Sending, Step};
 use super::storage::{Membership, Phase, Slot, extended, id};
 use crate::FederateId;
 
@@ -186,6 +187,17 @@ impl Rti<'_> {
         let until = self.tags.horizon.now + self.config.clock_time_out;
         self.members.set_deadline(connection, Some(until));
         outlet.log(RtiEvent::Joined(id(federate)));
+    }
+
+    /// Passes a state that a federate hands over to the instance that waits to take its place; without one, it is
+    /// dropped.
+    pub(super) fn hand_over(&self, federate: usize, state: &Message<'_>, outlet: &mut impl Outlet) -> Step {
+        let Some(successor) = self.members.successor(federate) else { return Step::Done };
+        if outlet.room(successor) < state.encoded_len() {
+            return Step::NoRoom(successor);
+        }
+        outlet.send(successor, state);
+        Step::Done
     }
 
     /// Tells the federate whose place the one on this connection takes to stop, once that has completed its handshake.

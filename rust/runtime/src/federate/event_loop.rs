@@ -261,6 +261,8 @@ impl<'a, 's, P: Platform, N: Needs> FederateLoop<'a, 's, P, N> {
         self.direct.meet(self.platform, &mut self.execution)?;
         self.direct.receive(self.platform, &mut self.recording, &mut self.execution)?;
         let advance = self.advance()?;
+        #[cfg(feature = "transients")]
+        self.hand_over();
         self.direct.send_ends(self.platform, &mut self.recording, &self.execution);
         self.transmit();
         self.direct.peers.flush(self.platform);
@@ -340,6 +342,10 @@ impl<'a, 's, P: Platform, N: Needs> FederateLoop<'a, 's, P, N> {
         if self.execution.phase() != Phase::Running {
             return Ok(Advance::Until(Deadline::Never));
         }
+        #[cfg(feature = "transients")]
+        if self.execution.hands_over() {
+            return Ok(Advance::OutputFull);
+        }
         for _ in 0..TAGS_PER_TURN {
             if !self.execution.engine.is_in_tag()
                 && let Some(advance) = self.begin_next()?
@@ -358,6 +364,17 @@ impl<'a, 's, P: Platform, N: Needs> FederateLoop<'a, 's, P, N> {
             }
         }
         Ok(Advance::Until(Deadline::Now))
+    }
+
+    /// Hands over the states of a federate that has nothing else to do.
+    #[cfg(feature = "transients")]
+    fn hand_over(&mut self) {
+        if self.execution.hands_over() {
+            let recording = self.recording.lend();
+            let (session, peers) = (&mut self.session, &mut self.direct.peers);
+            let mut output = Output { platform: &mut *self.platform, recording, session, peers };
+            self.execution.hand_over(&mut output, self.federation.id);
+        }
     }
 
     /// Begins the next tag, if it may begin; otherwise returns what it waits for.

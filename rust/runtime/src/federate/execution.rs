@@ -79,6 +79,9 @@ pub(super) struct Execution<'a, 's, N: Needs> {
     /// Whether this federate, which is transient, has joined, and its owner has not noted it.
     #[cfg(feature = "transients")]
     pub(super) has_joined: bool,
+    /// The next state to hand over, once this federate, which is transient, has nothing else to do.
+    #[cfg(feature = "transients")]
+    pub(super) handing_over: Option<u16>,
     /// The reason why this federate cannot go on, if there is one.
     pub(super) failure: Option<RunError>,
 }
@@ -110,6 +113,8 @@ impl<'a, 's, N: Needs> Execution<'a, 's, N> {
             stop_decided: Instant::NEVER,
             #[cfg(feature = "transients")]
             has_joined: false,
+            #[cfg(feature = "transients")]
+            handing_over: None,
             failure: None,
         }
     }
@@ -260,8 +265,18 @@ impl<'a, 's, N: Needs> Execution<'a, 's, N> {
         if !self.engine.is_done() {
             return Ok(None);
         }
-        self.machine.finish();
+        self.finish();
         Ok(Some(Advance::Done))
+    }
+
+    /// Leaves; one that hands over states does so when they are sent.
+    pub(super) fn finish(&mut self) {
+        #[cfg(feature = "transients")]
+        if !self.engine.tables().handed_over.is_empty() {
+            self.handing_over = self.handing_over.or(Some(0));
+            return;
+        }
+        self.machine.finish();
     }
 
     /// Returns the open tag, or else the next one.

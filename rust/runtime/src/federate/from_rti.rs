@@ -14,6 +14,8 @@ use lf_coordination::{Endpoint, FederateId, from_wire, to_wire};
 use lf_model::time::{EventTag, Instant, Tag};
 use lf_model::{DeliverError, Engine};
 use lf_wire::{DecodeError, Message, MessageType};
+#[cfg(feature = "transients")]
+use lf_wire::{HANDED_OVER_PORT, destination_in_header};
 
 use super::clock_sync::set_correction;
 use super::execution::{Execution, Failed};
@@ -43,7 +45,7 @@ impl<P: Platform, N: Needs> Policy for FromRti<'_, '_, '_, P, N> {
 
     fn expects(message_type: MessageType) -> bool {
         match message_type {
-            MessageType::TaggedMessage => N::INPUTS,
+            MessageType::TaggedMessage => N::INPUTS || N::TRANSIENTS,
             // This is also the answer to the question by which the federate limits its pace.
             MessageType::PortAbsent => N::CENTRALIZED,
             MessageType::RtiResponse => N::AUTHENTICATION,
@@ -79,6 +81,11 @@ impl<P: Platform, N: Needs> Policy for FromRti<'_, '_, '_, P, N> {
         let (behind, earliest) = (held.bytes > 0, held.earliest);
         let is_before = |tag: Tag| tag < earliest || earliest == Tag::FOREVER;
         match message {
+            #[cfg(feature = "transients")]
+            Message::TaggedMessage { port: HANDED_OVER_PORT, payload, .. } if N::TRANSIENTS => {
+                self.execution.take_over(payload);
+                return Ok(Disposition::Taken);
+            }
             _ if !N::INPUTS => {}
             Message::TaggedMessage { port, tag, .. } => {
                 let tag = from_wire(tag);
@@ -121,6 +128,14 @@ impl<P: Platform, N: Needs> Policy for FromRti<'_, '_, '_, P, N> {
             _ => {}
         }
         self.handle(message)
+    }
+
+    #[cfg(feature = "transients")]
+    fn skips(&self, bytes: &[u8]) -> Option<usize> {
+        let header = destination_in_header(bytes).filter(|header| N::TRANSIENTS && header.port == HANDED_OVER_PORT)?;
+        log::warn!("the instance that this one replaces hands over a state which is too long for this one");
+        let payload = usize::try_from(header.payload_bytes).unwrap_or(usize::MAX);
+        Some(MessageType::TaggedMessage.fixed_bytes().saturating_add(payload))
     }
 
     fn refuse(&mut self, bytes: &[u8], error: DecodeError) -> Failed {

@@ -2,6 +2,8 @@
 //! The memory of a federate's connections.
 
 use lf_coordination::federate::Coordination;
+#[cfg(feature = "transients")]
+use lf_model::HandedOver;
 use lf_model::Tables;
 use lf_wire::{Message, NeighborStructure};
 
@@ -45,6 +47,11 @@ impl<'s> Buffers<'s> {
             (inputs.map(message).max().unwrap_or(0), outputs.map(message).max().unwrap_or(0))
         };
         let ((longest_input, longest_output), direct) = (longest(false), longest(true));
+        #[cfg(feature = "transients")]
+        let longest_output = {
+            let states = tables.handed_over.iter().map(|state| message(state.max_len + HandedOver::ID_BYTES));
+            states.fold(longest_output, usize::max)
+        };
         let ids = Message::FedIds { federate: federation.id, federation_id };
         let neighbors = NeighborStructure::new(federation.upstream, federation.downstream);
         let handshake = ids.encoded_len().max(Message::NeighborStructure(neighbors).encoded_len());

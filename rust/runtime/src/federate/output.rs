@@ -5,7 +5,11 @@ use lf_coordination::federate::Needs;
 #[cfg(feature = "traces")]
 use lf_model::time::Instant;
 use lf_model::time::Tag;
+#[cfg(feature = "transients")]
+use lf_model::{HandedOver, PayloadError};
 use lf_model::{NetworkOutput, Outgoing, Outside, SendError};
+#[cfg(feature = "transients")]
+use lf_wire::HANDED_OVER_PORT;
 use lf_wire::{Message, MessageType, PushError};
 
 use super::execution::Outlet;
@@ -44,6 +48,31 @@ impl<'x, 's, P: Platform, N: Needs> Output<'x, '_, 's, P, N> {
             peer.flush(self.platform);
         }
         peer.is_open().then_some((peer, self.platform, &mut self.recording))
+    }
+}
+
+#[cfg(feature = "transients")]
+impl<P: Platform, N: Needs> Output<'_, '_, '_, P, N> {
+    /// Sends the RTI a state, for the instance that takes the place of this federate.
+    pub(super) fn hand_over(
+        &mut self,
+        state: &HandedOver,
+        federate: u16,
+        tag: lf_wire::Tag,
+        encode: impl FnOnce(&mut [u8]) -> Result<usize, PayloadError>,
+    ) -> Result<(), SendError> {
+        let max_len = state.max_len.saturating_add(HandedOver::ID_BYTES);
+        self.make_room(max_len.saturating_add(TAGGED_MESSAGE_HEADER_BYTES))?;
+        let encode = |bytes: &mut [u8]| {
+            let (id, value) = bytes.split_at_mut_checked(HandedOver::ID_BYTES).ok_or(PayloadError::Absent)?;
+            id.copy_from_slice(&state.id.to_le_bytes());
+            encode(value).map(|len| len + HandedOver::ID_BYTES)
+        };
+        match self.session.output().push_tagged_with(HANDED_OVER_PORT, federate, tag, max_len, encode) {
+            Ok(_) => Ok(()),
+            Err(PushError::Payload(error)) => Err(SendError::Payload(error)),
+            Err(PushError::Encode(_) | PushError::PayloadOverrun { .. }) => Err(SendError::NoRoom),
+        }
     }
 }
 

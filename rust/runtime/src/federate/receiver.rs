@@ -49,6 +49,12 @@ pub(super) trait Policy {
         false
     }
 
+    /// Returns the length of a message that is too long for the receive buffer, if it may be skipped.
+    #[cfg(feature = "transients")]
+    fn skips(&self, _bytes: &[u8]) -> Option<usize> {
+        None
+    }
+
     /// Handles a message behind the held ones, or returns what it waits for.
     ///
     /// # Errors
@@ -66,13 +72,23 @@ pub(super) struct Receiver<'s> {
     pub(super) held: Held,
     /// The number of bytes of messages that were held together before and have not been examined again.
     alike: usize,
+    /// The number of bytes to come of a message that is skipped.
+    #[cfg(feature = "transients")]
+    skipped: usize,
     limits: Limits,
 }
 
 impl<'s> Receiver<'s> {
     /// Returns a receiver of messages within these limits.
     pub(super) fn new(connection: Connection<'s>, limits: Limits) -> Self {
-        Self { connection, held: Held::NONE, alike: 0, limits }
+        Self {
+            connection,
+            held: Held::NONE,
+            alike: 0,
+            #[cfg(feature = "transients")]
+            skipped: 0,
+            limits,
+        }
     }
 
     /// Goes back to the front of the held messages, if there may be room for them now.
@@ -87,12 +103,24 @@ impl<'s> Receiver<'s> {
     /// Those of the policy.
     pub(super) fn next<P: Policy>(&mut self, policy: &mut P) -> Result<Option<bool>, Failed> {
         let held = if P::HOLDS { self.held.bytes } else { 0 };
+        #[cfg(feature = "transients")]
+        if !self.skip() {
+            return Ok(None);
+        }
         let next = match policy {
             #[cfg(feature = "transients")]
             _ if policy.awaits_effective_start() => self.connection.input.next_to_transient(&self.limits, P::expects),
             _ => self.connection.input.next_expected(held, &self.limits, P::expects),
         };
-        let Some((message, len)) = next.map_err(|error| policy.refuse(self.rest(), error))? else { return Ok(None) };
+        let next = match next {
+            #[cfg(feature = "transients")]
+            Err(error) if is_too_long(error) && let Some(bytes) = policy.skips(self.rest()) => {
+                self.skipped = bytes;
+                return self.next(policy);
+            }
+            next => next.map_err(|error| policy.refuse(self.rest(), error))?,
+        };
+        let Some((message, len)) = next else { return Ok(None) };
         let disposition = policy.take(message, &self.held)?;
         match disposition {
             _ if !P::HOLDS => self.connection.input.remove(0, len),
@@ -108,6 +136,17 @@ impl<'s> Receiver<'s> {
             (self.held, self.alike) = (Held::NONE, 0);
         }
         Ok(Some(matches!(disposition, Disposition::Taken | Disposition::TakenForAll)))
+    }
+
+    /// Removes what has come of a message that is skipped. Returns whether that was all of it.
+    #[cfg(feature = "transients")]
+    fn skip(&mut self) -> bool {
+        let bytes = self.skipped.min(self.rest().len());
+        if bytes > 0 {
+            self.connection.input.remove(self.held.bytes, bytes);
+            self.skipped -= bytes;
+        }
+        self.skipped == 0
     }
 
     /// Closes the connection: nothing is held any more.
@@ -142,10 +181,14 @@ impl<'s> Receiver<'s> {
     }
 }
 
+fn is_too_long(error: DecodeError) -> bool {
+    matches!(error, DecodeError::OverLimit { .. } | DecodeError::LargerThanBuffer { .. })
+}
+
 /// Returns the error for a message that is too long for the receive buffer: it is a message, but not a value of its
 /// input.
 pub(super) fn too_long(bytes: &[u8], error: DecodeError, engine: &Engine<'_>) -> Option<RunError> {
-    if !matches!(error, DecodeError::OverLimit { .. } | DecodeError::LargerThanBuffer { .. }) {
+    if !is_too_long(error) {
         return None;
     }
     let header = destination_in_header(bytes)?;

@@ -1,11 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 //! The tags of a federate that joins late or leaves early, or whose senders do.
 
-use lf_coordination::FederateId;
 use lf_coordination::federate::{Needs, Phase};
+use lf_coordination::{FederateId, to_wire};
+use lf_model::SendError;
 use lf_model::time::{Instant, Tag};
 
 use super::execution::Execution;
+use super::output::Output;
+use crate::platform::Platform;
 
 impl<N: Needs> Execution<'_, '_, N> {
     /// Joins the running federation, which has started at this physical time, with this tag.
@@ -65,7 +68,53 @@ impl<N: Needs> Execution<'_, '_, N> {
             self.engine.stop_alone(earliest);
             self.silent |= self.machine.has_announced_beyond(self.engine.stop_tag());
         } else {
-            self.machine.finish();
+            self.finish();
+        }
+    }
+
+    /// Returns whether this federate has only its states to hand over before it leaves.
+    pub(super) fn hands_over(&self) -> bool {
+        self.handing_over.is_some()
+    }
+
+    /// Hands over the states for which there is room, and leaves after the last one. A state that has no form as bytes
+    /// is lost, and the others are not.
+    pub(super) fn hand_over<P: Platform>(&mut self, output: &mut Output<'_, '_, '_, P, N>, federate: u16) {
+        let Some(first) = self.handing_over else { return };
+        let tag = to_wire(self.engine.current_tag());
+        for (number, state) in (0..).zip(self.engine.tables().handed_over).skip(first.into()) {
+            let program = &*self.program;
+            match output.hand_over(state, federate, tag, |bytes| program.hand_over(number, bytes)) {
+                Err(SendError::NoRoom) => {
+                    self.handing_over = Some(number);
+                    return;
+                }
+                Err(SendError::Payload(error)) => log::error!("`{}` is not handed over: {error}", state.name),
+                Ok(()) => {}
+            }
+        }
+        self.machine.finish();
+    }
+
+    /// Takes over a state of the instance that this one replaces. Another build of the program may not have it, or may
+    /// have it with other values; then its initial value stays.
+    pub(super) fn take_over(&mut self, bytes: &[u8]) {
+        // LF's RTI returns what this federate has handed over itself.
+        if self.hands_over() || self.machine.start_time().is_some() {
+            return;
+        }
+        let found = bytes.split_first_chunk().and_then(|(id, value)| {
+            let id = u64::from_le_bytes(*id);
+            let mut states = (0..).zip(self.engine.tables().handed_over);
+            states.find(|(_, state)| state.id == id).map(|(number, state)| (number, state, value))
+        });
+        let Some((number, state, value)) = found else {
+            log::warn!("the instance that this one replaces hands over a state which this one does not have");
+            return;
+        };
+        match self.program.take_over(number, value) {
+            Ok(()) => log::debug!("takes over `{}`", state.name),
+            Err(error) => log::warn!("`{}` is not taken over: {error}", state.name),
         }
     }
 

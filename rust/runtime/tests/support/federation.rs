@@ -57,6 +57,8 @@ pub(crate) struct Plan {
     pub edges: Vec<Edge>,
     /// Port numbers that all federates leave out, as if they had connections to themselves.
     pub own_ports: &'static [u16],
+    /// The federates that come and go; they hand over how often their timer has fired.
+    pub transients: &'static [u16],
     /// Capacity of each input's queue: 1, 2 or 16.
     pub capacity: usize,
     /// Whether events are recorded, and if so, whether with values.
@@ -156,6 +158,7 @@ impl Plan {
             nodes,
             edges,
             own_ports: &[],
+            transients: &[],
             capacity: 2,
             records: Some(true),
             timeout: None,
@@ -470,7 +473,7 @@ pub(crate) fn federation_of(plan: &Plan, id: u16) -> Federation {
         output_bytes: bytes,
         peers_in: peers_in.into_iter().collect::<Vec<_>>().leak(),
         peers_out: peers_out.into_iter().collect::<Vec<_>>().leak(),
-        transients: &[],
+        transients: plan.transients,
         untagged: plan.edges.iter().any(|edge| edge.physical),
         peer_input_bytes: peer_buffer_bytes(4),
         peer_output_bytes: peer_buffer_bytes(4),
@@ -498,6 +501,9 @@ pub(crate) fn run_node<const N: usize>(plan: &Plan, id: u16, platform: &mut Host
         .collect();
     let behavior = plan.nodes[usize::from(id)];
     let mut node = Node::<N>::new(behavior, platform.inner().side(), &inputs, &outputs).with_own_ports(plan.own_ports);
+    if plan.transients.contains(&id) {
+        node = node.with_state();
+    }
     let (mut storage, mut tardy_storage) = (NodeStorage::new(), TardyStorage::new());
     let Plan { fast, keepalive, .. } = *plan;
     let timeout = plan.timeouts.get(&id).copied().unwrap_or(plan.timeout);

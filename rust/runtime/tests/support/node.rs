@@ -8,7 +8,7 @@
 use lf_model::prelude::Asap;
 use lf_model::time::{Interval, Tag};
 use lf_model::{
-    ActionTiming, InputId, NetworkInput, NetworkOutput, OutputId, PayloadError, PhysicalActionQueue, PhysicalInbox,
+    ActionTiming, HandedOver, InputId, NetworkInput, NetworkOutput, OutputId, Payload as _, PayloadError, PhysicalActionQueue, PhysicalInbox,
     Placed, Port, PortId, PortInfo, Program, ReactionContext, ReactionId, ReactionInfo, ReactionKind, Tables,
     TardyInput, Timer, TriggerCell, TriggerId, TriggerInfo, TriggerKind, Undelivered,
 };
@@ -96,6 +96,9 @@ impl Does {
     }
 }
 
+/// The state that a node can hand over.
+pub(crate) const FIRED: HandedOver = HandedOver { name: "node.fired", id: 0x0706_0504_0302_0100, max_len: 4 };
+
 impl Behavior {
     /// Returns the reactions in order, with their levels.
     fn reactions(&self, inputs: u16, outputs: u16) -> Vec<(Does, u16)> {
@@ -174,6 +177,12 @@ impl<const N: usize> Node<N> {
     pub(crate) fn with_own_ports(self, own_ports: &'static [u16]) -> Self {
         let tables = Tables { own_ports, ..*self.tables };
         tables.check();
+        Self { tables: Box::leak(Box::new(tables)), ..self }
+    }
+
+    /// Hands over how often its timer has fired.
+    pub(crate) fn with_state(self) -> Self {
+        let tables = Tables { handed_over: &[FIRED], ..*self.tables };
         Self { tables: Box::leak(Box::new(tables)), ..self }
     }
 
@@ -300,5 +309,14 @@ impl<const N: usize> Program for Node<N> {
     fn deliver_tardy(&mut self, input: InputId, tag: Tag, intended: Tag, bytes: &[u8]) -> Result<Placed, Undelivered> {
         let input = self.inputs.get_mut(usize::from(input.0)).ok_or(Undelivered::NoSuchPort)?;
         input.deliver_tardy(tag, intended, bytes)
+    }
+
+    fn hand_over(&self, _state: u16, bytes: &mut [u8]) -> Result<usize, PayloadError> {
+        self.fired.encode(bytes)
+    }
+
+    fn take_over(&mut self, _state: u16, bytes: &[u8]) -> Result<(), PayloadError> {
+        self.fired = u32::decode(bytes)?;
+        Ok(())
     }
 }

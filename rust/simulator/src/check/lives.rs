@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Checks what transient federates are sent and what they send through the RTI.
+//! Checks what transient federates are sent and what they send through the RTI, and what they hand over.
 
 use lf_model::time::Tag;
 
@@ -19,4 +19,23 @@ pub(crate) fn passed(scenario: &Scenario, report: &Report) -> Option<Violation> 
         })?;
         Some(Violation::NotPassed { from: message.from, to, tag: message.tag })
     })
+}
+
+/// Checks that an instance which takes the place of another one begins with the state of that, if the federate hands it
+/// over.
+pub(crate) fn handed_over(scenario: &Scenario, report: &Report) -> Option<Violation> {
+    let instances = 0..scenario.instances.len();
+    let invented = instances.clone().find(|instance| {
+        let mut others = scenario.instances_of(scenario.instances[*instance]).filter(|other| other != instance);
+        let taken = report.taken_over[*instance];
+        taken.is_some() && !others.any(|other| report.handed_over[other] == taken)
+    });
+    let lost = instances.clone().find(|instance| {
+        let swaps = report.rti_log.swaps.iter();
+        let mut swaps = swaps.filter(|(federate, _)| *federate == scenario.instances[*instance]);
+        let is_next = swaps.any(|(_, first)| report.first[*instance] == Some(*first));
+        let has_begun = !report.traces[*instance].is_empty();
+        is_next && has_begun && report.handed_over[*instance].is_some() && report.taken_over[*instance].is_none()
+    });
+    invented.or(lost).map(|instance| Violation::State { instance, taken: report.taken_over[instance] })
 }

@@ -18,7 +18,7 @@ use lf_model::time::Tag;
 pub(crate) use direct::Sent;
 pub(crate) use ends::{ends, is_endless, own_fault};
 pub(crate) use late::{LateCounts, comings_are_in_time, late};
-pub(crate) use lives::passed;
+pub(crate) use lives::{handed_over, passed};
 pub(crate) use order::order;
 pub(crate) use seen::{Seen, Unpassed};
 pub(crate) use traces::{Difference, Expected, in_order, life, traces};
@@ -75,6 +75,8 @@ pub(crate) enum Violation {
     TwoHeard { first: usize, second: usize },
     /// An instance of a federate has a tag that an earlier one has had already.
     Repeated { first: usize, second: usize, tag: Tag, before: Tag },
+    /// An instance has taken over a state that no other one had, or none though it has taken the place of another one.
+    State { instance: usize, taken: Option<u64> },
     /// The program cannot be run at all.
     Program(String),
 }
@@ -107,6 +109,7 @@ impl Violation {
             Self::NotPassed { .. } => "nothing-is-lost-between-those-who-are-there",
             Self::TwoHeard { .. } => "one-instance-is-heard",
             Self::Repeated { .. } => "lives-follow-each-other",
+            Self::State { .. } => "state-is-handed-over",
             Self::Program(_) => "program",
         }
     }
@@ -211,6 +214,12 @@ impl fmt::Display for Violation {
                     f,
                     "instance f{second} is at {tag} though instance f{first} of the same federate was at {before}"
                 )
+            }
+            Self::State { instance, taken: Some(taken) } => {
+                write!(f, "instance f{instance} has taken over the state {taken:x}, which no other one had")
+            }
+            Self::State { instance, taken: None } => {
+                write!(f, "instance f{instance} has taken the place of another one, and not taken over its state")
             }
             Self::Program(error) => f.write_str(error),
         }

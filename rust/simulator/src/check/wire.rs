@@ -7,7 +7,7 @@ use lf_coordination::from_wire;
 use lf_model::Payload as _;
 use lf_model::time::Tag;
 use lf_testkit::random::combine;
-use lf_wire::{Decoded, Limits, Message, QueryEnd, decode, decode_to_transient};
+use lf_wire::{Decoded, HANDED_OVER_PORT, Limits, Message, QueryEnd, decode, decode_to_transient};
 
 use super::Violation;
 use super::direct::{Direct, Written};
@@ -93,6 +93,11 @@ fn is_centralized(message: &Message<'_>) -> bool {
             | Message::TaggedMessage { .. }
             | Message::PortAbsent { .. }
     )
+}
+
+/// Returns whether a message is a state for the next instance of its sender: another check looks at those.
+fn is_handed_over(message: &Message<'_>) -> bool {
+    matches!(message, Message::TaggedMessage { port: HANDED_OVER_PORT, .. })
 }
 
 impl Watch {
@@ -232,7 +237,7 @@ impl Watch {
     }
 
     fn hear_federate(&mut self, federate: usize, message: &Message<'_>, now: u64) {
-        if self.seen.get(federate).is_some_and(|seen| seen.is_expelled) {
+        if self.seen.get(federate).is_some_and(|seen| seen.is_expelled) || is_handed_over(message) {
             return;
         }
         if let Message::TaggedMessage { federate: to, port, tag, payload } = *message {
@@ -327,6 +332,9 @@ impl Watch {
     }
 
     fn hear_rti(&mut self, federate: usize, message: &Message<'_>) {
+        if is_handed_over(message) {
+            return;
+        }
         self.follow_passing(federate, message);
         if let Message::EffectiveStart { tag, .. } = *message {
             self.begin_life(federate, from_wire(tag));

@@ -72,6 +72,8 @@ impl Scripted {
             memory: Memory { cells, ports, side, replayed: played.is_some() },
             sources: sources.collect(),
             states: vec![scenario.seed; federate.instances.len()],
+            handed_over: planned.handed_over.iter().map(|row| row.instance.0).collect(),
+            taken_over: None,
             trace: Vec::new(),
             stops: Vec::new(),
             handled_tardy: Vec::new(),

@@ -15,7 +15,7 @@ use std::mem;
 
 use lf_model::time::Tag;
 use lf_model::{
-    Full, InputId, Job, Level, ModeCell, ModeCells, OutputId, Part, PayloadError, Placed, PortId, Program,
+    Full, InputId, Job, Level, ModeCell, ModeCells, OutputId, Part, Payload as _, PayloadError, Placed, PortId, Program,
     ReactionContext, ReactionId, Readable, Tables, TriggerCell, TriggerId, Undelivered,
 };
 
@@ -42,6 +42,10 @@ pub(crate) struct Scripted {
     sources: Vec<Option<usize>>,
     /// The states by instance.
     states: Vec<u64>,
+    /// The instances whose states are handed over, by number.
+    handed_over: Vec<usize>,
+    /// The state of the first of them, if it is one that an earlier instance of the federate had.
+    pub(crate) taken_over: Option<u64>,
     /// The records of reactions, in the order in which they ran.
     pub(crate) trace: Vec<Record>,
     /// The stops that reactions requested.
@@ -122,6 +126,16 @@ impl Scripted {
     /// Sets the state of all instances before the first tag, which is the seed otherwise.
     pub(crate) fn set_states(&mut self, state: u64) {
         self.states.fill(state);
+    }
+
+    /// Sets the state of one instance.
+    pub(crate) fn set_state(&mut self, instance: usize, state: u64) {
+        self.states[instance] = state;
+    }
+
+    /// Returns the state of the first instance whose state is handed over.
+    pub(crate) fn handed_over(&self) -> Option<u64> {
+        self.handed_over.first().map(|instance| self.states[*instance])
     }
 
     /// Returns the handled messages by network input, where a check needs them.
@@ -237,5 +251,17 @@ impl Program for Scripted {
             Cell::Queued(queued) => queued.deliver_tardy(tag, intended, bytes),
             _ => Err(Undelivered::NoSuchPort),
         }
+    }
+
+    fn hand_over(&self, state: u16, bytes: &mut [u8]) -> Result<usize, PayloadError> {
+        let instance = self.handed_over.get(usize::from(state)).ok_or(PayloadError::Absent)?;
+        self.states[*instance].encode(bytes)
+    }
+
+    fn take_over(&mut self, state: u16, bytes: &[u8]) -> Result<(), PayloadError> {
+        let instance = self.handed_over.get(usize::from(state)).ok_or(PayloadError::Absent)?;
+        self.states[*instance] = u64::decode(bytes)?;
+        self.taken_over = self.handed_over();
+        Ok(())
     }
 }

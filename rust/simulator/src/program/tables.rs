@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 //! The model's tables of a federate, which generated code has as constants, from the compiler's own derivation.
 
-use lf_compiler::tables::{self, InputRow, OutputRow};
+use lf_compiler::tables::{self, HandedOverRow, InputRow, OutputRow};
 use lf_model::{
-    Job, ModeEvents, ModeInfo, Modes, NetworkInput, NetworkOutput, PortInfo, ReactionInfo, Tables, TriggerInfo, Worker,
+    HandedOver, Job, ModeEvents, ModeInfo, Modes, NetworkInput, NetworkOutput, PortInfo, ReactionInfo, Tables, TriggerInfo, Worker,
     WorkerPool,
 };
 use lf_testkit::random::mix;
@@ -49,6 +49,7 @@ pub(crate) fn tables(planned: &tables::Tables<'_>, runs: Runs) -> &'static Table
         outputs: keep(planned.outputs.iter().map(output).collect()),
         inputs: keep(planned.inputs.iter().map(input).collect()),
         own_ports: keep(planned.own_ports.to_vec()),
+        handed_over: keep(planned.handed_over.iter().map(handed_over).collect()),
         absence: keep(planned.absence.clone()),
         modes: (!planned.modes.is_empty()).then(|| modes(planned)),
         workers: if runs == Runs::OneByOne { 1 } else { 3 },
@@ -99,6 +100,10 @@ fn modes(planned: &tables::Tables<'_>) -> &'static Modes {
     };
     let modes = Modes::new(keep(modes.collect()), reactions, triggers, events);
     Box::leak(Box::new(modes))
+}
+
+fn handed_over(row: &HandedOverRow<'_>) -> HandedOver {
+    HandedOver { name: keep_text(&row.name), id: row.id, max_len: size_of::<u64>() }
 }
 
 fn output(output: &OutputRow<'_>) -> NetworkOutput {

@@ -18,14 +18,23 @@ const TAGS_MAX: u32 = 10_000_000;
 /// The decisions of the federated run, which are random to the program.
 pub(crate) struct Decided<'a> {
     pub(crate) start: Instant,
-    /// The instance that the program stands for, and its first tag, if it is one of a transient federate.
-    pub(crate) joined: Option<(usize, Tag)>,
+    /// The instance that the program stands for, if it is one of a transient federate.
+    pub(crate) joined: Option<Joined>,
     /// The granted stop.
     pub(crate) stop: Option<Tag>,
     /// The times of physical actions.
     pub(crate) played: &'a Played,
     /// The tag from which on nothing counts.
     pub(crate) until: Tag,
+}
+
+/// The beginning of an instance of a transient federate.
+#[derive(Clone, Copy)]
+pub(crate) struct Joined {
+    pub(crate) instance: usize,
+    pub(crate) first: Tag,
+    /// The state that it has taken over.
+    pub(crate) state: Option<u64>,
 }
 
 /// Runs the program with this plan, and returns the records of its reactions; `None` if a connection with `after` had
@@ -40,8 +49,13 @@ pub(crate) fn run_alone(
     let main = &plan.federates[0];
     let mut program =
         Scripted::new(scenario, plan, main, side, Some(decided.played), runs).map_err(|error| error.to_string())?;
-    if let Some((instance, _)) = decided.joined {
+    if let Some(Joined { instance, state, .. }) = decided.joined {
         program.set_states(first_state(scenario, instance));
+        let name = format!("f{}", scenario.instances[instance]);
+        let place = main.instances.iter().position(|instance| instance.path == name);
+        if let (Some(place), Some(state)) = (place, state) {
+            program.set_state(place, state);
+        }
     }
     let settings = Settings {
         federated: false,
@@ -54,7 +68,7 @@ pub(crate) fn run_alone(
     let mut engine = memory.engine(tables, settings);
     let mut world = Still(side);
     match decided.joined {
-        Some((_, first)) => engine.join(decided.start, first),
+        Some(Joined { first, .. }) => engine.join(decided.start, first),
         None => engine.start(decided.start),
     }
     if let Some(stop) = decided.stop {

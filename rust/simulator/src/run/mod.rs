@@ -20,7 +20,7 @@ use lf_testkit::random::combine;
 use lf_testkit::trace::{Records, with_values};
 use lf_testkit::world::{Shared, Side};
 
-pub(crate) use alone::{Decided, run_alone, work_alone};
+pub(crate) use alone::{Decided, Joined, run_alone, work_alone};
 pub(crate) use reports::Reports;
 
 use crate::check::{Counts, Seen, Sent, Unpassed, Violation};
@@ -54,6 +54,26 @@ pub(crate) struct RtiLog {
     pub(crate) overflow: bool,
     pub(crate) late: bool,
     pub(crate) dropped: bool,
+    /// The swaps that are complete: the federate, and the first tag of its next instance.
+    pub(crate) swaps: Vec<(usize, Tag)>,
+    /// The federate that has just resigned, and the one that another instance has followed at once.
+    resigned: Option<usize>,
+    followed: Option<usize>,
+}
+
+impl RtiLog {
+    /// Follows the swaps: an instance that waits for another one to resign joins in the same step.
+    fn follow_swaps(&mut self, event: &RtiEvent<'_>) {
+        let resigned = self.resigned.take();
+        match *event {
+            RtiEvent::Resigned(federate) => self.resigned = Some(federate.0.into()),
+            RtiEvent::Joined(federate) => self.followed = resigned.filter(|other| *other == usize::from(federate.0)),
+            RtiEvent::Begins { federate, tag } if self.followed == Some(federate.0.into()) => {
+                self.swaps.push((federate.0.into(), tag));
+            }
+            _ => {}
+        }
+    }
 }
 
 /// The results of a run.
@@ -92,6 +112,9 @@ pub(crate) struct Report {
     /// By instance: its effective start, if it is one of a transient federate, and the time from which on it is over.
     pub(crate) first: Vec<Option<Tag>>,
     pub(crate) over: Vec<Option<u64>>,
+    /// By instance: the state that it has taken over, and its last one, if it hands that over.
+    pub(crate) taken_over: Vec<Option<u64>>,
+    pub(crate) handed_over: Vec<Option<u64>>,
     /// The messages that the RTI has read and not forwarded.
     pub(crate) unpassed: Vec<Unpassed>,
     pub(crate) lateness: Vec<Lateness>,
@@ -293,6 +316,8 @@ pub(crate) fn run(scenario: &Scenario, plan: &Plan, options: OutputOptions) -> R
         sent: watch.direct.sent.iter().filter_map(|sent| to_input(scenario, plan, sent)).collect(),
         first: watch.seen.iter().map(|seen| seen.first).collect(),
         over: watch.seen.iter().map(Seen::over).collect(),
+        taken_over: Vec::new(),
+        handed_over: Vec::new(),
         unpassed: watch.unpassed.clone(),
         left: watch.seen.iter().map(|seen| seen.left).collect(),
         lateness: Vec::new(),
@@ -332,6 +357,8 @@ impl Report {
             self.digest = combine(self.digest, record.digest);
         }
         self.stops.extend(&program.stops);
+        self.taken_over.push(program.taken_over);
+        self.handed_over.push(program.handed_over());
         self.traces.push(program.trace);
     }
 }
@@ -381,6 +408,7 @@ fn note_into(rti_log: Rc<RefCell<RtiLog>>, prints: bool) -> Box<dyn FnMut(RtiEve
             println!("RTI: {event}");
         }
         let mut rti_log = rti_log.borrow_mut();
+        rti_log.follow_swaps(&event);
         match event {
             RtiEvent::Started(start) => rti_log.started = Some(start),
             RtiEvent::InTransitFull(_) => rti_log.overflow = true,

@@ -108,6 +108,8 @@ pub(crate) struct Reactor {
     pub(crate) watchdogs: Vec<Watchdog>,
     /// Whether a federate comes and goes while the federation runs.
     pub(crate) transient: bool,
+    /// Whether such a federate hands over its state.
+    pub(crate) hands_over: bool,
     /// `@maxwait` of a federate, where its connections have none; forever where it has none either.
     pub(crate) max_wait: Option<Nanos>,
     pub(crate) timers: Vec<Timer>,

@@ -177,6 +177,9 @@ fn class(text: &mut String, name: &str, reactor: &Reactor, ports: &Ports, waits:
             let _ = writeln!(text, "  {direction}put{width} {direction}{first}: {}", type_name(types[*first]));
         }
     }
+    if reactor.hands_over {
+        text.push_str("  @handed_over\n  state memory: u64 = 0\n");
+    }
     let names = Names { reactor, name, ports, children: &children, waits };
     names.members(text, None);
     // The reactions to outputs of contained reactors come last: it is no loop if others set the inputs of these

@@ -50,6 +50,10 @@ impl Scenario {
                 self.plan_lives(federate, random);
             }
         }
+        let random = &mut Random::new(combine(self.seed, 37));
+        for federate in self.federates.iter_mut().filter(|federate| federate.transient) {
+            federate.hands_over = random.percent(50);
+        }
     }
 
     /// Ends the federation by a timeout, and makes it long enough for some to come while it runs: with decentralized

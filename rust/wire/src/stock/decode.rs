@@ -79,13 +79,14 @@ pub fn tag_in_header(bytes: &[u8]) -> Option<Tag> {
     Some(Reader::new(header.get(header.len() - Tag::BYTES..)?).tag())
 }
 
-/// Returns the destination of the message at the beginning of `bytes`, if it has a payload, and its header is there:
-/// also if it is longer than any limit.
+/// Returns the destination of the message at the beginning of `bytes`, if it has a payload, and its length is there: also
+/// if it is longer than any limit.
 pub fn destination_in_header(bytes: &[u8]) -> Option<Destination> {
+    const TO_LENGTH: usize = size_of::<u16>() + size_of::<u16>() + size_of::<u32>();
     let message_type = message_type(*bytes.first()?)?;
     let has_payload =
         matches!(message_type, MessageType::TaggedMessage | MessageType::P2pTaggedMessage | MessageType::P2pMessage);
-    let mut reader = Reader::new(bytes.get(..fixed_bytes(message_type))?.get(1..)?);
+    let mut reader = Reader::new(bytes.get(1..=TO_LENGTH)?);
     if !has_payload {
         return None;
     }

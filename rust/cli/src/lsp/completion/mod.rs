@@ -61,6 +61,7 @@ const ATTRIBUTES: &[(&str, &str, &str)] = &[
     ("serializer", "(\"…\")", "how values become bytes"),
     ("max_length", "(200)", "the largest number of bytes of a value"),
     ("transient", "", "a federate that comes and goes while the others run"),
+    ("handed_over", "", "a state that a transient federate hands over to the instance that takes its place"),
     ("timeout", "(10 s)", "the target property `timeout`, before the main reactor"),
     ("fast", "", "the target property `fast`, before the main reactor"),
     ("keepalive", "", "the target property `keepalive`, before the main reactor"),

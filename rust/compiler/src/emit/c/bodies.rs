@@ -13,7 +13,7 @@ use crate::emit::host::{
 };
 use crate::emit::{EmitError, File, Job};
 use crate::plan::{FileIndex, Location, Port, ReactionKind, Serializer, Type};
-use crate::tables::Cell;
+use crate::tables::{Cell, HandedOverRow};
 
 /// Signatures of the methods by which C reaches cells, the value that each matches on, and its result for other values.
 const ACTION: [&str; 3] =
@@ -168,6 +168,18 @@ impl Bodies for CBodies<'_> {
 
     fn resets(&self, _: &Owner<'_>) -> Vec<String> {
         vec!["_ => c::reset_mode(mode)".to_owned()]
+    }
+
+    fn handovers(&self, owner: &Owner<'_>) -> [Vec<String>; 2] {
+        let arms = |function: &str| {
+            let is_any = !owner.tables.handed_over.is_empty();
+            is_any.then(|| format!("_ => c::{function}(state, bytes)")).into_iter().collect()
+        };
+        [arms("hand_over"), arms("take_over")]
+    }
+
+    fn state_len(&self, owner: &Owner<'_>, row: &HandedOverRow<'_>) -> String {
+        self.sizes.state_len(owner.federate.instances[row.instance.0].class, row.state)
     }
 
     fn implementations(&self, owner: &Owner<'_>, name: &str) -> String {

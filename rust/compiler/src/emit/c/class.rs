@@ -31,6 +31,7 @@ pub(super) fn emit(symbols: &Symbols<'_>, index: ClassIndex, folder: &str) -> Re
     }
     file.children()?;
     file.reset();
+    file.handover();
     file.methods();
     for reaction in &class.reactions {
         if symbols.reacts(index, reaction.number) {
@@ -277,6 +278,27 @@ impl ClassFile<'_, '_> {
         }
     }
 
+    /// Emits the function that returns the place of a state that is handed over, by its number in the class.
+    fn handover(&mut self) {
+        let (class, types, linkage) = (self.class, self.types, self.linkage());
+        let states: Vec<_> = class.state.iter().filter(|state| state.handed_over.is_some()).collect();
+        if states.is_empty() {
+            return;
+        }
+        self.text.line(format_args!("\n{}", place("The states for the next instance", class.at)));
+        let function = handover_function(self.name);
+        self.text.line(format_args!(
+            "{linkage}void *{function}(void *lf_self, int lf_state, size_t *lf_size) {{\n    \
+             {types}_self_t *self = ({types}_self_t *)lf_self;\n    switch (lf_state) {{"
+        ));
+        for (number, state) in states.into_iter().enumerate() {
+            let name = &state.name;
+            self.text.line(format_args!("    case {number}:"));
+            self.text.line(format_args!("        *lf_size = sizeof(self->{name});\n        return &self->{name};"));
+        }
+        self.text.line("    default:\n        return NULL;\n    }\n}");
+    }
+
     fn methods(&mut self) {
         let (class, name, types) = (self.class, self.name, self.types);
         let head = |method: &Method| {
@@ -302,6 +324,11 @@ impl ClassFile<'_, '_> {
 /// Returns the name of the function that resets the state in a mode of a class, or the state outside of modes.
 pub(super) fn reset_function(class: &str, mode: Option<usize>) -> String {
     mode.map_or_else(|| format!("{class}_reset"), |mode| format!("{class}_reset_in_{mode}"))
+}
+
+/// Returns the name of the function that returns the place of a state that a class hands over.
+pub(super) fn handover_function(class: &str) -> String {
+    format!("{class}_handed_over")
 }
 
 fn is_list(value: &Value) -> bool {

@@ -3,7 +3,7 @@
 
 use std::collections::BTreeSet;
 
-use super::class::reset_function;
+use super::class::{handover_function, reset_function};
 use super::reactions::all_arguments;
 use super::storage::pool_name;
 use super::symbols::Symbols;
@@ -12,6 +12,7 @@ use super::types::CType;
 use crate::emit::File;
 use crate::emit::host::ReactionPart;
 use crate::plan::{Argument, PortIndex, Reaction, ReactionKind, ScheduledReaction, TriggerKind, VariableKind};
+use crate::tables::handed_over;
 
 /// Emits the file.
 pub(super) fn emit(symbols: &Symbols<'_>, folder: &str) -> File {
@@ -32,6 +33,7 @@ pub(super) fn emit(symbols: &Symbols<'_>, folder: &str) -> File {
         program.reactions(part);
     }
     program.reset();
+    program.handover();
     program.text.file()
 }
 
@@ -73,6 +75,9 @@ impl ProgramFile<'_, '_> {
             let modes: BTreeSet<Option<usize>> = declared.state.iter().map(|state| state.mode).collect();
             for mode in modes.into_iter().filter(|mode| declared.has_resets(*mode)) {
                 self.text.line(format_args!("void {}(void *);", reset_function(name, mode)));
+            }
+            if declared.state.iter().any(|state| state.handed_over.is_some()) {
+                self.text.line(format_args!("void *{}(void *, int, size_t *);", handover_function(name)));
             }
             for reaction in declared.reactions.iter().filter(|reaction| symbols.reacts(class, reaction.number)) {
                 let given = all_arguments(reaction);
@@ -211,6 +216,23 @@ impl ProgramFile<'_, '_> {
             self.text.line("        break;");
         }
         self.text.line("    default:\n        break;\n    }\n}");
+    }
+}
+
+impl ProgramFile<'_, '_> {
+    /// Emits the function that returns the place of a state that is handed over, by its number in the program.
+    fn handover(&mut self) {
+        let (plan, federate) = (self.symbols.plan, self.symbols.federate);
+        self.text.line("\nvoid *lf_handed_over(uint16_t state, size_t *size) {\n    switch (state) {");
+        for (id, row) in handed_over(plan, federate).into_iter().enumerate() {
+            let class = federate.instances[row.instance.0].class;
+            let states = plan.classes[class.0].state.iter().filter(|state| state.handed_over.is_some());
+            let number = states.take_while(|state| state.name != row.state.name).count();
+            let (function, own) =
+                (handover_function(self.symbols.class(class)), Symbols::instance(Some(row.instance.0)));
+            self.text.line(format_args!("    case {id}:\n        return {function}(&{own}, {number}, size);"));
+        }
+        self.text.line("    default:\n        (void)size;\n        return NULL;\n    }\n}");
     }
 }
 

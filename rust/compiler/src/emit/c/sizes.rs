@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 //! The lengths of payloads. Only the C compiler knows them, so an object file has a variable as large as each type.
 
+use lf_model::HandedOver;
+
 use super::cpp::{as_bytes, extension};
 use super::symbols::preamble_headers;
 use super::text::Text;
@@ -8,7 +10,7 @@ use super::types::CType;
 use crate::emit::File;
 use crate::emit::host::sent_ports;
 use crate::emit::view::View;
-use crate::plan::{Federate, Location, Port, Serializer};
+use crate::plan::{ClassIndex, Federate, Location, Port, Serializer, StateVariable};
 
 /// The types that a participant sends, receives or forwards, each once.
 pub(super) struct Sizes<'p> {
@@ -16,11 +18,13 @@ pub(super) struct Sizes<'p> {
     rows: Vec<(CType, Location)>,
     /// The types by port of the federate.
     ports: Vec<(String, CType)>,
+    /// The types of states that are handed over.
+    states: Vec<CType>,
 }
 
 impl<'p> Sizes<'p> {
     pub(super) fn new(view: &'p View<'p>, federate: Option<&Federate>, rti: bool) -> Self {
-        let mut sizes = Self { view, rows: Vec::new(), ports: Vec::new() };
+        let mut sizes = Self { view, rows: Vec::new(), ports: Vec::new(), states: Vec::new() };
         let is_own = |known: &Federate| federate.is_some_and(|own| own.id == known.id);
         let is_c = |known: &Federate| view.is_own(known.instances[0].class);
         for known in view.plan.federates.iter().filter(|known| is_own(known) || rti && is_c(known)) {
@@ -32,6 +36,16 @@ impl<'p> Sizes<'p> {
                     sizes.rows.push((ty.clone(), port.ty.at));
                 }
                 sizes.ports.push((port.path.clone(), ty));
+            }
+            for instance in known.instances.iter().filter(|_| known.transient) {
+                let class = view.class(instance.class);
+                for state in class.state.iter().filter(|state| state.handed_over.is_some()) {
+                    let ty = CType::new(class, &state.ty);
+                    if !sizes.rows.iter().any(|(row, _)| *row == ty) {
+                        sizes.rows.push((ty.clone(), state.ty.at));
+                    }
+                    sizes.states.push(ty);
+                }
             }
         }
         sizes
@@ -50,19 +64,27 @@ impl<'p> Sizes<'p> {
         let ty = self.ports.iter().find(|(path, _)| *path == port.path).map(|(_, ty)| ty);
         match ty {
             Some(ty) if ty.is_nothing() => "0".to_owned(),
-            Some(ty) => match self.rows.iter().position(|(row, _)| row == ty) {
-                Some(row) => format!("crate::sizes::LF_SIZE_{row}"),
-                None => "c::PAYLOAD_BYTES".to_owned(),
-            },
+            Some(ty) => self.size_of(ty),
             None => "c::PAYLOAD_BYTES".to_owned(),
         }
+    }
+
+    /// Returns the number of bytes of a state that is handed over, as an expression of Rust.
+    pub(super) fn state_len(&self, class: ClassIndex, state: &StateVariable) -> String {
+        self.size_of(&CType::new(self.view.class(class), &state.ty))
+    }
+
+    fn size_of(&self, ty: &CType) -> String {
+        let row = self.rows.iter().position(|(row, _)| row == ty);
+        row.map_or_else(|| "c::PAYLOAD_BYTES".to_owned(), |row| format!("crate::sizes::LF_SIZE_{row}"))
     }
 
     /// Returns all lengths, as expressions of Rust, for an RTI that forwards the values.
     pub(super) fn all(&self) -> Vec<String> {
         let sizes = (0..self.rows.len()).map(|row| format!("crate::sizes::LF_SIZE_{row}"));
         let unknown = self.ports.iter().any(|(_, ty)| ty.is_token() || ty.is_text());
-        sizes.chain(unknown.then(|| "lf::c::PAYLOAD_BYTES".to_owned())).collect()
+        let states = self.states.iter().map(|ty| format!("{} + {}", HandedOver::ID_BYTES, self.size_of(ty)));
+        sizes.chain(states).chain(unknown.then(|| "lf::c::PAYLOAD_BYTES".to_owned())).collect()
     }
 
     /// Returns the file that the compiler measures.

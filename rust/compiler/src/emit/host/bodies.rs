@@ -12,6 +12,7 @@ use super::splice::Splices;
 use super::symbols::Owner;
 use crate::emit::{EmitError, File, FileMap};
 use crate::plan::{Location, Port, Serializer};
+use crate::tables::HandedOverRow;
 
 /// The bodies of a participant, and all other code in their language.
 pub(in crate::emit) trait Bodies {
@@ -85,6 +86,12 @@ pub(in crate::emit) trait Bodies {
 
     /// Returns the arms that reset state, by mode.
     fn resets(&self, owner: &Owner<'_>) -> Vec<String>;
+
+    /// Returns the arms that write the values of states that are handed over, and those that set them, by state.
+    fn handovers(&self, owner: &Owner<'_>) -> [Vec<String>; 2];
+
+    /// Returns the maximum number of bytes of the value of such a state, as an expression.
+    fn state_len(&self, owner: &Owner<'_>, row: &HandedOverRow<'_>) -> String;
 
     /// Returns further implementations for the struct that owns everything, which has this name.
     fn implementations(&self, owner: &Owner<'_>, name: &str) -> String;

@@ -36,6 +36,17 @@ const DELIVER_TARDY: [&str; 3] = [
     "Err(Undelivered::NoSuchPort),",
 ];
 
+const HAND_OVER: [&str; 3] = [
+    "hand_over(&self, state: u16, bytes: &mut [u8]) -> Result<usize, PayloadError>",
+    "state",
+    "Err(PayloadError::Absent),",
+];
+const TAKE_OVER: [&str; 3] = [
+    "take_over(&mut self, state: u16, bytes: &[u8]) -> Result<(), PayloadError>",
+    "state",
+    "Err(PayloadError::Absent),",
+];
+
 impl FederateModule<'_> {
     /// Returns `impl Program for …`.
     pub(super) fn program(&self, owner: &str) -> String {
@@ -67,6 +78,7 @@ impl FederateModule<'_> {
             let by = by(id, input);
             format!("InputId({id}) => self.{}.deliver_tardy{by}(tag, intended, bytes)", queue(input))
         });
+        let [handed_over, taken_over] = self.bodies.handovers(&self.owner);
         let mut text = format!(
             "impl Program for {owner} {{\n    fn tables(&self) -> &'static Tables {{\n        &TABLES\n    }}\n"
         );
@@ -83,6 +95,8 @@ impl FederateModule<'_> {
                 (ENCODE, encodes.collect()),
                 (DELIVER, delivers.collect()),
                 (DELIVER_TARDY, tardies.collect()),
+                (HAND_OVER, handed_over),
+                (TAKE_OVER, taken_over),
             ],
         );
         if tables.modes.is_empty() {

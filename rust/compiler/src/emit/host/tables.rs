@@ -7,7 +7,7 @@ use lf_model::{ActionTiming, ModeId, ModeTrigger, Policy, ReactionKind, TriggerK
 use super::module::FederateModule;
 use super::print::{Fields, interval, optional};
 use crate::emit::EmitError;
-use crate::tables::ModeEvents;
+use crate::tables::{HandedOverRow, ModeEvents};
 
 impl FederateModule<'_> {
     /// Returns the tables, which are checked at compile time.
@@ -38,6 +38,15 @@ impl FederateModule<'_> {
             omits = true;
         } else {
             text = format!("{text}    own_ports: &{:?},\n", self.owner.tables.own_ports);
+        }
+        if self.owner.tables.handed_over.is_empty() {
+            omits = true;
+        } else {
+            text.push_str("    handed_over: &[\n");
+            for row in self.handed_over_rows() {
+                text = text + "        " + &row + ",\n";
+            }
+            text.push_str("    ],\n");
         }
         if !self.owner.tables.absence.is_empty() {
             text = text + "    absence: " + &ids(&self.owner.tables.absence) + ",\n";
@@ -79,6 +88,15 @@ impl FederateModule<'_> {
         events.set("entry", format_args!("{entry:?}")).set("startup", ids(startup));
         events.set("reset", ids(reset)).set("shutdown", ids(shutdown));
         text + "    ],\n    " + &events.row() + ",\n);\n\n"
+    }
+
+    fn handed_over_rows(&self) -> Vec<String> {
+        let row = |state: &HandedOverRow<'_>| {
+            let mut row = Fields::of("HandedOver");
+            row.set("name", format_args!("{:?}", state.name)).set("id", format_args!("{:#018x}", state.id));
+            row.set("max_len", self.bodies.state_len(&self.owner, state)).row()
+        };
+        self.owner.tables.handed_over.iter().map(row).collect()
     }
 
     fn reaction_rows(&self) -> Vec<String> {

@@ -9,12 +9,13 @@ use quote::quote;
 
 use super::layout::{Layout, REACTORS};
 use super::payloads::Payloads;
-use super::reactor::{parsed_type, type_alias};
+use super::reactor::{bytes_constant, parsed_type, type_alias};
 use super::{calls, file_module, reactor, sending};
 use crate::emit::host::{Beside, Bodies, Members, NativeParts, Output, Owner, ReactionPart, Splices, serializer_type};
 use crate::emit::{EmitError, File, Job};
 use crate::languages::rust::is_copy;
 use crate::plan::{ClassIndex, Port, Serializer, SourceCode, Type};
+use crate::tables::HandedOverRow;
 
 /// The words by which bodies access devices: a macro and a module.
 const DEVICES: [&str; 2] = ["device", "devices"];
@@ -157,6 +158,15 @@ impl Bodies for RustBodies<'_> {
 
     fn resets(&self, owner: &Owner<'_>) -> Vec<String> {
         calls::modes(owner)
+    }
+
+    fn handovers(&self, owner: &Owner<'_>) -> [Vec<String>; 2] {
+        calls::handovers(owner)
+    }
+
+    fn state_len(&self, owner: &Owner<'_>, row: &HandedOverRow<'_>) -> String {
+        let class = owner.federate.instances[row.instance.0].class;
+        format!("{}::{}", self.module(class), bytes_constant(&row.state.name))
     }
 
     fn implementations(&self, _: &Owner<'_>, _: &str) -> String {

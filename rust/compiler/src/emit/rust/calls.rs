@@ -6,9 +6,10 @@ use std::fmt::Write as _;
 
 use lf_model::{ReactionId, TriggerId};
 
-use super::reactor::{reaction_method, reset_method};
+use super::reactor::{handover_methods, reaction_method, reset_method};
 use crate::emit::host::{Owner, ReactionPart, ids};
 use crate::plan::{Argument, InstanceIndex, ReactionKind, ScheduledReaction, VariableKind};
+use crate::tables::HandedOverRow;
 
 /// Returns one arm per mode with `reset` state variables.
 pub(super) fn modes(owner: &Owner<'_>) -> Vec<String> {
@@ -22,6 +23,18 @@ pub(super) fn modes(owner: &Owner<'_>) -> Vec<String> {
         (!calls.is_empty()).then(|| format!("ModeId({id}) => {{ {calls}}}"))
     };
     owner.plan.resets(owner.federate).into_iter().enumerate().filter_map(arm).collect()
+}
+
+/// Returns one arm per state that is handed over: the calls that write its value, and those that set it.
+pub(super) fn handovers(owner: &Owner<'_>) -> [Vec<String>; 2] {
+    let call = |which: usize| {
+        let arm = |(number, row): (usize, &HandedOverRow<'_>)| {
+            let (field, methods) = (&owner.symbols.instances[row.instance.0], handover_methods(&row.state.name));
+            format!("{number} => self.{field}.{}(bytes)", methods[which])
+        };
+        owner.tables.handed_over.iter().enumerate().map(arm).collect()
+    };
+    [call(0), call(1)]
 }
 
 /// Returns one arm per reaction that has this part, and for bodies per connection that copies.

@@ -3,8 +3,10 @@
 
 use std::collections::BTreeSet;
 
+use lf_model::HandedOver;
+
 use super::layout::Layout;
-use super::reactor::{parsed_type, type_path};
+use super::reactor::{bytes_constant, parsed_type, type_path};
 use super::sending::max_len;
 use crate::deployment::{Deployment, Platform};
 use crate::emit::view::View;
@@ -14,7 +16,11 @@ use crate::plan::{ClassIndex, Federate, InputIndex, Plan, Serializer, Type};
 
 /// The types of all values that the RTI forwards, each once.
 #[derive(Default)]
-pub(super) struct Payloads<'p>(Vec<Payload<'p>>);
+pub(super) struct Payloads<'p> {
+    of_ports: Vec<Payload<'p>>,
+    /// The states that transient federates hand over, with their classes.
+    states: BTreeSet<(ClassIndex, &'p str)>,
+}
 
 /// The type of the values of a connection.
 struct Payload<'p> {
@@ -39,16 +45,20 @@ impl<'p> Payloads<'p> {
                 }
             }
         }
-        Self(payloads)
+        let transients = job.plan().federates.iter().filter(|federate| federate.transient);
+        let classes = transients.flat_map(|federate| &federate.instances).map(|instance| instance.class);
+        let states = classes.filter(|class| job.view.is_own(*class)).flat_map(|class| {
+            let states = job.view.class(class).state.iter().filter(|state| state.handed_over.is_some());
+            states.map(move |state| (class, state.name.as_str()))
+        });
+        Self { of_ports: payloads, states: states.collect() }
     }
 
     /// Returns the classes whose types are needed.
     pub(super) fn classes(&self) -> BTreeSet<ClassIndex> {
-        self.0
-            .iter()
-            .filter(|payload| !is_copy(&payload.ty.text))
-            .filter_map(|payload| Some(payload.declared?.0))
-            .collect()
+        let of_ports = self.of_ports.iter().filter(|payload| !is_copy(&payload.ty.text));
+        let of_ports = of_ports.filter_map(|payload| Some(payload.declared?.0));
+        of_ports.chain(self.states.iter().map(|(class, _)| *class)).collect()
     }
 
     /// Returns the maximum lengths of their values, as expressions.
@@ -63,7 +73,11 @@ impl<'p> Payloads<'p> {
                 by => max_len(by, &ty),
             })
         };
-        self.0.iter().map(length).collect()
+        let state = |(class, name): &(ClassIndex, &str)| {
+            let bytes = bytes_constant(name);
+            Ok(format!("{} + {}::{bytes}", HandedOver::ID_BYTES, layout.module_path(*class)))
+        };
+        self.of_ports.iter().map(length).chain(self.states.iter().map(state)).collect()
     }
 }
 

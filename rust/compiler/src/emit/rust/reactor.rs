@@ -14,7 +14,8 @@ use crate::emit::view::View;
 use crate::emit::{EmitError, File, FileMap};
 use crate::languages::rust::{DURATION, is_copy};
 use crate::plan::{
-    Child, ClassIndex, Location, Method, Plan, Reaction, ReactorClass, SourceCode, Type, Value, VariableKind,
+    Child, ClassIndex, Handover, Location, Method, Plan, Reaction, ReactorClass, SourceCode, StateVariable, Type, Value,
+    VariableKind,
 };
 
 /// Emits the module of a class.
@@ -44,6 +45,17 @@ pub(super) fn reset_method(mode: Option<usize>) -> Ident {
         Some(mode) => format_ident!("reset_state_of_mode_{mode}"),
         None => format_ident!("reset_state"),
     }
+}
+
+/// Returns the methods that write the value of a state for the next instance of the federate, and that set it.
+pub(super) fn handover_methods(state: &str) -> [Ident; 2] {
+    let name = ident(state);
+    [format_ident!("hand_over_{name}"), format_ident!("take_over_{name}")]
+}
+
+/// Returns the name of the constant with the maximum number of bytes of a state that is handed over.
+pub(super) fn bytes_constant(state: &str) -> Ident {
+    format_ident!("BYTES_OF_{}", ident(state))
 }
 
 /// Returns the name of the method that constructs a contained instance.
@@ -144,6 +156,11 @@ impl<'p> ReactorModule<'p> {
         for mode in modes {
             methods.push(self.reset(mode)?);
         }
+        for state in &class.state {
+            if let Some(handover) = &state.handed_over {
+                methods.push(self.handover(state, handover)?);
+            }
+        }
         Ok(quote! {
             #![doc = #about]
             use super::*;
@@ -205,7 +222,45 @@ impl<'p> ReactorModule<'p> {
                 types.extend(self.asserted(&quote!(copied_by_connection), &port.ty, None));
             }
         }
+        types.extend(self.lengths()?);
         Ok(types)
+    }
+
+    /// Emits the lengths of states that are handed over, and lets rustc check that they can be.
+    fn lengths(&mut self) -> Result<TokenStream, EmitError> {
+        let mut lengths = TokenStream::new();
+        for state in &self.class.state {
+            let Some(handover) = &state.handed_over else { continue };
+            let (name, ty, by) = (bytes_constant(&state.name), self.type_tokens(&state.ty)?, self.handed_by(state, handover)?);
+            lengths.extend(self.asserted(&quote!(sendable_by), &state.ty, Some(&by)));
+            let doc = self.splices.doc(&format!("The maximum number of bytes of `{}`", state.name), state.at);
+            lengths.extend(quote! { #doc pub const #name: usize = <#by as ::lf::model::Serializer<#ty>>::MAX_LEN; });
+        }
+        Ok(lengths)
+    }
+
+    /// Returns the type of the serializer by which a state is handed over.
+    fn handed_by(&self, state: &StateVariable, handover: &Handover) -> Result<TokenStream, EmitError> {
+        let Some(serializer) = &handover.serializer else { return Ok(quote!(::lf::model::Native)) };
+        let ty = self.type_tokens(&state.ty)?.to_string();
+        Ok(serializer_type(serializer, &ty).parse().unwrap_or_default())
+    }
+
+    /// Emits the methods that hand over a state and take it over.
+    fn handover(&mut self, state: &StateVariable, handover: &Handover) -> Result<TokenStream, EmitError> {
+        let (field, [hand_over, take_over]) = (ident(&state.name), handover_methods(&state.name));
+        let (ty, by) = (self.type_tokens(&state.ty)?, self.handed_by(state, handover)?);
+        let doc = self.splices.doc(&format!("Writes `{}` for the next instance", state.name), state.at);
+        Ok(quote! {
+            #doc
+            pub fn #hand_over(&self, bytes: &mut [u8]) -> ::core::result::Result<usize, ::lf::model::PayloadError> {
+                <#by as ::lf::model::Serializer<#ty>>::encode(&self.#field, bytes)
+            }
+            pub fn #take_over(&mut self, bytes: &[u8]) -> ::core::result::Result<(), ::lf::model::PayloadError> {
+                self.#field = <#by as ::lf::model::Serializer<#ty>>::decode(bytes)?;
+                ::core::result::Result::Ok(())
+            }
+        })
     }
 
     /// Emits a constant that lets rustc check a type, at its place in the program.

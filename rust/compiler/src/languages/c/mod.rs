@@ -36,6 +36,7 @@ pub(super) const FACTS: Facts = Facts {
     value_text: values::text,
     integer: integer::value,
     unsendable: |ty, serializer, _| types::unsendable(ty, serializer).into_iter().collect(),
+    not_handed_over: |ty, serializer, _| types::not_handed_over(ty, serializer).into_iter().collect(),
     shape: |ty, _| shape::shape(ty).map_err(|why| vec![why]),
     // Values are copied as bytes, and values behind pointers are counted.
     uncopyable: |_, _| None,

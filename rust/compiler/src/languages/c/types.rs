@@ -146,6 +146,22 @@ pub(super) fn unsendable(ty: &str, serializer: Option<&Serializer>) -> Option<Un
     Some(Unsendable { message, hint: "send an array of values, or a struct without pointers".into(), place: None })
 }
 
+/// Returns the reason why a state cannot be handed over: it is sent as it lies in memory.
+pub(super) fn not_handed_over(ty: &str, serializer: Option<&Serializer>) -> Option<Unsendable> {
+    let ty = spelled(ty);
+    let refused = |message: String, hint: &str| Some(Unsendable { message, hint: hint.into(), place: None });
+    if serializer.is_some() {
+        let message = "a state in C is handed over as it lies in memory, without a serializer".to_owned();
+        return refused(message, "remove `@serializer` and `@max_length`");
+    }
+    let is_pointer = ty.ends_with('*') || ty.ends_with("[]") || ty == "string" || ty.starts_with(TYPE_OF);
+    if is_pointer {
+        let message = format!("`{ty}` refers to memory of this instance, which the next one does not have");
+        return refused(message, "hand over an array with a length, or a struct without pointers");
+    }
+    None
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

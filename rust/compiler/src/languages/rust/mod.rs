@@ -40,6 +40,7 @@ pub(super) const FACTS: Facts = Facts {
     value_text: values::text,
     integer: integer::value,
     unsendable: sendable::unsendable,
+    not_handed_over: sendable::unsendable,
     shape: shape::shape,
     uncopyable: sendable::uncopyable,
 };

@@ -13,7 +13,7 @@ use crate::plan::Serializer;
 const NO_BOUND: &str = "has no bound, by which buffers could be sized";
 
 /// The replacement for a port's own type without a known bound.
-const BOUND: &str = "write `@max_length(1000)` before the port, or ";
+const BOUND: &str = "write `@max_length(1000)` before the declaration, or ";
 
 /// Returns all known reasons why values of a type cannot be sent.
 pub(super) fn unsendable(ty: &str, serializer: Option<&Serializer>, preambles: Preambles<'_>) -> Vec<Unsendable> {
@@ -158,7 +158,7 @@ impl SendableCheck<'_> {
             Type::Reference(reference) => match &*reference.elem {
                 Type::Path(path) if path.path.is_ident("str") => (
                     "only borrows its text, and a receiver has nothing to borrow it from",
-                    "write `heapless::String<N>`, or on Linux `String` with `@max_length(1000)` before the port",
+                    "write `heapless::String<N>`, or on Linux `String` with `@max_length(1000)` before the declaration",
                 ),
                 _ => ("only borrows its value, and a receiver has nothing to borrow it from", "send the value"),
             },
@@ -222,7 +222,7 @@ impl SendableCheck<'_> {
 
     fn refuse_growing(&mut self, ty: &Type, name: &str) {
         if self.by_serde {
-            let hint = "write `@max_length(200)` before the port, in bytes as postcard writes them";
+            let hint = "write `@max_length(200)` before the declaration, in bytes as postcard writes them";
             return self.refuse(ty, NO_BOUND, hint);
         }
         let instead = match name {
@@ -230,7 +230,7 @@ impl SendableCheck<'_> {
             "Vec" | "VecDeque" => "write `heapless::Vec<T, N>`",
             _ => "send a list of its entries",
         };
-        let hint = format!("{instead}, or `@serializer(\"postcard\") @max_length(200)` before the port");
+        let hint = format!("{instead}, or `@serializer(\"postcard\") @max_length(200)` before the declaration");
         self.refuse(ty, NO_BOUND, &hint);
     }
 
@@ -264,7 +264,7 @@ impl SendableCheck<'_> {
                 self.refuse(ty, &reason, &hint);
             } else if !bounded && !derived(&["MaxSize"]) && !own(&["MaxSize"]) {
                 let hint = format!(
-                    "write `@max_length(200)` before the port, in bytes as postcard writes them, or \
+                    "write `@max_length(200)` before the declaration, in bytes as postcard writes them, or \
                      `#[derive(postcard::experimental::max_size::MaxSize)]` before `{keyword} {name}`"
                 );
                 self.refuse(ty, NO_BOUND, &hint);
