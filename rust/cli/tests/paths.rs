@@ -79,3 +79,19 @@ fn clean_leaves_a_folder_alone_in_which_nothing_was_generated() {
     assert_eq!(text(&output.stdout), "0.0 MB freed\n", "{}", text(&output.stderr));
     assert!(folder.path().join("mine/Cargo.lock").is_file() && folder.path().join("mine/target/x").is_file());
 }
+
+/// Without a program, all that is compiled goes: for programs, of the runtime, and what editors have checked.
+#[test]
+fn clean_of_everything_leaves_what_is_not_its_own() {
+    let kinds = ["programs/1", "runtime/2", "editor/check"];
+    let folder = folder(&[("store/mine/x", "my own")]);
+    let store = folder.path().join("store");
+    for kind in kinds {
+        fs::create_dir_all(store.join(kind)).expect("it can be made");
+        fs::write(store.join(kind).join("x"), [7; 1_000_000]).expect("it can be written");
+    }
+    let output = said(&mut lfz(folder.path(), &["clean", "--target-dir", "store"]));
+    assert_eq!(text(&output.stdout), "3.0 MB freed\n", "{}", text(&output.stderr));
+    assert_eq!(kinds.map(|kind| store.join(kind).exists()), [false; 3]);
+    assert!(store.join("mine/x").is_file());
+}

@@ -58,9 +58,9 @@ fn codes(tree: &Tree) -> Vec<Range<usize>> {
     nodes(tree).iter().filter(|node| is_code(node)).map(Node::byte_range).collect()
 }
 
-/// Returns all programs below the folders of the repository that git tracks, apart from what builds put there.
-fn programs() -> Vec<PathBuf> {
-    let (mut found, mut folders) = (Vec::new(), vec![repository().to_path_buf()]);
+/// Returns all programs in a folder and those below it, apart from what builds put there.
+fn programs(folder: &Path) -> Vec<PathBuf> {
+    let (mut found, mut folders) = (Vec::new(), vec![folder.to_path_buf()]);
     while let Some(folder) = folders.pop() {
         for entry in fs::read_dir(&folder).into_iter().flatten().flatten() {
             let (path, name) = (entry.path(), entry.file_name());

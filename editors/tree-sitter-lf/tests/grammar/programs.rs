@@ -10,7 +10,7 @@ use lf_compiler::syntax::ast::{ActionKind, SourceUnit};
 use lf_compiler::{Severity, SyntaxTree};
 use tree_sitter::{Node, Tree};
 
-use super::{codes, nodes, parse, programs};
+use super::{codes, nodes, parse, programs, repository};
 
 /// The variable with a folder of further programs, such as LF's own tests.
 const FOLDER: &str = "LF_PROGRAMS";
@@ -114,7 +114,7 @@ fn check(programs: &[PathBuf]) -> usize {
 
 #[test]
 fn programs_have_the_declarations_code_and_comments_that_the_compiler_finds() {
-    let accepted = check(&programs());
+    let accepted = check(&programs(repository()));
     assert!(accepted > 300, "{accepted} programs are not those of this repository");
 }
 
@@ -122,16 +122,7 @@ fn programs_have_the_declarations_code_and_comments_that_the_compiler_finds() {
 #[test]
 fn further_programs_too() {
     let Some(folder) = env::var_os(FOLDER) else { return };
-    let (mut all, mut folders) = (Vec::new(), vec![PathBuf::from(folder)]);
-    while let Some(folder) = folders.pop() {
-        for entry in fs::read_dir(&folder).expect("LF_PROGRAMS names a folder").flatten() {
-            let path = entry.path();
-            if path.is_dir() {
-                folders.push(path);
-            } else if path.extension().is_some_and(|extension| extension == "lf") {
-                all.push(path);
-            }
-        }
-    }
+    let all = programs(Path::new(&folder));
+    assert!(!all.is_empty(), "LF_PROGRAMS names a folder without programs");
     println!("{} of {} programs are accepted, and read alike", check(&all), all.len());
 }
