@@ -79,9 +79,9 @@ pub(super) struct Execution<'a, 's, N: Needs> {
     /// Whether this federate, which is transient, has joined, and its owner has not noted it.
     #[cfg(feature = "transients")]
     pub(super) has_joined: bool,
-    /// The next state to hand over, once this federate, which is transient, has nothing else to do.
+    /// The number of states that this federate, which is transient, has handed over, once it has nothing else to do.
     #[cfg(feature = "transients")]
-    pub(super) handing_over: Option<u16>,
+    pub(super) handed_over: Option<u16>,
     /// The reason why this federate cannot go on, if there is one.
     pub(super) failure: Option<RunError>,
 }
@@ -114,7 +114,7 @@ impl<'a, 's, N: Needs> Execution<'a, 's, N> {
             #[cfg(feature = "transients")]
             has_joined: false,
             #[cfg(feature = "transients")]
-            handing_over: None,
+            handed_over: None,
             failure: None,
         }
     }
@@ -273,7 +273,7 @@ impl<'a, 's, N: Needs> Execution<'a, 's, N> {
     pub(super) fn finish(&mut self) {
         #[cfg(feature = "transients")]
         if !self.engine.tables().handed_over.is_empty() {
-            self.handing_over = self.handing_over.or(Some(0));
+            self.handed_over.get_or_insert(0);
             return;
         }
         self.machine.finish();

@@ -74,24 +74,23 @@ impl<N: Needs> Execution<'_, '_, N> {
 
     /// Returns whether this federate has only its states to hand over before it leaves.
     pub(super) fn hands_over(&self) -> bool {
-        self.handing_over.is_some()
+        self.handed_over.is_some()
     }
 
     /// Hands over the states for which there is room, and leaves after the last one. A state that has no form as bytes
     /// is lost, and the others are not.
     pub(super) fn hand_over<P: Platform>(&mut self, output: &mut Output<'_, '_, '_, P, N>, federate: u16) {
-        let Some(first) = self.handing_over else { return };
-        let tag = to_wire(self.engine.current_tag());
-        for (number, state) in (0..).zip(self.engine.tables().handed_over).skip(first.into()) {
+        let (tag, states) = (to_wire(self.engine.current_tag()), self.engine.tables().handed_over);
+        while let Some(number) = self.handed_over
+            && let Some(state) = states.get(usize::from(number))
+        {
             let program = &*self.program;
             match output.hand_over(state, federate, tag, |bytes| program.hand_over(number, bytes)) {
-                Err(SendError::NoRoom) => {
-                    self.handing_over = Some(number);
-                    return;
-                }
+                Err(SendError::NoRoom) => return,
                 Err(SendError::Payload(error)) => log::error!("`{}` is not handed over: {error}", state.name),
                 Ok(()) => {}
             }
+            self.handed_over = Some(number + 1);
         }
         self.machine.finish();
     }
