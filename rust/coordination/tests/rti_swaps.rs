@@ -112,7 +112,8 @@ fn a_state_is_passed_to_the_instance_that_waits() {
     assert_eq!(heard(&mut rig, new), ["start 9 0"]);
     assert_eq!(heard(&mut rig, old), Vec::<String>::new());
     // From another federate it is a message like any other.
-    rig.message(first, &state(1, b"x"));
+    let other = Message::TaggedMessage { port: HANDED_OVER_PORT, federate: 1, tag: at(20), payload: b"x" };
+    rig.message(first, &other);
     assert_eq!(heard(&mut rig, new), ["TAGGED_MESSAGE"]);
     assert_eq!(rig.rti.status(), Status::Running);
 }

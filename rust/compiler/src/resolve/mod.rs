@@ -44,7 +44,7 @@ pub(crate) use load::{Program, ReactorId, Unit, alone, load};
 pub(crate) use mains::program_name;
 pub(crate) use model::{
     CheckedConnection, CheckedMethod, CheckedPort, CheckedReaction, Class, ClassId, ConnectionEnd, Given, PortRef,
-    ReactionVariable, Variable, Wait,
+    ReactionVariable, Sending, Variable, Wait,
 };
 pub use properties::{PropertyScope, TargetProperty};
 pub(crate) use reaction::signature;
