@@ -29,6 +29,10 @@ pub(crate) struct Seen {
     pub(super) is_expelled: bool,
     /// The effective start of an instance of a transient federate.
     pub(crate) first: Option<Tag>,
+    /// Whether the RTI has read its introduction, and whether it has waited for its place after that while another
+    /// instance has handed over its state.
+    pub(super) is_introduced: bool,
+    pub(crate) succeeds: bool,
     /// The latest tag that it has reported complete.
     pub(super) completed: Tag,
     /// The time at which its process or its connection ended, or the RTI read that it has failed.
@@ -63,6 +67,8 @@ impl Seen {
         left: None,
         is_expelled: false,
         first: None,
+        is_introduced: false,
+        succeeds: false,
         completed: Tag::NEVER,
         lost: None,
     };

@@ -237,7 +237,11 @@ impl Watch {
     }
 
     fn hear_federate(&mut self, federate: usize, message: &Message<'_>, now: u64) {
-        if self.seen.get(federate).is_some_and(|seen| seen.is_expelled) || is_handed_over(message) {
+        if self.seen.get(federate).is_some_and(|seen| seen.is_expelled) {
+            return;
+        }
+        if is_handed_over(message) {
+            self.hand_over(federate);
             return;
         }
         if let Message::TaggedMessage { federate: to, port, tag, payload } = *message {
@@ -253,6 +257,7 @@ impl Watch {
         }
         let Some(seen) = self.seen.get_mut(federate) else { return };
         match *message {
+            Message::UdpPort(_) => seen.is_introduced = true,
             Message::NextEventTag(next) => seen.announce(from_wire(next)),
             Message::LatestTagComplete(last) => {
                 while seen.in_transit.first().is_some_and(|message| *message <= from_wire(last)) {
@@ -271,6 +276,15 @@ impl Watch {
                 seen.lost.get_or_insert(now);
             }
             _ => {}
+        }
+    }
+
+    /// Notes that an instance hands over a state to those that wait for its place.
+    fn hand_over(&mut self, instance: usize) {
+        let federate = self.instances[instance].0;
+        let others = self.instances.iter().zip(&mut self.seen).enumerate();
+        for (_, (_, seen)) in others.filter(|(other, ((of, _), _))| *of == federate && *other != instance) {
+            seen.succeeds |= seen.is_introduced && seen.first.is_none();
         }
     }
 

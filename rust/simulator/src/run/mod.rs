@@ -54,26 +54,6 @@ pub(crate) struct RtiLog {
     pub(crate) overflow: bool,
     pub(crate) late: bool,
     pub(crate) dropped: bool,
-    /// The swaps that are complete: the federate, and the first tag of its next instance.
-    pub(crate) swaps: Vec<(usize, Tag)>,
-    /// The federate that has just resigned, and the one that another instance has followed at once.
-    resigned: Option<usize>,
-    followed: Option<usize>,
-}
-
-impl RtiLog {
-    /// Follows the swaps: an instance that waits for another one to resign joins in the same step.
-    fn follow_swaps(&mut self, event: &RtiEvent<'_>) {
-        let resigned = self.resigned.take();
-        match *event {
-            RtiEvent::Resigned(federate) => self.resigned = Some(federate.0.into()),
-            RtiEvent::Joined(federate) => self.followed = resigned.filter(|other| *other == usize::from(federate.0)),
-            RtiEvent::Begins { federate, tag } if self.followed == Some(federate.0.into()) => {
-                self.swaps.push((federate.0.into(), tag));
-            }
-            _ => {}
-        }
-    }
 }
 
 /// The results of a run.
@@ -112,6 +92,8 @@ pub(crate) struct Report {
     /// By instance: its effective start, if it is one of a transient federate, and the time from which on it is over.
     pub(crate) first: Vec<Option<Tag>>,
     pub(crate) over: Vec<Option<u64>>,
+    /// By instance: whether it has waited for its place while another one has handed over its state.
+    pub(crate) succeeds: Vec<bool>,
     /// By instance: the state that it has taken over, and its last one, if it hands that over.
     pub(crate) taken_over: Vec<Option<u64>>,
     pub(crate) handed_over: Vec<Option<u64>>,
@@ -316,6 +298,7 @@ pub(crate) fn run(scenario: &Scenario, plan: &Plan, options: OutputOptions) -> R
         sent: watch.direct.sent.iter().filter_map(|sent| to_input(scenario, plan, sent)).collect(),
         first: watch.seen.iter().map(|seen| seen.first).collect(),
         over: watch.seen.iter().map(Seen::over).collect(),
+        succeeds: watch.seen.iter().map(|seen| seen.succeeds).collect(),
         taken_over: Vec::new(),
         handed_over: Vec::new(),
         unpassed: watch.unpassed.clone(),
@@ -408,7 +391,6 @@ fn note_into(rti_log: Rc<RefCell<RtiLog>>, prints: bool) -> Box<dyn FnMut(RtiEve
             println!("RTI: {event}");
         }
         let mut rti_log = rti_log.borrow_mut();
-        rti_log.follow_swaps(&event);
         match event {
             RtiEvent::Started(start) => rti_log.started = Some(start),
             RtiEvent::InTransitFull(_) => rti_log.overflow = true,
