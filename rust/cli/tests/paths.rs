@@ -88,7 +88,7 @@ fn clean_of_everything_leaves_what_is_not_its_own() {
     let store = folder.path().join("store");
     for kind in kinds {
         fs::create_dir_all(store.join(kind)).expect("it can be made");
-        fs::write(store.join(kind).join("x"), [7; 1_000_000]).expect("it can be written");
+        fs::write(store.join(kind).join("x"), vec![7; 1_000_000]).expect("it can be written");
     }
     let output = said(&mut lfz(folder.path(), &["clean", "--target-dir", "store"]));
     assert_eq!(text(&output.stdout), "3.0 MB freed\n", "{}", text(&output.stderr));

@@ -7,8 +7,8 @@ use lf_model::time::{Instant, Interval};
 use lf_testkit::rti::dialogue::{FEDERATION, START, at, config, hello, message, read, wait};
 use lf_testkit::rti::{Rig, Sizes};
 use lf_wire::{
-    DELAY_NONE, Decoded, HANDED_OVER_PORT, KIND_TRANSIENT, Limits, Message, NeighborStructure, Tag, UDP_PORT_CLOCK_SYNC_OFF,
-    decode_to_transient,
+    DELAY_NONE, Decoded, HANDED_OVER_PORT, KIND_TRANSIENT, Limits, Message, NeighborStructure, Tag,
+    UDP_PORT_CLOCK_SYNC_OFF, decode_to_transient,
 };
 
 /// A time of the RTI's clock after all tags of these dialogues.
@@ -94,7 +94,8 @@ fn state(of: u16, value: &'static [u8]) -> Message<'static> {
     Message::TaggedMessage { port: HANDED_OVER_PORT, federate: of, tag: at(5), payload: value }
 }
 
-/// A state goes to the one that waits, before it begins; to nobody where nobody waits, and only from the federate itself.
+/// A state goes to the one that waits, before it begins; to nobody where nobody waits, and only from the federate
+/// itself.
 #[test]
 fn a_state_is_passed_to_the_instance_that_waits() {
     let (mut rig, [first, old, _]) = chain();
@@ -118,7 +119,7 @@ fn a_state_is_passed_to_the_instance_that_waits() {
     assert_eq!(rig.rti.status(), Status::Running);
 }
 
-/// What a federate hands over waits for room like any message, and nothing of it is lost.
+/// A state waits for room like any message, and nothing of it is lost.
 #[test]
 fn a_state_waits_for_room_at_the_instance_that_waits() {
     let (mut rig, [_, old, _]) = chain();

@@ -87,8 +87,8 @@ pub use shared_tag::SharedTag;
 pub use state::Settings;
 pub use storage::{EngineStorage, Storage, StorageParts};
 pub use tables::{
-    ActionTiming, HandedOver, NetworkInput, NetworkOutput, Policy, PortInfo, ReactionInfo, ReactionKind, Tables, TriggerInfo,
-    TriggerKind, words,
+    ActionTiming, HandedOver, NetworkInput, NetworkOutput, Policy, PortInfo, ReactionInfo, ReactionKind, Tables,
+    TriggerInfo, TriggerKind, words,
 };
 pub use tardy::{Intended, TardyInput, TardyInputInner};
 pub use time::{EventTag, Instant, Interval, Microstep, Offset, Tag};

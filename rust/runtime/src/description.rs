@@ -5,9 +5,9 @@ use crate::log_event::{FederateEvent, report};
 use lf_coordination::auth::Answer;
 use lf_coordination::federate::{AwaitedInput, ClockSync, Coordination};
 use lf_coordination::rti::FEDERATION_ID_DEFAULT;
-use lf_model::time::Interval;
 #[cfg(feature = "transients")]
 use lf_model::HandedOver;
+use lf_model::time::Interval;
 use lf_model::{Settings, Tables};
 use lf_wire::MessageType;
 use log::{Level, LevelFilter};

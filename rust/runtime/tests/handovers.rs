@@ -131,7 +131,11 @@ fn what_does_not_fit_is_not_taken_over_and_said() {
     assert_eq!(value, 8u32.to_le_bytes());
     let count = |text: &str| lines.iter().filter(|line| line.contains(text)).count();
     assert_eq!(
-        (count("which this one does not have"), count("`node.fired` is not taken over"), count("too long for this one")),
+        (
+            count("which this one does not have"),
+            count("`node.fired` is not taken over"),
+            count("too long for this one")
+        ),
         (3, 1, 2),
         "{lines:?}"
     );

@@ -74,8 +74,8 @@ fn a_receiver_of_lf_0_13_takes_the_first_introduction_and_one_of_lf_0_12_the_sec
     assert_eq!([5, 4].map(attempts), [1, 2]);
 }
 
-/// A receiver by TLS writes to end its direction. An answer that the connection is gone is an error to LF's, after which
-/// it frees the connection twice.
+/// A receiver by TLS writes to end its direction. An answer that the connection is gone is an error to LF's, after
+/// which it frees the connection twice.
 #[test]
 fn a_receiver_that_writes_after_the_senders_end_still_finds_the_connection() {
     let (ran, end) = with_sender(5, |tester, rti, (_, receiver)| {

@@ -76,7 +76,7 @@ impl Coverage {
                 ("transient: lost its connections", has_begun && struck(FaultKind::Break)),
                 ("transient: stopped by a signal", ended && has_begun && struck(FaultKind::Interrupt)),
                 ("transient: found no place", !has_begun),
-                ("transient: took over a state", report.taken_over[instance].is_some()),
+                ("transient: took over a state", report.handovers[instance].taken.is_some()),
             ] {
                 self.add(name, u64::from(has));
             }

@@ -242,7 +242,7 @@ fn lives_as_alone(scenario: &Scenario, federated: &Plan, report: &Report) -> Opt
             let mut played = report.played[instance].clone();
             add_received(&mut played, scenario, federated, report, instance, |_| true);
             let until = last.tag.next_microstep();
-            let joined = Joined { instance, first, state: report.taken_over[instance] };
+            let joined = Joined { instance, first, state: report.handovers[instance].taken };
             let decided = Decided { start, joined: Some(joined), stop: None, played: &played, until };
             match run_alone(scenario, &plan, &decided, Runs::OneByOne) {
                 Ok(None) => {}

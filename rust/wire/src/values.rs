@@ -9,8 +9,8 @@ pub const UDP_PORT_CLOCK_SYNC_INITIAL: u16 = 0;
 pub const ADDRESS_PORT_UNKNOWN: i32 = -1;
 /// Kind in TRANSIENT_FED_IDS of a federate that comes and goes while the federation runs.
 pub const KIND_TRANSIENT: u8 = 1;
-/// Port of a TAGGED_MESSAGE from a transient federate to itself: its payload is a state that it hands over to the instance
-/// that takes its place. No connection has this port.
+/// Port of a TAGGED_MESSAGE from a transient federate to itself: its payload is a state that it hands over to the
+/// instance that takes its place. No connection has this port.
 pub const HANDED_OVER_PORT: u16 = u16::MAX;
 /// Bytes of a nonce in the authentication messages.
 pub const NONCE_BYTES: usize = 8;

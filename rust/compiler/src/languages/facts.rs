@@ -59,8 +59,8 @@ pub(crate) struct Facts {
     /// Returns all reasons why values of a type cannot go to another federate, as far as the program's text shows. The
     /// language's own compiler reports the others.
     pub(crate) unsendable: fn(&str, Option<&Serializer>, Preambles<'_>) -> Vec<Unsendable>,
-    /// Returns all reasons why a state of a type cannot be handed over to another instance of its federate, as far as the
-    /// program's text shows.
+    /// Returns all reasons why a state of a type cannot be handed over to another instance of its federate, as far as
+    /// the program's text shows.
     pub(crate) not_handed_over: fn(&str, Option<&Serializer>, Preambles<'_>) -> Vec<Unsendable>,
     /// Returns the layout of a type's values in messages, for a federate in another language; or all reasons why no
     /// other language can know it.

@@ -19,8 +19,8 @@ use serde::{Deserialize, Serialize};
 pub use crate::lexical::Language;
 pub use cargo::{BuildType, Cargo, Dependency, Module};
 pub use class::{
-    ActionDeclaration, BANK_INDEX, Child, ChildPort, Fixed, Handover, Method, Parameter, PortDeclaration, PortDirection,
-    Reaction, ReactionParameter, ReactorClass, StateVariable, Tardy, TimerDeclaration, VariableKind,
+    ActionDeclaration, BANK_INDEX, Child, ChildPort, Fixed, Handover, Method, Parameter, PortDeclaration,
+    PortDirection, Reaction, ReactionParameter, ReactorClass, StateVariable, Tardy, TimerDeclaration, VariableKind,
 };
 pub(crate) use federate::port_of;
 pub use federate::{

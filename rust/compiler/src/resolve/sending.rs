@@ -68,7 +68,9 @@ impl<'p> Checker<'p> {
     pub(super) fn state_sending(&mut self, attributes: Attributes<'p>) -> Sending<'p> {
         let sending = attributes.sending;
         let serializer = sending.serializer.map(|given| given.span);
-        if let Some(span) = serializer.or(sending.max_length.map(|given| given.span)).filter(|_| !attributes.handed_over) {
+        if let Some(span) =
+            serializer.or(sending.max_length.map(|given| given.span)).filter(|_| !attributes.handed_over)
+        {
             let message = "this state is not sent to another federate";
             let hint = "write `@handed_over` before it too, if the next instance of the federate is to have it";
             self.report(Diagnostic::new(Code::BadAttribute, span, message).hint(hint));

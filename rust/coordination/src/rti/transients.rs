@@ -13,8 +13,8 @@
 //! The grants are computed from state, so one that waits for the clock is simply computed again.
 //!
 //! **Hot swap.** A second instance with the id of a running one makes its handshake, and then the first one is told to
-//! stop. The RTI does not read on from the second one until the first one has left, which it has to do in time. What the
-//! first one hands over before it leaves, the RTI passes on to the second one at once.
+//! stop. The RTI does not read on from the second one until the first one has left, which it has to do in time. What
+//! the first one hands over before it leaves, the RTI passes on to the second one at once.
 //!
 //! The federation lasts as long as its persistent federates. When these have left, nobody can join any more.
 

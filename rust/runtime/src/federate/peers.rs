@@ -279,8 +279,8 @@ impl<'a, 's, N: Needs> Peers<'a, 's, N> {
     }
 
     /// Sends what is still pending, and closes this direction of each connection when that is done. A federate that
-    /// `ends` in order sends that first. Those over which something may come stay open as long as this federate `hears`.
-    /// Returns `false` when nothing is left to send.
+    /// `ends` in order sends that first. Those over which something may come stay open as long as this federate
+    /// `hears`. Returns `false` when nothing is left to send.
     pub(super) fn leave<P: Platform>(
         &mut self,
         platform: &mut P,

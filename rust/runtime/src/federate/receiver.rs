@@ -114,7 +114,10 @@ impl<'s> Receiver<'s> {
         };
         let next = match next {
             #[cfg(feature = "transients")]
-            Err(error) if is_too_long(error) && let Some(bytes) = policy.skips(self.rest()) => {
+            Err(error)
+                if is_too_long(error)
+                    && let Some(bytes) = policy.skips(self.rest()) =>
+            {
                 self.skipped = bytes;
                 return self.next(policy);
             }

@@ -8,9 +8,10 @@
 use lf_model::prelude::Asap;
 use lf_model::time::{Interval, Tag};
 use lf_model::{
-    ActionTiming, HandedOver, InputId, NetworkInput, NetworkOutput, OutputId, Payload as _, PayloadError, PhysicalActionQueue, PhysicalInbox,
-    Placed, Port, PortId, PortInfo, Program, ReactionContext, ReactionId, ReactionInfo, ReactionKind, Tables,
-    TardyInput, Timer, TriggerCell, TriggerId, TriggerInfo, TriggerKind, Undelivered,
+    ActionTiming, HandedOver, InputId, NetworkInput, NetworkOutput, OutputId, Payload as _, PayloadError,
+    PhysicalActionQueue, PhysicalInbox, Placed, Port, PortId, PortInfo, Program, ReactionContext, ReactionId,
+    ReactionInfo, ReactionKind, Tables, TardyInput, Timer, TriggerCell, TriggerId, TriggerInfo, TriggerKind,
+    Undelivered,
 };
 
 use lf_testkit::world::Side;

@@ -27,14 +27,14 @@ pub(crate) fn handed_over(scenario: &Scenario, report: &Report) -> Option<Violat
     let instances = 0..scenario.instances.len();
     let invented = instances.clone().find(|instance| {
         let mut others = scenario.instances_of(scenario.instances[*instance]).filter(|other| other != instance);
-        let taken = report.taken_over[*instance];
-        taken.is_some() && !others.any(|other| report.handed_over[other] == taken)
+        let taken = report.handovers[*instance].taken;
+        taken.is_some() && !others.any(|other| report.handovers[other].last == taken)
     });
     let lost = instances.clone().find(|instance| {
         let has_begun = !report.traces[*instance].is_empty();
-        let is_next = report.succeeds[*instance] && has_begun && report.first[*instance].is_some();
+        let is_next = report.handovers[*instance].is_next && has_begun && report.first[*instance].is_some();
         // With exchanges of clocks, those that wait for their places are not known from the outside.
-        is_next && scenario.target.clock_sync.is_none() && report.taken_over[*instance].is_none()
+        is_next && scenario.target.clock_sync.is_none() && report.handovers[*instance].taken.is_none()
     });
-    invented.or(lost).map(|instance| Violation::State { instance, taken: report.taken_over[instance] })
+    invented.or(lost).map(|instance| Violation::State { instance, taken: report.handovers[instance].taken })
 }

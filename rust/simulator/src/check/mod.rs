@@ -20,7 +20,7 @@ pub(crate) use ends::{ends, is_endless, own_fault};
 pub(crate) use late::{LateCounts, comings_are_in_time, late};
 pub(crate) use lives::{handed_over, passed};
 pub(crate) use order::order;
-pub(crate) use seen::{Seen, Unpassed};
+pub(crate) use seen::{Introduction, Seen, Unpassed};
 pub(crate) use traces::{Difference, Expected, in_order, life, traces};
 pub(crate) use wire::{Counts, Watch};
 

@@ -29,14 +29,22 @@ pub(crate) struct Seen {
     pub(super) is_expelled: bool,
     /// The effective start of an instance of a transient federate.
     pub(crate) first: Option<Tag>,
-    /// Whether the RTI has read its introduction, and whether it has waited for its place after that while another
-    /// instance has handed over its state.
-    pub(super) is_introduced: bool,
-    pub(crate) succeeds: bool,
+    pub(crate) introduction: Introduction,
     /// The latest tag that it has reported complete.
     pub(super) completed: Tag,
     /// The time at which its process or its connection ended, or the RTI read that it has failed.
     pub(super) lost: Option<u64>,
+}
+
+/// The introduction of an instance of a transient federate.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub(crate) enum Introduction {
+    /// The RTI has not read all of it.
+    NotYet,
+    /// The RTI has read it.
+    Read,
+    /// It has waited for its place after that, while another instance has handed over its state.
+    Next,
 }
 
 /// A message that the RTI has read and not forwarded.
@@ -67,8 +75,7 @@ impl Seen {
         left: None,
         is_expelled: false,
         first: None,
-        is_introduced: false,
-        succeeds: false,
+        introduction: Introduction::NotYet,
         completed: Tag::NEVER,
         lost: None,
     };

@@ -11,7 +11,7 @@ use lf_wire::{Decoded, HANDED_OVER_PORT, Limits, Message, QueryEnd, decode, deco
 
 use super::Violation;
 use super::direct::{Direct, Written};
-use super::seen::{Seen, Unpassed};
+use super::seen::{Introduction, Seen, Unpassed};
 use crate::program::Value;
 use crate::scenario::Scenario;
 
@@ -257,7 +257,7 @@ impl Watch {
         }
         let Some(seen) = self.seen.get_mut(federate) else { return };
         match *message {
-            Message::UdpPort(_) => seen.is_introduced = true,
+            Message::UdpPort(_) => seen.introduction = Introduction::Read,
             Message::NextEventTag(next) => seen.announce(from_wire(next)),
             Message::LatestTagComplete(last) => {
                 while seen.in_transit.first().is_some_and(|message| *message <= from_wire(last)) {
@@ -284,7 +284,9 @@ impl Watch {
         let federate = self.instances[instance].0;
         let others = self.instances.iter().zip(&mut self.seen).enumerate();
         for (_, (_, seen)) in others.filter(|(other, ((of, _), _))| *of == federate && *other != instance) {
-            seen.succeeds |= seen.is_introduced && seen.first.is_none();
+            if seen.introduction == Introduction::Read && seen.first.is_none() {
+                seen.introduction = Introduction::Next;
+            }
         }
     }
 

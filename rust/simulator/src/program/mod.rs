@@ -15,8 +15,8 @@ use std::mem;
 
 use lf_model::time::Tag;
 use lf_model::{
-    Full, InputId, Job, Level, ModeCell, ModeCells, OutputId, Part, Payload as _, PayloadError, Placed, PortId, Program,
-    ReactionContext, ReactionId, Readable, Tables, TriggerCell, TriggerId, Undelivered,
+    Full, InputId, Job, Level, ModeCell, ModeCells, OutputId, Part, Payload as _, PayloadError, Placed, PortId,
+    Program, ReactionContext, ReactionId, Readable, Tables, TriggerCell, TriggerId, Undelivered,
 };
 
 pub(crate) use build::{BuildError, Played};

@@ -3,8 +3,8 @@
 
 use lf_compiler::tables::{self, HandedOverRow, InputRow, OutputRow};
 use lf_model::{
-    HandedOver, Job, ModeEvents, ModeInfo, Modes, NetworkInput, NetworkOutput, PortInfo, ReactionInfo, Tables, TriggerInfo, Worker,
-    WorkerPool,
+    HandedOver, Job, ModeEvents, ModeInfo, Modes, NetworkInput, NetworkOutput, PortInfo, ReactionInfo, Tables,
+    TriggerInfo, Worker, WorkerPool,
 };
 use lf_testkit::random::mix;
 

@@ -23,7 +23,7 @@ use lf_testkit::world::{Shared, Side};
 pub(crate) use alone::{Decided, Joined, run_alone, work_alone};
 pub(crate) use reports::Reports;
 
-use crate::check::{Counts, Seen, Sent, Unpassed, Violation};
+use crate::check::{Counts, Introduction, Seen, Sent, Unpassed, Violation};
 use crate::program::{BuildError, Handled, Played, Record as Ran, Value};
 use crate::scenario::{Fault, FaultKind, Scenario};
 use crate::world::{Cables, World, strike, world};
@@ -92,11 +92,8 @@ pub(crate) struct Report {
     /// By instance: its effective start, if it is one of a transient federate, and the time from which on it is over.
     pub(crate) first: Vec<Option<Tag>>,
     pub(crate) over: Vec<Option<u64>>,
-    /// By instance: whether it has waited for its place while another one has handed over its state.
-    pub(crate) succeeds: Vec<bool>,
-    /// By instance: the state that it has taken over, and its last one, if it hands that over.
-    pub(crate) taken_over: Vec<Option<u64>>,
-    pub(crate) handed_over: Vec<Option<u64>>,
+    /// By instance: what other ones have handed over to it.
+    pub(crate) handovers: Vec<HandedState>,
     /// The messages that the RTI has read and not forwarded.
     pub(crate) unpassed: Vec<Unpassed>,
     pub(crate) lateness: Vec<Lateness>,
@@ -151,6 +148,23 @@ impl Report {
     /// Returns the granted stop, if there is one.
     pub(crate) fn granted_stop(&self) -> Option<Tag> {
         self.granted.iter().flatten().copied().min()
+    }
+}
+
+/// The state of an instance that is handed over in a swap.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct HandedState {
+    /// Whether it has waited for its place while another one has handed over its state.
+    pub(crate) is_next: bool,
+    /// The state that it has taken over.
+    pub(crate) taken: Option<u64>,
+    /// Its last state, if it hands that over.
+    pub(crate) last: Option<u64>,
+}
+
+impl HandedState {
+    fn of(introduction: Introduction) -> Self {
+        Self { is_next: introduction == Introduction::Next, taken: None, last: None }
     }
 }
 
@@ -257,21 +271,7 @@ pub(crate) fn run(scenario: &Scenario, plan: &Plan, options: OutputOptions) -> R
         let (platform, records) = (world.platform(instance + 1), records[instance + 1].clone());
         federates.push(FederateMemory::new(scenario, plan, instance, platform, records)?);
     }
-    let mut stage = Stage {
-        participants: std::iter::once(Participant::NotYet(ParticipantMemory::Rti(&mut rti)))
-            .chain(federates.iter_mut().map(|memory| Participant::NotYet(ParticipantMemory::Federate(memory))))
-            .collect(),
-        ends: vec![FederateEnd::Gone; instances],
-        ended: vec![None; instances],
-        counted: vec![Counted::default(); instances],
-        outcome: None,
-        faults: scenario.faults.clone(),
-        started: None,
-        struck: Vec::new(),
-        turns: 0,
-        progress: Progress::default(),
-        cut_short: false,
-    };
+    let mut stage = Stage::new(scenario, &mut rti, &mut federates);
     let violation = stage.play(&world, &rti_log);
     let Stage { ends, ended, counted, outcome, struck, turns, participants, cut_short, .. } = stage;
     drop(participants);
@@ -298,9 +298,7 @@ pub(crate) fn run(scenario: &Scenario, plan: &Plan, options: OutputOptions) -> R
         sent: watch.direct.sent.iter().filter_map(|sent| to_input(scenario, plan, sent)).collect(),
         first: watch.seen.iter().map(|seen| seen.first).collect(),
         over: watch.seen.iter().map(Seen::over).collect(),
-        succeeds: watch.seen.iter().map(|seen| seen.succeeds).collect(),
-        taken_over: Vec::new(),
-        handed_over: Vec::new(),
+        handovers: watch.seen.iter().map(|seen| HandedState::of(seen.introduction)).collect(),
         unpassed: watch.unpassed.clone(),
         left: watch.seen.iter().map(|seen| seen.left).collect(),
         lateness: Vec::new(),
@@ -340,8 +338,8 @@ impl Report {
             self.digest = combine(self.digest, record.digest);
         }
         self.stops.extend(&program.stops);
-        self.taken_over.push(program.taken_over);
-        self.handed_over.push(program.handed_over());
+        let handover = &mut self.handovers[instance];
+        (handover.taken, handover.last) = (program.taken_over, program.handed_over());
         self.traces.push(program.trace);
     }
 }
@@ -452,7 +450,27 @@ impl Progress {
     }
 }
 
-impl Stage<'_> {
+impl<'a> Stage<'a> {
+    /// Returns the participants before their first turns.
+    fn new(scenario: &Scenario, rti: &'a mut RtiMemory<'a>, federates: &'a mut [FederateMemory]) -> Self {
+        let instances = federates.len();
+        Self {
+            participants: std::iter::once(Participant::NotYet(ParticipantMemory::Rti(rti)))
+                .chain(federates.iter_mut().map(|memory| Participant::NotYet(ParticipantMemory::Federate(memory))))
+                .collect(),
+            ends: vec![FederateEnd::Gone; instances],
+            ended: vec![None; instances],
+            counted: vec![Counted::default(); instances],
+            outcome: None,
+            faults: scenario.faults.clone(),
+            started: None,
+            struck: Vec::new(),
+            turns: 0,
+            progress: Progress::default(),
+            cut_short: false,
+        }
+    }
+
     /// Runs turn by turn, until all participants have ended or none can go on.
     fn play(&mut self, world: &Shared<Cables>, rti_log: &RefCell<RtiLog>) -> Option<Violation> {
         loop {

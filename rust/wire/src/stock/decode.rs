@@ -79,8 +79,8 @@ pub fn tag_in_header(bytes: &[u8]) -> Option<Tag> {
     Some(Reader::new(header.get(header.len() - Tag::BYTES..)?).tag())
 }
 
-/// Returns the destination of the message at the beginning of `bytes`, if it has a payload, and its length is there: also
-/// if it is longer than any limit.
+/// Returns the destination of the message at the beginning of `bytes`, if it has a payload, and its length is there:
+/// also if it is longer than any limit.
 pub fn destination_in_header(bytes: &[u8]) -> Option<Destination> {
     const TO_LENGTH: usize = size_of::<u16>() + size_of::<u16>() + size_of::<u32>();
     let message_type = message_type(*bytes.first()?)?;

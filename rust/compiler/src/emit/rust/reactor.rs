@@ -14,8 +14,8 @@ use crate::emit::view::View;
 use crate::emit::{EmitError, File, FileMap};
 use crate::languages::rust::{DURATION, is_copy};
 use crate::plan::{
-    Child, ClassIndex, Handover, Location, Method, Plan, Reaction, ReactorClass, SourceCode, StateVariable, Type, Value,
-    VariableKind,
+    Child, ClassIndex, Handover, Location, Method, Plan, Reaction, ReactorClass, SourceCode, StateVariable, Type,
+    Value, VariableKind,
 };
 
 /// Emits the module of a class.
@@ -231,7 +231,8 @@ impl<'p> ReactorModule<'p> {
         let mut lengths = TokenStream::new();
         for state in &self.class.state {
             let Some(handover) = &state.handed_over else { continue };
-            let (name, ty, by) = (bytes_constant(&state.name), self.type_tokens(&state.ty)?, self.handed_by(state, handover)?);
+            let (name, ty, by) =
+                (bytes_constant(&state.name), self.type_tokens(&state.ty)?, self.handed_by(state, handover)?);
             lengths.extend(self.asserted(&quote!(sendable_by), &state.ty, Some(&by)));
             let doc = self.splices.doc(&format!("The maximum number of bytes of `{}`", state.name), state.at);
             lengths.extend(quote! { #doc pub const #name: usize = <#by as ::lf::model::Serializer<#ty>>::MAX_LEN; });
@@ -248,15 +249,15 @@ impl<'p> ReactorModule<'p> {
 
     /// Emits the methods that hand over a state and take it over.
     fn handover(&mut self, state: &StateVariable, handover: &Handover) -> Result<TokenStream, EmitError> {
-        let (field, [hand_over, take_over]) = (ident(&state.name), handover_methods(&state.name));
+        let (field, [write, set]) = (ident(&state.name), handover_methods(&state.name));
         let (ty, by) = (self.type_tokens(&state.ty)?, self.handed_by(state, handover)?);
         let doc = self.splices.doc(&format!("Writes `{}` for the next instance", state.name), state.at);
         Ok(quote! {
             #doc
-            pub fn #hand_over(&self, bytes: &mut [u8]) -> ::core::result::Result<usize, ::lf::model::PayloadError> {
+            pub fn #write(&self, bytes: &mut [u8]) -> ::core::result::Result<usize, ::lf::model::PayloadError> {
                 <#by as ::lf::model::Serializer<#ty>>::encode(&self.#field, bytes)
             }
-            pub fn #take_over(&mut self, bytes: &[u8]) -> ::core::result::Result<(), ::lf::model::PayloadError> {
+            pub fn #set(&mut self, bytes: &[u8]) -> ::core::result::Result<(), ::lf::model::PayloadError> {
                 self.#field = <#by as ::lf::model::Serializer<#ty>>::decode(bytes)?;
                 ::core::result::Result::Ok(())
             }
