@@ -67,13 +67,18 @@ def running(deployment: str, *options: str) -> Iterator[Run]:
         yield Run(process)
 
 
-def assert_nothing_is_lost(output: str) -> None:
-    """All answers that a meter has sent have come, in each of three lives."""
+def assert_nothing_is_lost(output: str, *, is_handed_over: tuple[bool, bool]) -> None:
+    """All answers that a meter has sent have come, in each of three lives, and some meters go on with the state."""
     sent = re.findall(r"^meter +\| gone after (\d+) answers$", output, re.MULTILINE)
     came = re.findall(r"^display +\| (\d+) answers came in life \d$", output, re.MULTILINE)
     assert len(sent) == 3, output
     assert came == sent, output
     assert GAP.search(output) is None, output
+    all_answers = re.findall(r"^meter +\| (\d+) answers with those of the meters before$", output, re.MULTILINE)
+    expected = [int(sent[0])]
+    for count, is_next in zip(sent[1:], is_handed_over, strict=True):
+        expected.append(int(count) + (expected[-1] if is_next else 0))
+    assert [int(count) for count in all_answers] == expected, output
 
 
 @pytest.mark.usefixtures("_allowed", "_arm", "_qemu")
@@ -88,7 +93,7 @@ def test_a_board_is_swapped_for_its_spare_and_back(capsys: pytest.CaptureFixture
         # The first board is free again.
         assert "takes its place" in run.ctl("swap", "meter")
         output = run.finish()
-    assert_nothing_is_lost(output)
+    assert_nothing_is_lost(output, is_handed_over=(True, True))
     pauses = re.findall(PAUSE, output, re.MULTILINE)
     assert len(pauses) == 2, output
     with capsys.disabled():
@@ -111,4 +116,4 @@ def test_an_image_leaves_returns_and_is_swapped() -> None:
         run.wait_for("25 answers in life 2")
         assert "takes its place" in run.ctl("swap", "meter")
         output = run.finish()
-    assert_nothing_is_lost(output)
+    assert_nothing_is_lost(output, is_handed_over=(False, True))

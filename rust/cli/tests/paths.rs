@@ -90,7 +90,7 @@ fn clean_of_everything_leaves_what_is_not_its_own() {
         fs::create_dir_all(store.join(kind)).expect("it can be made");
         fs::write(store.join(kind).join("x"), vec![7; 1_000_000]).expect("it can be written");
     }
-    let output = said(&mut lfz(folder.path(), &["clean", "--target-dir", "store"]));
+    let output = said(&mut lfz(folder.path(), &["clean", "--all", "--target-dir", "store"]));
     assert_eq!(text(&output.stdout), "3.0 MB freed\n", "{}", text(&output.stderr));
     assert_eq!(kinds.map(|kind| store.join(kind).exists()), [false; 3]);
     assert!(store.join("mine/x").is_file());
