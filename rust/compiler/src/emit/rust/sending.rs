@@ -25,7 +25,16 @@ pub(super) fn check_heap(job: &Job<'_>) -> Result<(), EmitError> {
     let forwarded = job.plan().federates.iter().filter(|_| job.rti).flat_map(|federate| &federate.inputs);
     let forwarded = forwarded.filter(|input| !input.direct).map(|input| (&input.ty, input.serializer.as_ref()));
     let own = job.federate.into_iter().flat_map(sent_ports).map(|(_, port)| (port.ty, port.serializer));
-    for (ty, serializer) in own.chain(forwarded) {
+    let handed_over = job.plan().federates.iter().filter(|federate| {
+        federate.transient && (job.rti || job.federate.is_some_and(|own| own.id == federate.id))
+    });
+    let instances = handed_over.flat_map(|federate| &federate.instances);
+    let handed_over = instances.flat_map(|instance| &job.plan().class(instance).state).filter_map(|state| {
+        let handover = state.handed_over.as_ref()?;
+        Some((&state.ty, handover.serializer.as_ref(), ""))
+    });
+    let sent = own.chain(forwarded).map(|(ty, serializer)| (ty, serializer, " at both ends"));
+    for (ty, serializer, place) in sent.chain(handed_over) {
         let by_serde = serializer.is_some_and(|serializer| serializer.name.is_some());
         let length = serializer.and_then(|serializer| serializer.max_length).unwrap_or(1000);
         let (parsed, text) = (syn::parse_str(&ty.text).ok(), &ty.text);
@@ -41,8 +50,7 @@ pub(super) fn check_heap(job: &Job<'_>) -> Result<(), EmitError> {
         };
         let what = if job.federate.is_some() { "sends or receives it" } else { "forwards it" };
         let message = format!(
-            "`{text}` needs a heap, which `{}`, a board's image that {what}, does not have: write `{instead}` at both \
-             ends",
+            "`{text}` needs a heap, which `{}`, a board's image that {what}, does not have: write `{instead}`{place}",
             job.name
         );
         return Err(EmitError::new(job.plan(), ty.at, message));

@@ -106,6 +106,24 @@ federated reactor { a = new A()  b = new B()  a.x, a.y -> b.x, b.y }
 }
 
 #[test]
+fn states_that_need_a_heap_are_refused_for_an_rti_in_an_image_that_passes_them_on() {
+    let text = "target Rust
+reactor A { @handed_over @max_length(9) state x: String  timer t  reaction(t) {= =} }
+reactor B { timer t  reaction(t) {= =} }
+federated reactor { @transient a = new A()  b = new B() }
+";
+    let plan = compile("P.lf", &BTreeMap::from([("P.lf".to_owned(), text.to_owned())])).plan.expect("it is right");
+    let deployment = Deployment::parse("deployment.yaml", "rti: { platform: qemu_cortex_m3, ip: 10.0.0.2 }", &plan);
+    let errors = emit(&plan, &settings(&deployment.expect("it is right"))).expect_err("it has a text");
+    let errors: Vec<_> = errors.iter().map(ToString::to_string).collect();
+    assert_eq!(
+        errors,
+        ["P.lf:2:50: error: `String` needs a heap, which `rti`, a board's image that forwards it, does not have: write \
+          `heapless::String<9>`"]
+    );
+}
+
+#[test]
 fn host_crates() {
     insta::assert_snapshot!("host_crates", listing(&emit_on(&fixture::plan(), &Deployment::default())));
 }
