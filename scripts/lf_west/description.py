@@ -16,6 +16,9 @@ from typing import Any
 
 from lf_west.errors import LfError
 
+# What follows the name of a federate in that of its image for a spare board.
+SPARE = "-spare"
+
 
 @dataclass(frozen=True)
 class Rti:
@@ -47,6 +50,8 @@ class Spare:
     kconfig: Path
     overlay: Path
     network: Network
+    # How the board is flashed, as far as the deployment says.
+    probe: str | None
 
 
 @dataclass(frozen=True)
@@ -92,14 +97,14 @@ class Participant:
         """Return the same federate on its spare board, if it has one; no federate has a name with a hyphen."""
         if self.spare is None:
             return None
-        spare, name = self.spare, f"{self.name}-spare"
+        spare, name = self.spare, f"{self.name}{SPARE}"
         return replace(
             self,
             name=name,
             kconfig=spare.kconfig,
             overlay=spare.overlay,
             network=spare.network,
-            probe=None,
+            probe=spare.probe,
             spare=None,
             spare_of=self.name,
         )
@@ -139,16 +144,22 @@ class Description:
         """The participants' names."""
         return [participant.name for participant in self.participants]
 
-    def select(self, names: list[str]) -> list[Participant]:
-        """The participants with these names, in the program's order; all when there are no names."""
-        unknown = [name for name in names if name not in self.names()]
+    def select(self, names: list[str], *, spares: bool = False) -> list[Participant]:
+        """The participants with these names, in the program's order; all when there are no names.
+
+        With `spares`, the images for spare boards are among them, by their own names.
+        """
+        both = ((item, item.on_spare() if spares else None) for item in self.participants)
+        places = [item for pair in both for item in pair if item is not None]
+        known = [item.name for item in places]
+        unknown = [name for name in names if name not in known]
         if unknown:
             raise LfError(
                 f"{self.program} has no federate {', '.join(unknown)}.",
-                f"Choose among those that are built: {', '.join(self.names())}",
+                f"Choose among those that are built: {', '.join(known)}",
                 "Build the federate first, or check its name with `lfz plan`.",
             )
-        return [participant for participant in self.participants if not names or participant.name in names]
+        return [item for item in places if not names or item.name in names]
 
     def with_spares(self, names: list[str]) -> list[Participant]:
         """The participants with these names, each followed by its image for a spare board, if it has one."""
@@ -276,7 +287,12 @@ def _participant(item: Any) -> Participant:
 
 
 def _spare(item: Any) -> Spare:
-    return Spare(Path(_text(item["kconfig"])), Path(_text(item["overlay"])), _network(item["network"]))
+    return Spare(
+        Path(_text(item["kconfig"])),
+        Path(_text(item["overlay"])),
+        _network(item["network"]),
+        _optional_text(item["probe"]),
+    )
 
 
 def _network(item: Any) -> Network:

@@ -12,7 +12,7 @@ from collections.abc import Sequence
 from lf_west import description, flash, probes
 from lf_west.application import Application, open_application
 from lf_west.command import LfCommand
-from lf_west.description import Description, Participant
+from lf_west.description import SPARE, Description, Participant
 from lf_west.errors import LfError
 from lf_west.fed_build_command import federation_of
 from lf_west.flash import Flash
@@ -29,6 +29,8 @@ connected by, and its runner, where it is not to be the board's default:
 
   federates:
     a: { platform: mimxrt1170_evk@B/mimxrt1176/cm7, ip: 10.0.0.2, runner: pyocd, probe: 0244000041… }
+
+A spare board has its own `probe`, in `spare`; `-f a-spare` flashes that board alone.
 
 Nothing is flashed when a probe is missing, is not connected, belongs to two images, or may be one of several.
 Federates on this computer, native_sim and QEMU are not flashed; `lf-fed-run` runs them, and is told at the end.
@@ -73,7 +75,10 @@ class LfFedFlash(LfCommand):
             flash.check_early(boards)
             return boards
 
-        boards = chosen(federation_of(self, application, args, cmake_arguments, check=chosen))
+        # The images of both boards of a federate are built together.
+        federates = list(dict.fromkeys(name.removesuffix(SPARE) for name in args.federate))
+        build = argparse.Namespace(**{**vars(args), "federate": federates})
+        boards = chosen(federation_of(self, application, build, cmake_arguments, check=chosen))
         workspace = find_workspace(os.environ, self.topdir)
         flashes = flash.plan(application, boards, zephyr_runners(workspace), further)
         if args.dry_run:
@@ -85,6 +90,9 @@ class LfFedFlash(LfCommand):
             self._flash(flashes, workspace)
         # What was built now may be a part only.
         everybody = description.load(application.description)
+        left_out = [item.name for item in flash.without_probe(everybody) if not args.federate]
+        if left_out:
+            self.inf(f"not flashed: {', '.join(left_out)}, for which `spare` names no probe")
         self.inf(_afterwards(application, everybody))
 
     def _flash(self, flashes: Sequence[Flash], workspace: Workspace) -> None:

@@ -51,8 +51,12 @@ def is_run_here(participant: Participant) -> bool:
 
 
 def select(described: Description, federates: Sequence[str], number: int | None, file: Path) -> list[Participant]:
-    """Return the participants to flash: those of -f, else all on boards, and only the first `number` of them."""
-    chosen = described.select(list(federates))
+    """Return the images to flash: those of -f, else all on boards, and only the first `number` of them.
+
+    A spare board is flashed if the deployment names its probe, or if it is one of -f.
+    """
+    left_out = [] if federates else without_probe(described)
+    chosen = [item for item in described.select(list(federates), spares=True) if item not in left_out]
     boards = [item for item in chosen if not is_run_here(item)]
     here = [item for item in chosen if is_run_here(item)]
     if here and (federates or not boards):
@@ -66,6 +70,12 @@ def select(described: Description, federates: Sequence[str], number: int | None,
         )
     # The RTI first, because federates look for it as soon as they run.
     return sorted(boards[:number], key=lambda item: not item.has_rti)
+
+
+def without_probe(described: Description) -> list[Participant]:
+    """Return the images for spare boards whose probes the deployment does not name."""
+    places = described.select([], spares=True)
+    return [item for item in places if item.spare_of is not None and item.probe is None and not is_run_here(item)]
 
 
 def check_early(boards: Sequence[Participant]) -> None:

@@ -165,6 +165,37 @@ def test_federates_are_chosen_by_name_or_number(boards: World, capsys: pytest.Ca
     assert "-n asks for 3 boards, but only 2 of the program are on boards: b, c." in error
 
 
+def spare(probe: str | None) -> dict[str, Any]:
+    """A second board of a federate that comes and goes."""
+    network = {"ip": "10.0.0.12", "prefix": 24, "gateway": None, "mac": None}
+    return {"transient": True, "spare": {"kconfig": "/s", "overlay": "/s", "network": network, "probe": probe}}
+
+
+def test_a_spare_board_is_flashed_by_its_own_probe(boards: World) -> None:
+    deploy(boards, b=spare("0244B3"))
+    assert main(["lf-fed-flash", boards.file]) == 0
+    wait = "--tool-opt=--no-wait"
+    assert flashed(boards) == [
+        arguments(boards, "b", "pyocd", "--dev-id=0244B1", wait),
+        arguments(boards, "b-spare", "pyocd", "--dev-id=0244B3", wait),
+        arguments(boards, "c", "pyocd", "--dev-id=0244B2", wait),
+    ]
+    boards.forget_calls()
+    # The other board goes on with the program that it has.
+    assert main(["lf-fed-flash", boards.file, "-f", "b-spare"]) == 0
+    assert flashed(boards) == [arguments(boards, "b-spare", "pyocd", "--dev-id=0244B3", wait)]
+
+
+def test_a_spare_board_without_a_probe_is_left_out(boards: World, capsys: pytest.CaptureFixture[str]) -> None:
+    deploy(boards, b=spare(None))
+    assert main(["lf-fed-flash", boards.file]) == 0
+    assert [Path(call[3]).name for call in flashed(boards)] == ["b", "c"]
+    assert "not flashed: b-spare, for which `spare` names no probe" in capsys.readouterr().out
+    boards.forget_calls()
+    assert "no probe is known for b-spare" in flash_fails(boards, capsys, "-f", "b-spare")
+    assert "has no federate a-spare." in flash_fails(boards, capsys, "-f", "a-spare")
+
+
 def test_the_rti_is_flashed_before_the_federates(boards: World, capsys: pytest.CaptureFixture[str]) -> None:
     deploy(boards, c={"role": "rti"})
     assert main(["lf-fed-flash", boards.file]) == 0

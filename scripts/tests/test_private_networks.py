@@ -86,7 +86,10 @@ def give_spare(world: World, name: str, address: str) -> None:
     described = json.loads(world.description.read_text())
     (item,) = (item for item in described["participants"] if item["name"] == name)
     place = {**item["network"], "ip": address, "mac": "02:00:00:00:00:99"}
-    item |= {"transient": True, "spare": {"kconfig": "spare.conf", "overlay": "spare.overlay", "network": place}}
+    item |= {
+        "transient": True,
+        "spare": {"kconfig": "spare.conf", "overlay": "spare.overlay", "network": place, "probe": None},
+    }
     world.write(described)
 
 

@@ -137,7 +137,8 @@ fn description(built: &Built, keys: Option<&HandedOut>) -> Result<Value, Failure
                     add_place(&mut value, place);
                     value["spare"] = json!(spare.as_ref().zip(place.spare.as_deref()).map(|(files, place)| {
                         json!({ "kconfig": path(&built.out.join(&files.kconfig)),
-                            "overlay": path(&built.out.join(&files.overlay)), "network": network(place) })
+                            "overlay": path(&built.out.join(&files.overlay)), "network": network(place),
+                            "probe": place.probe })
                     }));
                 }
             }

@@ -115,7 +115,11 @@ impl DeploymentChecker<'_> {
             let hint = "give the spare a `mac` of its own, because the first board has one";
             self.error(*referenced, "`spare`: two boards with one MAC address", Some(hint));
         }
-        Some(Place { network: Some(BoardNetwork { ip, ..network }), mac, probe: None, ..first.clone() })
+        if let Some(probe) = &spare.probe {
+            self.once("probe", probe.value.clone(), name, probe.referenced);
+        }
+        let probe = spare.probe.as_ref().map(|probe| probe.value.clone());
+        Some(Place { network: Some(BoardNetwork { ip, ..network }), mac, probe, ..first.clone() })
     }
 
     /// Returns whether a federate starts again when it has failed.

@@ -20,7 +20,8 @@
 //!   meter:
 //!     platform: qemu_cortex_m3
 //!     ip: 10.0.0.4
-//!     spare: { ip: 10.0.0.14 }      # optional; a second board, with which a transient federate is swapped
+//!     spare: { ip: 10.0.0.14 }      # optional; a second board, with which a transient federate is swapped; or a `mac`
+//!                                   # and a `probe` of it, too
 //! ```
 //!
 //! The RTI can be an image, too: alone on a board, for which it has the keys of a federate beside its port, or jointly

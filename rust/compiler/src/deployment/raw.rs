@@ -74,6 +74,7 @@ participant!(RawPlace {
 pub(super) struct RawSpare {
     pub(super) ip: Spanned<String>,
     pub(super) mac: Key,
+    pub(super) probe: Key,
 }
 
 impl RawRti {

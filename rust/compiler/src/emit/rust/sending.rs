@@ -25,9 +25,10 @@ pub(super) fn check_heap(job: &Job<'_>) -> Result<(), EmitError> {
     let forwarded = job.plan().federates.iter().filter(|_| job.rti).flat_map(|federate| &federate.inputs);
     let forwarded = forwarded.filter(|input| !input.direct).map(|input| (&input.ty, input.serializer.as_ref()));
     let own = job.federate.into_iter().flat_map(sent_ports).map(|(_, port)| (port.ty, port.serializer));
-    let handed_over = job.plan().federates.iter().filter(|federate| {
-        federate.transient && (job.rti || job.federate.is_some_and(|own| own.id == federate.id))
-    });
+    let handed_over =
+        job.plan().federates.iter().filter(|federate| {
+            federate.transient && (job.rti || job.federate.is_some_and(|own| own.id == federate.id))
+        });
     let instances = handed_over.flat_map(|federate| &federate.instances);
     let handed_over = instances.flat_map(|instance| &job.plan().class(instance).state).filter_map(|state| {
         let handover = state.handed_over.as_ref()?;

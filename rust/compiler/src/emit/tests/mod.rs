@@ -118,8 +118,10 @@ federated reactor { @transient a = new A()  b = new B() }
     let errors: Vec<_> = errors.iter().map(ToString::to_string).collect();
     assert_eq!(
         errors,
-        ["P.lf:2:50: error: `String` needs a heap, which `rti`, a board's image that forwards it, does not have: write \
-          `heapless::String<9>`"]
+        [
+            "P.lf:2:50: error: `String` needs a heap, which `rti`, a board's image that forwards it, does not have: write \
+          `heapless::String<9>`"
+        ]
     );
 }
 
