@@ -197,7 +197,8 @@ impl Watch {
                     self.counts.messages += 1;
                     // A transient federate tells the RTI its last tag, whatever the coordination.
                     let is_last = matches!(message, Message::LatestTagComplete(_)) && self.instances[federate].1;
-                    self.counts.centralized += u64::from(is_centralized(&message) && !is_last);
+                    let is_needed = is_last || is_handed_over(&message);
+                    self.counts.centralized += u64::from(is_centralized(&message) && !is_needed);
                     if self.prints {
                         let way = if direction == 0 { "->" } else { "<-" };
                         println!("{now:12} f{federate} {way} RTI {message:?}");
