@@ -116,13 +116,9 @@ federated reactor { @transient a = new A()  b = new B() }
     let deployment = Deployment::parse("deployment.yaml", "rti: { platform: qemu_cortex_m3, ip: 10.0.0.2 }", &plan);
     let errors = emit(&plan, &settings(&deployment.expect("it is right"))).expect_err("it has a text");
     let errors: Vec<_> = errors.iter().map(ToString::to_string).collect();
-    assert_eq!(
-        errors,
-        [
-            "P.lf:2:50: error: `String` needs a heap, which `rti`, a board's image that forwards it, does not have: write \
-          `heapless::String<9>`"
-        ]
-    );
+    let expected = "P.lf:2:50: error: `String` needs a heap, which `rti`, a board's image that forwards it, does not \
+                    have: write `heapless::String<9>`";
+    assert_eq!(errors, [expected]);
 }
 
 #[test]
