@@ -189,7 +189,7 @@ def test_a_spare_board_is_flashed_by_its_own_probe(boards: World) -> None:
 def test_a_spare_board_without_a_probe_is_left_out(boards: World, capsys: pytest.CaptureFixture[str]) -> None:
     deploy(boards, b=spare(None))
     assert main(["lf-fed-flash", boards.file]) == 0
-    assert [Path(call[3]).name for call in flashed(boards)] == ["b", "c"]
+    assert [Path(call[2]).name for call in flashed(boards)] == ["b", "c"]
     assert "not flashed: b-spare, for which `spare` names no probe" in capsys.readouterr().out
     boards.forget_calls()
     assert "no probe is known for b-spare" in flash_fails(boards, capsys, "-f", "b-spare")
