@@ -263,7 +263,7 @@ federated reactor at example.com:4242 {
         let folder = tempfile::tempdir().expect("a temporary folder");
         let deployment = folder.path().join("deployment.yaml");
         let places = "rti: { ip: 10.0.0.1 }\nfederates:\n  \
-            first: { platform: qemu_cortex_m3, ip: 10.0.0.2, spare: { ip: 10.0.0.12 } }\n  \
+            first: { platform: qemu_cortex_m3, ip: 10.0.0.2, spare: { ip: 10.0.0.12, probe: B2 } }\n  \
             second: { platform: qemu_cortex_m3, ip: 10.0.0.3 }\n";
         fs::write(&deployment, places).expect("it can be written");
         let text = TEXT.replace("  first =", "  @transient\n  first =");
@@ -276,6 +276,7 @@ federated reactor at example.com:4242 {
             json!({ "ip": "10.0.0.12", "prefix": 24, "gateway": null,
             "mac": "02:00:0a:00:00:0c" })
         );
+        assert_eq!((&first["probe"], &spare["probe"]), (&json!(null), &json!("B2")));
         let lines = |value: &Value| {
             let text = fs::read_to_string(value["kconfig"].as_str().expect("it is a path")).expect("it is there");
             text.lines().map(str::to_owned).collect::<Vec<_>>()

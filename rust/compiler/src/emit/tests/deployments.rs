@@ -75,7 +75,7 @@ fn a_transient_federate_can_have_a_spare_board() {
             lines.collect::<Vec<_>>().join("\n")
         })
     };
-    let unit = "{ platform: qemu_cortex_m3, ip: 10.0.0.2, runner: qemu, spare: { ip: 10.0.0.12 } }";
+    let unit = "{ platform: qemu_cortex_m3, ip: 10.0.0.2, runner: qemu, spare: { ip: 10.0.0.12, probe: B2 } }";
     let other = "{ platform: qemu_cortex_m3, ip: 10.0.0.3 }";
     let refused = parse(&plan, unit, other).expect_err("it is persistent");
     assert!(refused.contains("unit is not transient") && refused.contains("write `@transient`"), "{refused}");
@@ -86,7 +86,7 @@ fn a_transient_federate_can_have_a_spare_board() {
     let first = deployment.place("unit");
     assert_eq!(spare.address(), Some("10.0.0.12".parse().expect("an address")));
     assert_eq!((spare.mac, &spare.platform), (Some(Mac([2, 0, 10, 0, 0, 12])), &first.platform));
-    assert_eq!(spare.runner.as_deref(), Some("qemu"));
+    assert_eq!((spare.runner.as_deref(), spare.probe.as_deref()), (Some("qemu"), Some("B2")));
     assert_eq!(spare.spare.and_then(|back| back.address()), first.address());
     for (unit, words) in [
         ("{ platform: host, spare: { ip: 10.0.0.12 } }", "`spare` has no meaning for platform host"),
@@ -96,6 +96,10 @@ fn a_transient_federate_can_have_a_spare_board() {
         ("{ platform: qemu_cortex_m3, ip: 10.0.0.2, spare: { ip: 10.9.0.2 } }", "10.9.0.2 is not in the network of"),
         ("{ platform: qemu_cortex_m3, ip: 10.0.0.2, spare: { mac: '02:00:00:00:00:02' } }", "missing field `ip`"),
         ("{ platform: b, ip: 10.0.0.2, ethernet: e, mac: '02:00:00:00:00:02', spare: { ip: 10.0.0.9 } }", "one MAC"),
+        (
+            "{ platform: b, ip: 10.0.0.2, ethernet: e, probe: B2, spare: { ip: 10.0.0.9, probe: B2 } }",
+            "already that of",
+        ),
         ("{ platform: b, ip: 10.0.0.2, joint-rti: true, spare: { ip: 10.0.0.9 } }", "unit has the RTI in its image"),
     ] {
         let refused = parse(&plan, unit, other).expect_err(unit);
