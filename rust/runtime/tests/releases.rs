@@ -1,12 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 //! A federate finds the form in which a receiver of either release of LF takes its introduction.
 
-use crate::support::federation::{Plan, Ran, edge, run_with};
+use crate::support::federation::{Plan, edge, run_with};
 use crate::support::node::Behavior;
-use lf_coordination::Deadline;
 use lf_model::time::Interval;
 use lf_runtime::Coordination;
-use lf_runtime::platform::{IpAddress, Platform as _, SocketId, Transfer};
+use lf_runtime::platform::{IpAddress, Platform as _, SocketId};
 use lf_testkit::network::address_of;
 use lf_testkit::world::Blocking;
 use lf_wire::{Message, MessageType, RejectCode};
@@ -16,8 +15,8 @@ const ID: &[u8] = b"virtual";
 const PEER_PORT: u16 = 4711;
 
 /// Takes introductions as a receiver does whose header has this many bytes, the last of which is the length of the
-/// federation id. Returns the number of introductions until one was right, and the connection.
-fn receive(tester: &mut Blocking, rti: SocketId, header_bytes: usize) -> (usize, SocketId) {
+/// federation id. Returns the number of introductions until one was right.
+fn receive(tester: &mut Blocking, rti: SocketId, header_bytes: usize) -> usize {
     let listener = tester.platform.listen(PEER_PORT).unwrap();
     for attempt in 1.. {
         assert_eq!(tester.hear(rti, 4), [MessageType::AddressQuery.byte(), 1, 0, 0]);
@@ -28,7 +27,7 @@ fn receive(tester: &mut Blocking, rti: SocketId, header_bytes: usize) -> (usize,
         let length = usize::from(header[header_bytes - 1]);
         if tester.hear(peer, length) == ID {
             tester.say(peer, &Message::Ack);
-            return (attempt, peer);
+            return attempt;
         }
         tester.say(peer, &Message::Reject(RejectCode::FederationIdMismatch));
         tester.platform.close(peer);
@@ -36,15 +35,11 @@ fn receive(tester: &mut Blocking, rti: SocketId, header_bytes: usize) -> (usize,
     unreachable!("it tries again until it is over")
 }
 
-/// Runs a federate that sends to such a receiver directly, up to its word to the RTI that it is ready; then `act` goes
-/// on, with the sockets of the RTI and of the receiver, and the number of introductions to it.
-fn with_sender<T: Send>(
-    header_bytes: usize,
-    act: impl FnOnce(&mut Blocking, SocketId, (usize, SocketId)) -> T + Send,
-) -> (Ran, T) {
+/// Returns the number of introductions to such a receiver before a federate tells the RTI that it is ready.
+fn attempts(header_bytes: usize) -> usize {
     let nodes = vec![Behavior::default(); 2];
-    let (coordination, timeout) = (Coordination::Decentralized, Some(Interval::ZERO));
-    let plan = Plan { coordination, timeout, trials: 1, keepalive: true, ..Plan::new(nodes, vec![edge(0, 1)]) };
+    let coordination = Coordination::Decentralized;
+    let plan = Plan { coordination, trials: 1, keepalive: true, ..Plan::new(nodes, vec![edge(0, 1)]) };
     let act = |tester: &mut Blocking, rti| {
         tester.say(rti, &Message::Ack);
         // FED_IDS, NEIGHBOR_STRUCTURE without neighbors, UDP_PORT.
@@ -53,48 +48,15 @@ fn with_sender<T: Send>(
         tester.say(rti, &Message::T1(now));
         tester.hear(rti, MessageType::T3.fixed_bytes());
         tester.say(rti, &Message::T4(now));
-        let receiver = receive(tester, rti, header_bytes);
+        let attempts = receive(tester, rti, header_bytes);
         assert_eq!(tester.hear(rti, MessageType::Timestamp.fixed_bytes())[0], MessageType::Timestamp.byte());
-        act(tester, rti, receiver)
-    };
-    run_with::<2, _>(&plan, 0, Interval::ZERO, act)
-}
-
-/// Returns the number of introductions to such a receiver before a federate tells the RTI that it is ready.
-fn attempts(header_bytes: usize) -> usize {
-    let act = |tester: &mut Blocking, rti, (attempts, _): (usize, SocketId)| {
         tester.platform.close(rti);
         attempts
     };
-    with_sender(header_bytes, act).1
+    run_with::<2, _>(&plan, 0, Interval::ZERO, act).1
 }
 
 #[test]
 fn a_receiver_of_lf_0_13_takes_the_first_introduction_and_one_of_lf_0_12_the_second() {
     assert_eq!([5, 4].map(attempts), [1, 2]);
-}
-
-/// A receiver by TLS writes to end its direction. An answer that the connection is gone is an error to LF's, after
-/// which it frees the connection twice.
-#[test]
-fn a_receiver_that_writes_after_the_senders_end_still_finds_the_connection() {
-    let (ran, end) = with_sender(5, |tester, rti, (_, receiver)| {
-        let now = tester.now().as_nanos();
-        tester.say(rti, &Message::Timestamp(now));
-        tester.hear_to_end(receiver);
-        tester.hear_to_end(rti);
-        let mut write = || {
-            let later = tester.now() + Interval::from_millis(100);
-            while tester.now() < later {
-                tester.platform.wait(Deadline::At(later), &mut |_, _| {});
-            }
-            tester.platform.write(receiver, &[0])
-        };
-        // Only the second write learns of a reset, which is the answer to the first one.
-        let end = [write(), write()];
-        tester.platform.close(receiver);
-        tester.platform.close(rti);
-        end
-    });
-    assert_eq!((ran.result, end), (Ok(()), [Ok(Transfer::Bytes(1)); 2]));
 }

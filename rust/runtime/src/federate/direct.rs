@@ -216,9 +216,9 @@ impl<'a, 's, N: Needs> Direct<'a, 's, N> {
         }
     }
 
-    /// Sends other federates what is still pending, and closes this direction of the connections to them. A federate
-    /// that has `resigned` sends the end of each connection first. With decentralized coordination it also reads the
-    /// messages of others until they end too: what comes now is late. Returns `false` when nothing is left to do.
+    /// Sends other federates what is still pending, and closes the connections to them. A federate that has `resigned`
+    /// sends the end of each connection first. With decentralized coordination it also reads the messages of others
+    /// until they end too: what comes now is late. Returns `false` when nothing is left to do.
     pub(super) fn leave<P: Platform>(
         &mut self,
         platform: &mut P,
@@ -231,6 +231,9 @@ impl<'a, 's, N: Needs> Direct<'a, 's, N> {
         let ends = resigned.then(|| outputs(execution));
         let hears = may_hear && self.drain(platform, recording, execution, in_time);
         let sends = self.peers.leave(platform, recording, ends.as_ref(), hears) && in_time;
+        if !hears && !sends {
+            self.peers.close(platform);
+        }
         hears || sends
     }
 

@@ -588,7 +588,6 @@ impl<'a, 's, P: Platform, N: Needs> FederateLoop<'a, 's, P, N> {
             self.session.close(self.platform);
         }
         if !linked && !direct {
-            self.direct.peers.close(self.platform);
             return None;
         }
         self.direct.peers.set_interest(self.platform, direct && resigned);

@@ -55,9 +55,6 @@ enum ConnectStage {
     Introduced,
     /// Messages can be sent.
     Open,
-    /// This federate has sent everything and closed its direction. The other one may still write to end its own, which
-    /// a closed socket would answer with a reset.
-    Finished,
     /// The other one has left.
     Ended,
 }
@@ -178,20 +175,7 @@ impl<'s> Outbound<'s> {
         self.end(platform);
     }
 
-    /// Closes this federate's direction once it has sent everything; [`Outbound::end`] does the rest. A connection over
-    /// which nothing can be sent ends.
-    pub(super) fn finish<P: Platform>(&mut self, platform: &mut P) {
-        match (self.stage, self.connection.socket()) {
-            (ConnectStage::Open, Some(socket)) => {
-                platform.shut_down_writing(socket);
-                self.stage = ConnectStage::Finished;
-            }
-            (ConnectStage::Finished, _) => {}
-            _ => self.end(platform),
-        }
-    }
-
-    /// Ends the connection: the other side has left, or cannot be reached; or this federate leaves.
+    /// Ends the connection: the other side has left, or cannot be reached; or this one has sent everything.
     pub(super) fn end<P: Platform>(&mut self, platform: &mut P) {
         if let ConnectStage::Connecting(socket, _) = self.stage {
             platform.close(socket);
@@ -282,9 +266,7 @@ impl<'s> Outbound<'s> {
         if let ConnectStage::Connecting(socket, _) = self.stage {
             platform.set_interest(socket, Interest::WRITE);
         } else if let Some(socket) = self.connection.socket() {
-            // The end of a finished connection changes nothing, and would end each wait at once.
-            let readable = self.stage != ConnectStage::Finished;
-            platform.set_interest(socket, Interest { readable, writable: !self.is_empty() });
+            platform.set_interest(socket, Interest { readable: true, writable: !self.is_empty() });
         }
     }
 

@@ -278,9 +278,9 @@ impl<'a, 's, N: Needs> Peers<'a, 's, N> {
         }
     }
 
-    /// Sends what is still pending, and closes this direction of each connection when that is done. A federate that
-    /// `ends` in order sends that first. Those over which something may come stay open as long as this federate
-    /// `hears`. Returns `false` when nothing is left to send.
+    /// Sends what is still pending, and closes each connection when that is done. A federate that `ends` in order sends
+    /// that first. Those over which something may come stay open as long as this federate `hears`. Returns `false` when
+    /// nothing is left to send.
     pub(super) fn leave<P: Platform>(
         &mut self,
         platform: &mut P,
@@ -303,7 +303,7 @@ impl<'a, 's, N: Needs> Peers<'a, 's, N> {
         for (federate, outbound) in self.federation.peers_out.iter().zip(self.outbound_mut()) {
             let has_said = ends.is_none_or(|outputs| outbound.ends_sent >= outputs.to(*federate).count());
             if outbound.is_empty() && (has_said || !outbound.is_open()) {
-                outbound.finish(platform);
+                outbound.end(platform);
             } else {
                 sends = true;
             }
