@@ -149,8 +149,7 @@ class Description:
 
         With `spares`, the images for spare boards are among them, by their own names.
         """
-        both = ((item, item.on_spare() if spares else None) for item in self.participants)
-        places = [item for pair in both for item in pair if item is not None]
+        places = _with_spares(self.participants) if spares else list(self.participants)
         known = [item.name for item in places]
         unknown = [name for name in names if name not in known]
         if unknown:
@@ -163,8 +162,7 @@ class Description:
 
     def with_spares(self, names: list[str]) -> list[Participant]:
         """The participants with these names, each followed by its image for a spare board, if it has one."""
-        both = ((item, item.on_spare()) for item in self.select(names))
-        return [item for pair in both for item in pair if item is not None]
+        return _with_spares(self.select(names))
 
     def merged_over(self, older: Description) -> Description:
         """This description of some federates, completed by what was known about the others."""
@@ -284,6 +282,12 @@ def _participant(item: Any) -> Participant:
         id=number,
         spare=None if item["spare"] is None else _spare(item["spare"]),
     )
+
+
+def _with_spares(participants: Sequence[Participant]) -> list[Participant]:
+    """Return the participants, each followed by its image for a spare board, if it has one."""
+    both = ((item, item.on_spare()) for item in participants)
+    return [item for pair in both for item in pair if item is not None]
 
 
 def _spare(item: Any) -> Spare:

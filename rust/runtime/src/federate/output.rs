@@ -2,12 +2,12 @@
 //! The destination of messages while a tag runs: the send buffer of the session, or of a direct connection.
 
 use lf_coordination::federate::Needs;
+#[cfg(feature = "transients")]
+use lf_model::HandedOver;
 #[cfg(feature = "traces")]
 use lf_model::time::Instant;
 use lf_model::time::Tag;
-#[cfg(feature = "transients")]
-use lf_model::{HandedOver, PayloadError};
-use lf_model::{NetworkOutput, Outgoing, Outside, SendError};
+use lf_model::{NetworkOutput, Outgoing, Outside, PayloadError, SendError};
 #[cfg(feature = "transients")]
 use lf_wire::HANDED_OVER_PORT;
 use lf_wire::{Message, MessageType, PushError};
@@ -40,6 +40,23 @@ impl<'x, 's, P: Platform, N: Needs> Output<'x, '_, 's, P, N> {
         if self.session.output().room() < needed { Err(SendError::NoRoom) } else { Ok(()) }
     }
 
+    /// Adds a tagged message to a port of a federate for the RTI, whose payload `encode` writes. Returns the length of
+    /// that.
+    fn push(
+        &mut self,
+        (port, federate): (u16, u16),
+        tag: lf_wire::Tag,
+        max_len: usize,
+        encode: impl FnOnce(&mut [u8]) -> Result<usize, PayloadError>,
+    ) -> Result<usize, SendError> {
+        self.make_room(max_len.saturating_add(TAGGED_MESSAGE_HEADER_BYTES))?;
+        match self.session.output().push_tagged_with(port, federate, tag, max_len, encode) {
+            Ok(bytes) => Ok(bytes),
+            Err(PushError::Payload(error)) => Err(SendError::Payload(error)),
+            Err(PushError::Encode(_) | PushError::PayloadOverrun { .. }) => Err(SendError::NoRoom),
+        }
+    }
+
     /// Returns the connection to this federate, with room for a message with this many bytes of payload if the system
     /// accepts what is before it. Returns `None` when the federate has left or is absent: then nothing is sent.
     fn peer(&mut self, federate: u16, payload_bytes: usize) -> Option<(&mut Outbound<'s>, &mut P, &mut Recording<'x>)> {
@@ -62,17 +79,12 @@ impl<P: Platform, N: Needs> Output<'_, '_, '_, P, N> {
         encode: impl FnOnce(&mut [u8]) -> Result<usize, PayloadError>,
     ) -> Result<(), SendError> {
         let max_len = state.max_len.saturating_add(HandedOver::ID_BYTES);
-        self.make_room(max_len.saturating_add(TAGGED_MESSAGE_HEADER_BYTES))?;
         let encode = |bytes: &mut [u8]| {
             let (id, value) = bytes.split_at_mut_checked(HandedOver::ID_BYTES).ok_or(PayloadError::Absent)?;
             id.copy_from_slice(&state.id.to_le_bytes());
             encode(value).map(|len| len + HandedOver::ID_BYTES)
         };
-        match self.session.output().push_tagged_with(HANDED_OVER_PORT, federate, tag, max_len, encode) {
-            Ok(_) => Ok(()),
-            Err(PushError::Payload(error)) => Err(SendError::Payload(error)),
-            Err(PushError::Encode(_) | PushError::PayloadOverrun { .. }) => Err(SendError::NoRoom),
-        }
+        self.push((HANDED_OVER_PORT, federate), tag, max_len, encode).map(|_| ())
     }
 }
 
@@ -90,17 +102,10 @@ impl<P: Platform, N: Needs> Outlet for Output<'_, '_, '_, P, N> {
 
     fn send(&mut self, message: &Outgoing<'_>, tag: lf_wire::Tag) -> Result<(), SendError> {
         let NetworkOutput { port, federate, max_len, .. } = *message.output;
-        self.make_room(max_len.saturating_add(TAGGED_MESSAGE_HEADER_BYTES))?;
-        let encode = |bytes: &mut [u8]| message.encode(bytes);
-        match self.session.output().push_tagged_with(port, federate, tag, max_len, encode) {
-            Ok(bytes) => {
-                let event = sent(MessageType::TaggedMessage, message, Some(message.tag), RTI, bytes);
-                self.recording.note(self.platform, event);
-                Ok(())
-            }
-            Err(PushError::Payload(error)) => Err(SendError::Payload(error)),
-            Err(PushError::Encode(_) | PushError::PayloadOverrun { .. }) => Err(SendError::NoRoom),
-        }
+        let bytes = self.push((port, federate), tag, max_len, |bytes| message.encode(bytes))?;
+        let event = sent(MessageType::TaggedMessage, message, Some(message.tag), RTI, bytes);
+        self.recording.note(self.platform, event);
+        Ok(())
     }
 
     fn send_control(&mut self, message: &Message<'_>) -> Result<(), SendError> {

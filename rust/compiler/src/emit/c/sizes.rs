@@ -11,6 +11,7 @@ use crate::emit::File;
 use crate::emit::host::sent_ports;
 use crate::emit::view::View;
 use crate::plan::{ClassIndex, Federate, Location, Port, Serializer, StateVariable};
+use crate::tables::{HandedOverRow, handed_over};
 
 /// The types that a participant sends, receives or forwards, each once.
 pub(super) struct Sizes<'p> {
@@ -37,15 +38,12 @@ impl<'p> Sizes<'p> {
                 }
                 sizes.ports.push((port.path.clone(), ty));
             }
-            for instance in known.instances.iter().filter(|_| known.transient) {
-                let class = view.class(instance.class);
-                for state in class.state.iter().filter(|state| state.handed_over.is_some()) {
-                    let ty = CType::new(class, &state.ty);
-                    if !sizes.rows.iter().any(|(row, _)| *row == ty) {
-                        sizes.rows.push((ty.clone(), state.ty.at));
-                    }
-                    sizes.states.push(ty);
+            for HandedOverRow { instance, state, .. } in handed_over(view.plan, known) {
+                let ty = CType::new(view.class(known.instances[instance.0].class), &state.ty);
+                if !sizes.rows.iter().any(|(row, _)| *row == ty) {
+                    sizes.rows.push((ty.clone(), state.ty.at));
                 }
+                sizes.states.push(ty);
             }
         }
         sizes

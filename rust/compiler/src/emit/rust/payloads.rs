@@ -13,6 +13,7 @@ use crate::emit::view::View;
 use crate::emit::{EmitError, Job};
 use crate::languages::rust::is_copy;
 use crate::plan::{ClassIndex, Federate, InputIndex, Plan, Serializer, Type};
+use crate::tables::handed_over;
 
 /// The types of all values that the RTI forwards, each once.
 #[derive(Default)]
@@ -45,13 +46,11 @@ impl<'p> Payloads<'p> {
                 }
             }
         }
-        let transients = job.plan().federates.iter().filter(|federate| federate.transient);
-        let classes = transients.flat_map(|federate| &federate.instances).map(|instance| instance.class);
-        let states = classes.filter(|class| job.view.is_own(*class)).flat_map(|class| {
-            let states = job.view.class(class).state.iter().filter(|state| state.handed_over.is_some());
-            states.map(move |state| (class, state.name.as_str()))
+        let states = job.plan().federates.iter().flat_map(|federate| {
+            let rows = handed_over(job.plan(), federate).into_iter();
+            rows.map(|row| (federate.instances[row.instance.0].class, row.state.name.as_str()))
         });
-        Self { of_ports: payloads, states: states.collect() }
+        Self { of_ports: payloads, states: states.filter(|(class, _)| job.view.is_own(*class)).collect() }
     }
 
     /// Returns the classes whose types are needed.

@@ -4,7 +4,8 @@
 use crate::emit::host::{sent_ports, serializer_type};
 use crate::emit::{EmitError, Job};
 use crate::languages::rust::{Growing, growing, is_copy};
-use crate::plan::Serializer;
+use crate::plan::{Federate, Serializer};
+use crate::tables::handed_over;
 
 /// Returns the maximum number of bytes of a value of a type, as an expression.
 pub(super) fn max_len(serializer: Option<&Serializer>, ty: &str) -> String {
@@ -25,17 +26,12 @@ pub(super) fn check_heap(job: &Job<'_>) -> Result<(), EmitError> {
     let forwarded = job.plan().federates.iter().filter(|_| job.rti).flat_map(|federate| &federate.inputs);
     let forwarded = forwarded.filter(|input| !input.direct).map(|input| (&input.ty, input.serializer.as_ref()));
     let own = job.federate.into_iter().flat_map(sent_ports).map(|(_, port)| (port.ty, port.serializer));
-    let handed_over =
-        job.plan().federates.iter().filter(|federate| {
-            federate.transient && (job.rti || job.federate.is_some_and(|own| own.id == federate.id))
-        });
-    let instances = handed_over.flat_map(|federate| &federate.instances);
-    let handed_over = instances.flat_map(|instance| &job.plan().class(instance).state).filter_map(|state| {
-        let handover = state.handed_over.as_ref()?;
-        Some((&state.ty, handover.serializer.as_ref(), ""))
-    });
+    let is_own = |federate: &Federate| job.federate.is_some_and(|own| own.id == federate.id);
+    let concerned = job.plan().federates.iter().filter(|federate| job.rti || is_own(federate));
+    let states = concerned.flat_map(|federate| handed_over(job.plan(), federate)).map(|row| row.state);
+    let states = states.filter_map(|state| Some((&state.ty, state.handed_over.as_ref()?.serializer.as_ref(), "")));
     let sent = own.chain(forwarded).map(|(ty, serializer)| (ty, serializer, " at both ends"));
-    for (ty, serializer, place) in sent.chain(handed_over) {
+    for (ty, serializer, place) in sent.chain(states) {
         let by_serde = serializer.is_some_and(|serializer| serializer.name.is_some());
         let length = serializer.and_then(|serializer| serializer.max_length).unwrap_or(1000);
         let (parsed, text) = (syn::parse_str(&ty.text).ok(), &ty.text);
