@@ -149,7 +149,7 @@ class Description:
 
         With `spares`, the images for spare boards are among them, by their own names.
         """
-        places = _with_spares(self.participants) if spares else list(self.participants)
+        places = with_spares(self.participants) if spares else list(self.participants)
         known = [item.name for item in places]
         unknown = [name for name in names if name not in known]
         if unknown:
@@ -159,10 +159,6 @@ class Description:
                 "Build the federate first, or check its name with `lfz plan`.",
             )
         return [item for item in places if not names or item.name in names]
-
-    def with_spares(self, names: list[str]) -> list[Participant]:
-        """The participants with these names, each followed by its image for a spare board, if it has one."""
-        return _with_spares(self.select(names))
 
     def merged_over(self, older: Description) -> Description:
         """This description of some federates, completed by what was known about the others."""
@@ -284,7 +280,7 @@ def _participant(item: Any) -> Participant:
     )
 
 
-def _with_spares(participants: Sequence[Participant]) -> list[Participant]:
+def with_spares(participants: Sequence[Participant]) -> list[Participant]:
     """Return the participants, each followed by its image for a spare board, if it has one."""
     both = ((item, item.on_spare()) for item in participants)
     return [item for pair in both for item in pair if item is not None]

@@ -11,7 +11,7 @@ from lf_west import description, west_arguments
 from lf_west.application import Application, open_application
 from lf_west.build import Request, Surroundings, build_images, cargo_folder, generate, images, rows
 from lf_west.command import LfCommand
-from lf_west.description import Description
+from lf_west.description import Description, with_spares
 from lf_west.errors import LfError
 from lf_west.options import add_build_options, build_options_given
 from lf_west.summary import table
@@ -91,7 +91,7 @@ def build_federation(
             "Write `federated reactor` instead of `main reactor`.",
         )
     check(described)
-    participants = described.with_spares(list(request.federates))
+    participants = with_spares(described.select(list(request.federates)))
     planned = images(request, participants, described.is_federated, cargo_folder(os.environ))
     if planned:
         workspace = find_workspace(os.environ, command.topdir)

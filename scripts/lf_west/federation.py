@@ -12,7 +12,7 @@ from typing import Any
 
 from lf_west import qemu
 from lf_west.application import Application
-from lf_west.description import Description, Participant, Rti
+from lf_west.description import Description, Participant, Rti, with_spares
 from lf_west.errors import LfError
 from lf_west.image import image_in, is_native_sim
 from lf_west.private_network import PrivateNetwork, plan_network
@@ -82,7 +82,7 @@ class Federation:
                 self._moves(participant)
             # What it has to know is in the image.
             mac = None if participant.network is None else participant.network.mac
-            is_recorded = self.bench.vcd is not None and qemu.has_pins(board) and participant.spare_of is None
+            is_recorded = self.bench.vcd is not None and qemu.has_pins(board)
             trace = self._recording(participant) if is_recorded else None
             return [*qemu.command(board, image, interface or "", mac, trace)]
         words = [str(image), self._id("-lf-federation-id="), f"-lf-rti-address={address}"]
@@ -130,7 +130,7 @@ class Federation:
         if self.bench.vcd is None:
             return None
         parts = []
-        for item in self.participants:
+        for item in with_spares(self.participants):
             is_trace = item.board is not None and qemu.has_pins(item.board)
             if is_trace or self._has_pins(item):
                 parts.append({"name": item.name, "file": str(self._recording(item)), "is_trace": is_trace})
@@ -139,7 +139,7 @@ class Federation:
     def _bench_words(self, participant: Participant, vcd: str, devices: str) -> list[Word]:
         """The options of a program, which has their values as words of their own, or of an image on native_sim."""
         options = []
-        if self.bench.vcd is not None and participant.spare_of is None and self._has_pins(participant):
+        if self.bench.vcd is not None and self._has_pins(participant):
             options.append((vcd, str(self._recording(participant))))
         if self.bench.devices is not None and participant.program is not None:
             options.append((devices, str(self.bench.devices)))
@@ -239,7 +239,7 @@ def plan_federation(
     _refuse_other_boards(participants)
     _refuse_other_drifts(participants, bench or Bench())
     _refuse_left_out(described, participants, without)
-    for item in described.with_spares([item.name for item in participants]):
+    for item in with_spares(participants):
         file = item.program or image_file(application, item)
         if not file.is_file():
             raise LfError(

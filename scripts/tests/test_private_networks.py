@@ -7,6 +7,7 @@ import json
 import os
 import subprocess
 import sys
+from dataclasses import replace
 from ipaddress import ip_address, ip_interface
 from pathlib import Path
 
@@ -17,6 +18,7 @@ from test_runs import BOARD, planned
 from lf_west import private_network, qemu
 from lf_west.description import Network
 from lf_west.errors import LfError
+from lf_west.federation import Bench
 from lf_west.main import main
 from lf_west.private_network import PrivateNetwork, plan_network
 
@@ -113,6 +115,19 @@ def test_a_spare_board_is_built_and_has_an_interface_of_its_own(grid: World) -> 
     assert "ifname=lf2," in spare[6] and spare[6].endswith("mac=02:00:00:00:00:99")
     assert spare[-1].endswith("/c-spare/zephyr/zephyr.elf")
     assert [processes[name]["instances"] for name in "abd"] == ["any", "one", "any"]
+
+
+def test_the_pins_of_both_boards_of_a_federate_are_recorded(grid: World) -> None:
+    give_spare(grid, "c", "10.0.0.13")
+    federation = replace(planned(grid), bench=Bench(vcd=Path("pins.vcd")))
+    for name in "bd":
+        (federation.application.image_folder(name) / "zephyr" / ".config").write_text("")
+    described = federation.description(None)
+    recorded = {part["name"]: part["file"] for part in described["oscilloscope"]["parts"]}
+    assert list(recorded) == ["a", "c", "c-spare"]
+    (meter,) = (item for item in described["federates"] if item["name"] == "c")
+    traces = [words[words.index("-D") + 1] for words in (meter["words"], meter["instances"]["spare"])]
+    assert traces == [recorded["c"], recorded["c-spare"]]
 
 
 def test_the_rti_takes_commands_for_images_that_come_and_go(grid: World) -> None:

@@ -16,6 +16,7 @@ from conftest import LF, SAY, World, is_gone
 
 from lf_west import description
 from lf_west.application import open_application
+from lf_west.description import with_spares
 from lf_west.errors import LfError
 from lf_west.federation import Federation, image_file, plan_federation
 from lf_west.main import main
@@ -33,7 +34,7 @@ def planned(
 ) -> Federation:
     application = open_application(world.file, None)
     described = description.load(world.description)
-    for item in described.with_spares([]):
+    for item in with_spares(described.participants):
         if build and item.is_image:
             image = image_file(application, item)
             image.parent.mkdir(parents=True, exist_ok=True)
