@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //! The table of a program's sockets, and epoll over all of them.
 
+mod closing;
 mod secured;
 mod silence;
 
@@ -15,6 +16,7 @@ use rustix::event::{Timespec, epoll};
 use rustix::io::Errno;
 use rustix::net::{AddressFamily, Protocol, RecvFlags, SendFlags, Shutdown, SocketFlags, SocketType, ipproto, sockopt};
 
+use self::closing::Closing;
 pub(crate) use self::secured::{Encryption, Secured, SecuredStage, Wire};
 use self::silence::Silence;
 
@@ -36,6 +38,8 @@ pub(crate) struct Sockets {
     encryption: Option<Box<dyn Encryption>>,
     /// Encrypted connections with something to read that the system does not know of.
     unread: Vec<SocketId>,
+    /// Encrypted connections that this end has closed and the other one has not.
+    closing: Closing,
     /// The number of connections that were not secure.
     insecure: Tally,
 }
@@ -95,6 +99,7 @@ impl Sockets {
             silence: Silence::new(Instant::now()),
             encryption: None,
             unread: Vec::new(),
+            closing: Closing::default(),
             insecure: Tally::NOTHING,
         })
     }
@@ -298,11 +303,14 @@ impl Sockets {
             && place.generation == id.generation
             && let Some(Socket { descriptor, secured, .. }) = place.socket.take()
         {
+            // Closing a descriptor also removes it from the epoll set.
+            place.generation = place.generation.wrapping_add(1);
             if let Some(mut secured) = secured {
                 secured.close(&mut Wire(&descriptor));
+                if secured.stage() == SecuredStage::Open {
+                    self.closing.add(&self.epoll, descriptor);
+                }
             }
-            // Closing the descriptor also removes it from the epoll set.
-            place.generation = place.generation.wrapping_add(1);
         }
     }
 
@@ -362,6 +370,9 @@ impl Sockets {
             let (data, flags) = (self.events[index].data, self.events[index].flags);
             if data.u64() == WAKE_KEY {
                 woken = true;
+                continue;
+            }
+            if self.closing.go_on(data.u64()) {
                 continue;
             }
             let failed = flags.intersects(epoll::EventFlags::ERR | epoll::EventFlags::HUP);

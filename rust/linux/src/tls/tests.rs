@@ -220,6 +220,28 @@ fn writing_stops_when_the_other_end_does_not_read() {
     assert!(send(&mut server, &mut client, &bytes[..300_000], 1000).0 == bytes[..300_000]);
 }
 
+/// An end that has closed a connection still takes what the other one writes to close it. A reset would be the answer
+/// of a socket that is gone.
+#[test]
+fn an_end_that_writes_after_the_other_one_has_closed_finds_the_connection() {
+    let (mut client, mut server) = connection(Some(identity().accepts_all()), Some(identity().accepts_all()), direct);
+    assert_eq!(outcome(&mut client, &mut server), Ok(()));
+    client.sockets.close(client.id);
+    let wait = Some(Duration::from_secs(10));
+    while server.read(&mut [0; 9]) == Ok(Transfer::WouldBlock) {
+        server.sockets.set_interest(server.id, Interest::READ);
+        server.sockets.wait(wait, &mut |_, _| {});
+    }
+    for _ in 0..3 {
+        assert_eq!(server.sockets.write(server.id, b"late"), Ok(Transfer::Bytes(4)));
+        client.sockets.wait(wait, &mut |_, _| panic!("the event loop has closed it"));
+        assert_eq!(server.sockets.connected(server.id), Ok(()));
+    }
+    server.sockets.close(server.id);
+    // Once both ends have closed it, no wait ends for it any more.
+    assert!((0..100).any(|_| !client.sockets.wait(Some(Duration::ZERO), &mut |_, _| {}).came));
+}
+
 /// Neither end uses a connection with a participant that it does not know.
 #[test]
 fn strangers_are_refused_at_both_ends() {
