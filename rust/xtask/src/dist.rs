@@ -4,12 +4,13 @@
 
 use std::ffi::OsStr;
 use std::fs::{self, File};
-use std::io::{self, Write as _};
+use std::io::{self, Read as _, Write as _};
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
+use flate2::read::GzDecoder;
 use flate2::{Compression, GzBuilder};
-use tar::{Builder, Header};
+use tar::{Archive, Builder, Header};
 
 use crate::process;
 use crate::report::Report;
@@ -65,6 +66,9 @@ const PACKAGES: &[&str] = &[
     "lfz",
 ];
 
+/// The package with the program.
+const PROGRAM_PACKAGE: &str = "lfz";
+
 /// The way in which the program is compiled.
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Profile {
@@ -79,7 +83,8 @@ pub(crate) fn make(repository: &Path, profile: Profile) -> Result<String, String
     let said = |what: &str, error: io::Error| format!("{what}: {error}");
     stage_sources(repository, &stage).map_err(|error| said("the sources cannot be copied", error))?;
     packages(&stage, &dist)?;
-    let wheel = wheel(&stage, &dist, profile)?;
+    unpack(repository, &dist).map_err(|error| said("the packages cannot be unpacked", error))?;
+    let wheel = wheel(&dist, profile)?;
     Ok(format!("{}\n{}", dist.join("target/package").display(), wheel.display()))
 }
 
@@ -135,7 +140,7 @@ fn of_runtime(manifest: &str) -> String {
     lines.collect::<Vec<_>>().join("\n") + "\n"
 }
 
-/// Packages the crates as cargo publishes them, without compiling them once more.
+/// Packages the crates as cargo publishes them. What is installed is compiled from them, which cargo need not do, too.
 fn packages(stage: &Path, dist: &Path) -> Result<(), String> {
     let mut cargo = process::cargo(stage);
     cargo.args(["package", "--quiet", "--no-verify", "--allow-dirty", "--target-dir"]).arg(dist.join("target"));
@@ -143,12 +148,40 @@ fn packages(stage: &Path, dist: &Path) -> Result<(), String> {
     run(&mut cargo)
 }
 
-fn wheel(stage: &Path, dist: &Path, profile: Profile) -> Result<PathBuf, String> {
+/// Returns the name of a package with its version, which is that of all packages.
+fn versioned(package: &str) -> String {
+    format!("{package}-{}", env!("CARGO_PKG_VERSION"))
+}
+
+/// Unpacks the packages into a workspace in which they find each other, as they do in cargo's registry once they are
+/// published.
+fn unpack(repository: &Path, dist: &Path) -> io::Result<()> {
+    let unpacked = dist.join("unpacked");
+    for package in PACKAGES {
+        let name = versioned(package);
+        let mut archive = Archive::new(GzDecoder::new(File::open(dist.join(format!("target/package/{name}.crate")))?));
+        for entry in archive.entries()? {
+            let mut entry = entry?;
+            let (path, mut contents) = (unpacked.join(entry.path()?), Vec::new());
+            entry.read_to_end(&mut contents)?;
+            write_if_changed(&path, &contents)?;
+        }
+    }
+    let members: Vec<_> = PACKAGES.iter().map(|package| versioned(package)).collect();
+    let patches = PACKAGES.iter().map(|package| format!("{package}.path = {:?}\n", versioned(package)));
+    let patches: String = patches.collect();
+    let workspace = format!("[workspace]\nresolver = \"3\"\nmembers = {members:?}\n\n[patch.crates-io]\n{patches}");
+    write_if_changed(&unpacked.join("Cargo.toml"), workspace.as_bytes())?;
+    write_if_changed(&unpacked.join("Cargo.lock"), &fs::read(repository.join("Cargo.lock"))?)
+}
+
+fn wheel(dist: &Path, profile: Profile) -> Result<PathBuf, String> {
     let wheels = dist.join("wheels");
     // Only the present one is there afterwards.
     let _ = fs::remove_dir_all(&wheels);
     let mut maturin = Command::new("maturin");
-    maturin.args(["build", "--quiet", "--manifest-path"]).arg(stage.join("rust/cli/Cargo.toml"));
+    let manifest = dist.join("unpacked").join(versioned(PROGRAM_PACKAGE)).join("Cargo.toml");
+    maturin.args(["build", "--quiet", "--manifest-path"]).arg(manifest);
     maturin.arg("--out").arg(&wheels).arg("--target-dir").arg(dist.join("target"));
     maturin.args(["--compatibility", "linux"]);
     if profile == Profile::Release {
@@ -179,7 +212,7 @@ fn write_if_changed(file: &Path, contents: &[u8]) -> io::Result<()> {
 const PROGRAM: &str =
     "target Rust { timeout: 1 ms }\nmain reactor { reaction(startup) {= println!(\"installed\"); =} }\n";
 
-/// Installs the wheel into an empty home, and runs a program with it.
+/// Installs the wheel and the packages into an empty home, and runs a program with each.
 pub(crate) fn step(repository: &Path, report: &mut Report) {
     report.begin("dist");
     if Command::new("maturin").arg("--version").output().is_err() {
@@ -205,21 +238,32 @@ fn installed(repository: &Path) -> Result<(), String> {
     let wheels = fs::read_dir(dist.join("wheels")).map_err(said)?;
     let wheels: Vec<_> = wheels.flatten().map(|entry| entry.path()).collect();
     run(Command::new(home.join("venv/bin/pip")).args(["install", "--quiet", "--no-index"]).args(&wheels))?;
+    try_out(&home, &home.join("venv/bin/lfz"))?;
+    let mut cargo = process::cargo(&dist.join("unpacked"));
+    cargo.args(["install", "--quiet", "--debug", "--path"]).arg(versioned(PROGRAM_PACKAGE));
+    cargo.arg("--target-dir").arg(dist.join("target")).arg("--root").arg(home.join("cargo"));
+    run(&mut cargo)?;
+    try_out(&home, &home.join("cargo/bin/lfz"))
+}
+
+/// Runs a program with an installed lfz, which has to have the runtime in itself.
+fn try_out(home: &Path, program: &Path) -> Result<(), String> {
     let lfz = |arguments: &[&str]| -> Result<String, String> {
-        let mut command = Command::new(home.join("venv/bin/lfz"));
-        command.current_dir(&home).args(arguments).env("HOME", &home).env_remove("XDG_CACHE_HOME");
+        let mut command = Command::new(program);
+        command.current_dir(home).args(arguments).env("HOME", home).env_remove("XDG_CACHE_HOME");
         command.env_remove("CARGO_TARGET_DIR").env_remove("LFZ_HOME");
         // The crates of others are where the user's cargo has them.
         let cargo = std::env::var_os("CARGO_HOME").map_or_else(|| old_home().join(".cargo"), PathBuf::from);
         let rustup = std::env::var_os("RUSTUP_HOME").map_or_else(|| old_home().join(".rustup"), PathBuf::from);
-        let output = command.env("CARGO_HOME", cargo).env("RUSTUP_HOME", rustup).output().map_err(said)?;
+        let output = command.env("CARGO_HOME", cargo).env("RUSTUP_HOME", rustup).output();
+        let output = output.map_err(|error| format!("{}: {error}", program.display()))?;
         if !output.status.success() {
             return Err(format!("lfz {arguments:?}: {}", String::from_utf8_lossy(&output.stderr)));
         }
         Ok(String::from_utf8_lossy(&output.stdout).into_owned())
     };
     let place = lfz(&["home"])?;
-    if !Path::new(place.trim()).starts_with(&home) {
+    if !Path::new(place.trim()).starts_with(home) {
         return Err(format!("the runtime is in {place}, and not in the home of its user"));
     }
     let printed = lfz(&["run", "Hello.lf"])?;
