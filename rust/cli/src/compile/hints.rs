@@ -36,6 +36,16 @@ const MEMBERS_OF_C: [(&str, &str); 5] = [
     ("intended_tag", "ctx.get_intended_tag(@)"),
 ];
 
+/// Words of rustc about code that editions before 2024 take. Programs for LF's own Rust target are such code.
+const OF_EDITION_2024: [&str; 6] = [
+    "reserved keyword `gen`",
+    "extern blocks must be unsafe",
+    "unsafe attribute used without unsafe",
+    "reference to mutable static",
+    "call to unsafe function `std::env::set_var`",
+    "call to unsafe function `std::env::remove_var`",
+];
+
 /// Devices of images, and the options that include them.
 const DEVICES: [(&str, &str); 8] = [
     ("I2c", "I2C"),
@@ -70,7 +80,8 @@ impl RustcError<'_> {
         if let Some(symbol) = self.left_out_without {
             return Some(format!("the image is built without this: add `{symbol}=y` to prj.conf"));
         }
-        self.timer_scheduled().or_else(|| self.context_elsewhere()).or_else(|| match self.code {
+        let of_all_codes = self.timer_scheduled().or_else(|| self.context_elsewhere()).or_else(|| self.older_edition());
+        of_all_codes.or_else(|| match self.code {
             "E0616" | "E0609" | "E0615" | "E0599" | "E0608" => self.port_as_in_c(),
             "E0423" | "E0425" => self.unknown_name(),
             "E0308" => self.not_mutable(),
@@ -104,6 +115,14 @@ impl RustcError<'_> {
             "a thread cannot have `ctx`: start it by `ctx.spawn_physical_thread(|link| …)`, which gives it a link to \
              schedule physical actions by"
                 .to_owned()
+        })
+    }
+
+    /// Advises about code of an older edition.
+    fn older_edition(&self) -> Option<String> {
+        let is_older = OF_EDITION_2024.iter().any(|words| self.message.contains(words));
+        is_older.then(|| {
+            "editions of Rust before 2024 take this: write `edition: \"2021\"` into the target declaration".to_owned()
         })
     }
 
