@@ -284,3 +284,10 @@ fn a_seed_is_a_run_bit_for_bit() {
 fn a_held_message_of_a_later_life_lets_those_of_the_earlier_one_happen() {
     hold(DECENTRALIZED_COMINGS, &[14185]);
 }
+
+/// A federate of a cycle without delay came while the others were at tags before its first one, and they waited for its
+/// word that nothing comes there.
+#[test]
+fn nobody_waits_for_a_federate_before_its_first_tag() {
+    hold(COMINGS, &[23999]);
+}

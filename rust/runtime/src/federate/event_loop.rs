@@ -262,7 +262,7 @@ impl<'a, 's, P: Platform, N: Needs> FederateLoop<'a, 's, P, N> {
         self.direct.receive(self.platform, &mut self.recording, &mut self.execution)?;
         let advance = self.advance()?;
         #[cfg(feature = "transients")]
-        self.hand_over();
+        self.send_outside_of_tags();
         self.direct.send_ends(self.platform, &mut self.recording, &self.execution);
         self.transmit();
         self.direct.peers.flush(self.platform);
@@ -366,13 +366,14 @@ impl<'a, 's, P: Platform, N: Needs> FederateLoop<'a, 's, P, N> {
         Ok(Advance::Until(Deadline::Now))
     }
 
-    /// Hands over the states of a federate that has nothing else to do.
+    /// Sends what a transient federate has to send before its first tag and after the last one.
     #[cfg(feature = "transients")]
-    fn hand_over(&mut self) {
-        if self.execution.hands_over() {
+    fn send_outside_of_tags(&mut self) {
+        if self.execution.passed.is_some() || self.execution.hands_over() {
             let recording = self.recording.lend();
             let (session, peers) = (&mut self.session, &mut self.direct.peers);
             let mut output = Output { platform: &mut *self.platform, recording, session, peers };
+            self.execution.pass(&mut output);
             self.execution.hand_over(&mut output, self.federation.id);
         }
     }

@@ -79,6 +79,10 @@ pub(super) struct Execution<'a, 's, N: Needs> {
     /// Whether this federate, which is transient, has joined, and its owner has not noted it.
     #[cfg(feature = "transients")]
     pub(super) has_joined: bool,
+    /// A tag before the first one of this federate, which is transient, at which others may wait for it, and the number
+    /// of outputs for which they have been told that nothing comes.
+    #[cfg(feature = "transients")]
+    pub(super) passed: Option<(Tag, usize)>,
     /// The number of states that this federate, which is transient, has handed over, once it has nothing else to do.
     #[cfg(feature = "transients")]
     pub(super) handed_over: Option<u16>,
@@ -113,6 +117,8 @@ impl<'a, 's, N: Needs> Execution<'a, 's, N> {
             stop_decided: Instant::NEVER,
             #[cfg(feature = "transients")]
             has_joined: false,
+            #[cfg(feature = "transients")]
+            passed: None,
             #[cfg(feature = "transients")]
             handed_over: None,
             failure: None,

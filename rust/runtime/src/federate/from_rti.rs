@@ -183,6 +183,10 @@ impl<P: Platform, N: Needs> FromRti<'_, '_, '_, P, N> {
                 self.execution.join(start, tag);
             }
             #[cfg(feature = "transients")]
+            Event::GrantedProvisionally(tag) if self.execution.machine.misses(tag) => {
+                self.execution.passed = Some((tag, 0));
+            }
+            #[cfg(feature = "transients")]
             Event::UpstreamCame(federate) => self.execution.upstream_comes(federate.0),
             #[cfg(feature = "transients")]
             Event::Replaced => {

@@ -3,10 +3,11 @@
 
 use lf_coordination::federate::{Needs, Phase};
 use lf_coordination::{FederateId, to_wire};
-use lf_model::SendError;
 use lf_model::time::{Instant, Tag};
+use lf_model::{NetworkOutput, SendError};
+use lf_wire::Message;
 
-use super::execution::Execution;
+use super::execution::{Execution, Outlet as _};
 use super::output::Output;
 use crate::platform::Platform;
 
@@ -69,6 +70,25 @@ impl<N: Needs> Execution<'_, '_, N> {
             self.silent |= self.machine.has_announced_beyond(self.engine.stop_tag());
         } else {
             self.finish();
+        }
+    }
+
+    /// Tells those who may wait for this federate at a tag before its first one that nothing comes, as far as there is
+    /// room. They are there provisionally, in a cycle without delay, and learn it from nobody else.
+    pub(super) fn pass<P: Platform>(&mut self, output: &mut Output<'_, '_, '_, P, N>) {
+        while let Some((at, number)) = self.passed {
+            let Some(NetworkOutput { port, federate, delay, tells_absence, .. }) =
+                self.engine.tables().outputs.get(number)
+            else {
+                self.passed = None;
+                return;
+            };
+            let tag = to_wire(at.delayed(*delay));
+            let absent = Message::PortAbsent { port: *port, federate: *federate, tag };
+            if *tells_absence && output.send_control(&absent).is_err() {
+                return;
+            }
+            self.passed = Some((at, number + 1));
         }
     }
 
