@@ -194,7 +194,7 @@ fn a_federation_is_encrypted_by_tls() {
 /// As with LF's own programs: all is encrypted, and nobody proves who it is.
 #[test]
 fn tls_without_verification_needs_a_word_and_has_a_warning() {
-    let encrypted = Encrypted::with("encrypted_by_tls", "comm-type: TLS, security: unverified");
+    let encrypted = Encrypted::with("unverified_by_tls", "comm-type: TLS, security: unverified");
     let out = encrypted.out.to_str().expect("it is a text").to_owned();
     let run = encrypted.lfz(&["run", TIME_LIMIT, "--out", &out], &[]);
     assert!(run.of("sink").any(|line| line == RESULT), "{run}");
