@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //! A transient federate hands over its state, and takes over what it can of another one.
 
-use crate::support::federation::{Plan, edge, run_with};
+use crate::support::federation::{Edge, Plan, edge, run_with};
 use crate::support::node::{Behavior, FIRED};
 use lf_model::time::Interval;
 use lf_runtime::platform::{Platform as _, SocketId};
@@ -68,10 +68,15 @@ impl Played<'_> {
         })
     }
 
-    /// Begins, and then ends, the life of the federate. Returns its first value and the states that it hands over.
-    fn live(&mut self) -> (Vec<u8>, Vec<Vec<u8>>) {
+    /// Begins the life of the federate, 10 ms after the start of the federation, which is returned.
+    fn begin(&mut self) -> i64 {
         let start = self.me.now().as_nanos();
         self.say(&Message::EffectiveStart { start, tag: Tag::new(start + 10 * MS, 0) });
+        start
+    }
+
+    /// Ends the life of the federate. Returns its first value and the states that it hands over.
+    fn end(&mut self) -> (Vec<u8>, Vec<Vec<u8>>) {
         let value = self.hear_value();
         self.say(&Message::Stop);
         let mut states = Vec::new();
@@ -87,10 +92,10 @@ impl Played<'_> {
 }
 
 /// Runs a transient federate with an RTI that `act` plays.
-fn with_rti<T: Send>(act: impl FnOnce(&mut Played<'_>) -> T + Send) -> (Vec<String>, T) {
+fn with_rti<T: Send>(edges: &[Edge], act: impl FnOnce(&mut Played<'_>) -> T + Send) -> (Vec<String>, T) {
     let counter = Behavior { timer: Some((Interval::ZERO, Interval::from_secs(1))), ..Behavior::default() };
     let nodes = vec![counter, Behavior::default()];
-    let plan = Plan { trials: 1, keepalive: true, transients: &[0], ..Plan::new(nodes, vec![edge(0, 1)]) };
+    let plan = Plan { trials: 1, keepalive: true, transients: &[0], ..Plan::new(nodes, edges.to_vec()) };
     let (ran, result) = run_with::<2, _>(&plan, 0, Interval::ZERO, |me, federate| {
         let mut rti = Played { me, federate, heard: Vec::new() };
         rti.let_in();
@@ -109,9 +114,10 @@ fn state(id: u64, value: &[u8]) -> Vec<u8> {
 
 #[test]
 fn a_federate_begins_with_the_state_of_another_one_and_hands_over_its_own() {
-    let (_, (value, states)) = with_rti(|rti| {
+    let (_, (value, states)) = with_rti(&[edge(0, 1)], |rti| {
         rti.hand_over(&state(FIRED.id, &41u32.to_le_bytes()));
-        rti.live()
+        rti.begin();
+        rti.end()
     });
     assert_eq!((value, states), (42u32.to_le_bytes().to_vec(), vec![state(FIRED.id, &42u32.to_le_bytes())]));
 }
@@ -120,13 +126,14 @@ fn a_federate_begins_with_the_state_of_another_one_and_hands_over_its_own() {
 #[test]
 fn what_does_not_fit_is_not_taken_over_and_said() {
     let long = [0; 5_000];
-    let (lines, (value, _)) = with_rti(|rti| {
+    let (lines, (value, _)) = with_rti(&[edge(0, 1)], |rti| {
         for state in [&state(1, &[0; 4])[..], &state(FIRED.id, &[0; 5]), &[0; 3], &long, &[]] {
             rti.hand_over(state);
         }
         rti.hand_over(&state(FIRED.id, &7u32.to_le_bytes()));
         rti.hand_over(&long);
-        rti.live()
+        rti.begin();
+        rti.end()
     });
     assert_eq!(value, 8u32.to_le_bytes());
     let count = |text: &str| lines.iter().filter(|line| line.contains(text)).count();
@@ -144,7 +151,7 @@ fn what_does_not_fit_is_not_taken_over_and_said() {
 /// LF's RTI sends a federate what it sends itself; a state that comes later than the first tag changes nothing either.
 #[test]
 fn a_state_that_comes_back_changes_nothing() {
-    let (_, states) = with_rti(|rti| {
+    let (_, states) = with_rti(&[edge(0, 1)], |rti| {
         let start = rti.me.now().as_nanos();
         rti.say(&Message::EffectiveStart { start, tag: Tag::new(start, 0) });
         assert_eq!(rti.hear_value(), 1u32.to_le_bytes());
@@ -157,4 +164,21 @@ fn a_state_that_comes_back_changes_nothing() {
         })
     });
     assert_eq!(states, (2u32.to_le_bytes().to_vec(), state(FIRED.id, &2u32.to_le_bytes())));
+}
+
+/// Others in a cycle without delay wait at a tag before the first one for the word that nothing comes, and the federate
+/// takes part afterwards as if nobody had asked.
+#[test]
+fn what_is_asked_before_the_first_tag_is_answered_and_the_life_goes_on() {
+    let (_, (absent, value)) = with_rti(&[edge(0, 1), edge(1, 0)], |rti| {
+        let start = rti.begin();
+        rti.say(&Message::ProvisionalTagGrant(Tag::new(start + MS, 0)));
+        let absent = rti.hear(|message| match message {
+            Message::PortAbsent { federate, tag, .. } => Some((*federate, tag.time - start)),
+            _ => None,
+        });
+        rti.say(&Message::TagGrant(Tag::new(i64::MAX, u32::MAX)));
+        (absent, rti.end().0)
+    });
+    assert_eq!((absent, value), ((1, MS), 1u32.to_le_bytes().to_vec()));
 }

@@ -37,7 +37,10 @@ impl Closing {
     /// Reads from the connection that has this epoll key, and closes it at its end or at an error. Returns whether the
     /// key is one of these connections.
     pub(super) fn go_on(&mut self, of: u64) -> bool {
-        let Some(index) = self.0.iter().position(|descriptor| key(descriptor) == of) else { return of & KEY != 0 };
+        if of & KEY == 0 {
+            return false;
+        }
+        let Some(index) = self.0.iter().position(|descriptor| key(descriptor) == of) else { return true };
         let mut ignored = [0; 512];
         match rustix::net::recv(&self.0[index], &mut ignored, RecvFlags::empty()) {
             Ok((_, 1..)) | Err(Errno::AGAIN | Errno::INTR) => {}

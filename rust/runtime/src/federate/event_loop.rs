@@ -373,8 +373,11 @@ impl<'a, 's, P: Platform, N: Needs> FederateLoop<'a, 's, P, N> {
             let recording = self.recording.lend();
             let (session, peers) = (&mut self.session, &mut self.direct.peers);
             let mut output = Output { platform: &mut *self.platform, recording, session, peers };
-            self.execution.pass(&mut output);
-            self.execution.hand_over(&mut output, self.federation.id);
+            if self.execution.hands_over() {
+                self.execution.hand_over(&mut output, self.federation.id);
+            } else {
+                self.execution.pass(&mut output);
+            }
         }
     }
 

@@ -76,19 +76,15 @@ impl<N: Needs> Execution<'_, '_, N> {
     /// Tells those who may wait for this federate at a tag before its first one that nothing comes, as far as there is
     /// room. They are there provisionally, in a cycle without delay, and learn it from nobody else.
     pub(super) fn pass<P: Platform>(&mut self, output: &mut Output<'_, '_, '_, P, N>) {
-        while let Some((at, number)) = self.passed {
-            let Some(NetworkOutput { port, federate, delay, tells_absence, .. }) =
-                self.engine.tables().outputs.get(number)
-            else {
-                self.passed = None;
-                return;
-            };
+        let Some((at, told)) = self.passed.take() else { return };
+        let outputs = self.engine.tables().outputs.iter().enumerate().skip(told);
+        for (number, NetworkOutput { port, federate, delay, .. }) in outputs.filter(|(_, to)| to.tells_absence) {
             let tag = to_wire(at.delayed(*delay));
             let absent = Message::PortAbsent { port: *port, federate: *federate, tag };
-            if *tells_absence && output.send_control(&absent).is_err() {
+            if output.send_control(&absent).is_err() {
+                self.passed = Some((at, number));
                 return;
             }
-            self.passed = Some((at, number + 1));
         }
     }
 

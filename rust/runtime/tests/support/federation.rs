@@ -315,6 +315,7 @@ pub(crate) fn run_with<const N: usize, T: Send>(
     clock_offset: Interval,
     act: impl FnOnce(&mut Blocking, SocketId) -> T + Send,
 ) -> (Ran, T) {
+    lines::keep();
     let world = Threads::new(Conditions::seeded(1));
     let tester = world.join(Interval::ZERO, Interval::ZERO);
     let mut federate = world.join(Interval::from_millis(1), clock_offset);
