@@ -147,6 +147,9 @@ fn judge(scenario: &Scenario, plan: Result<Plan, String>) -> Trial {
     if trial.violation.is_none() {
         trial.violation = check::handed_over(scenario, &report);
     }
+    if trial.violation.is_none() && is_whole {
+        trial.violation = check::reasons(scenario, &report);
+    }
     if trial.violation.is_none() {
         trial.violation = lives_as_alone(scenario, &plan, &report);
     }
@@ -242,8 +245,11 @@ fn lives_as_alone(scenario: &Scenario, federated: &Plan, report: &Report) -> Opt
             let mut played = report.played[instance].clone();
             add_received(&mut played, scenario, federated, report, instance, |_| true);
             let until = last.tag.next_microstep();
+            // What is scheduled for after the stop takes no room in a queue.
+            let has_stopped = matches!(report.ends[instance], FederateEnd::Ended(Ok(())));
+            let stop = has_stopped.then(|| report.completed[instance].max(last.tag)).or(report.granted[instance]);
             let joined = Joined { instance, first, state: report.handovers[instance].taken };
-            let decided = Decided { start, joined: Some(joined), stop: None, played: &played, until };
+            let decided = Decided { start, joined: Some(joined), stop, played: &played, until };
             match run_alone(scenario, &plan, &decided, Runs::OneByOne) {
                 Ok(None) => {}
                 Ok(Some(alone)) => {

@@ -291,3 +291,15 @@ fn a_held_message_of_a_later_life_lets_those_of_the_earlier_one_happen() {
 fn nobody_waits_for_a_federate_before_its_first_tag() {
     hold(COMINGS, &[23999]);
 }
+
+/// A federate left once it had answered for a tag before its first one; only the reason of its leaving shows that.
+#[test]
+fn what_a_federate_says_before_its_first_tag_does_not_end_it() {
+    hold(COMINGS, &[27596]);
+}
+
+/// A federate schedules more events for after its last tag than its queue holds, which nobody stores.
+#[test]
+fn what_a_life_schedules_for_after_its_end_takes_no_room() {
+    hold(COMINGS, &[58751]);
+}

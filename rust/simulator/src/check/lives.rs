@@ -4,7 +4,7 @@
 use lf_model::time::Tag;
 
 use super::Violation;
-use crate::run::Report;
+use crate::run::{FederateEnd, Report};
 use crate::scenario::Scenario;
 
 /// Checks that the RTI has forwarded every message to those that were there at its tag: from their first tag to the
@@ -37,4 +37,20 @@ pub(crate) fn handed_over(scenario: &Scenario, report: &Report) -> Option<Violat
         is_next && scenario.target.clock_sync.is_none() && report.handovers[*instance].taken.is_none()
     });
     invented.or(lost).map(|instance| Violation::State { instance, taken: report.handovers[instance].taken })
+}
+
+/// Checks that an instance which leaves in order has a reason: its program has ended it, the RTI has told it to stop, or
+/// the federation ends.
+pub(crate) fn reasons(scenario: &Scenario, report: &Report) -> Option<Violation> {
+    let stop = report.stop_tag(scenario)?;
+    let leaves = |instance: &usize| {
+        let is_ended = matches!(report.ends[*instance], FederateEnd::Ended(Ok(())));
+        is_ended
+            && scenario.is_transient(*instance)
+            && report.first[*instance].is_some()
+            && !report.is_struck(*instance)
+    };
+    let mut instances = (0..scenario.instances.len()).filter(leaves);
+    let left = instances.find(|instance| !report.may_leave[*instance] && report.completed[*instance] < stop)?;
+    Some(Violation::Left { instance: left, completed: report.completed[left] })
 }

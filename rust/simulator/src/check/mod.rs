@@ -18,7 +18,7 @@ use lf_model::time::Tag;
 pub(crate) use direct::Sent;
 pub(crate) use ends::{ends, is_endless, own_fault};
 pub(crate) use late::{LateCounts, comings_are_in_time, late};
-pub(crate) use lives::{handed_over, passed};
+pub(crate) use lives::{handed_over, passed, reasons};
 pub(crate) use order::order;
 pub(crate) use seen::{Introduction, Seen, Unpassed};
 pub(crate) use traces::{Difference, Expected, in_order, life, traces};
@@ -77,6 +77,8 @@ pub(crate) enum Violation {
     Repeated { first: usize, second: usize, tag: Tag, before: Tag },
     /// An instance has taken over a state that no other one had, or none though it has taken the place of another one.
     State { instance: usize, taken: Option<u64> },
+    /// An instance of a transient federate has left before the stop, though nobody and nothing has ended it.
+    Left { instance: usize, completed: Tag },
     /// The program cannot be run at all.
     Program(String),
 }
@@ -110,6 +112,7 @@ impl Violation {
             Self::TwoHeard { .. } => "one-instance-is-heard",
             Self::Repeated { .. } => "lives-follow-each-other",
             Self::State { .. } => "state-is-handed-over",
+            Self::Left { .. } => "nobody-leaves-without-a-reason",
             Self::Program(_) => "program",
         }
     }
@@ -220,6 +223,9 @@ impl fmt::Display for Violation {
             }
             Self::State { instance, taken: None } => {
                 write!(f, "instance f{instance} has taken the place of another one, and not taken over its state")
+            }
+            Self::Left { instance, completed } => {
+                write!(f, "instance f{instance} has left after {completed} by itself, before the stop")
             }
             Self::Program(error) => f.write_str(error),
         }

@@ -31,7 +31,9 @@ pub(crate) struct Seen {
     pub(crate) first: Option<Tag>,
     pub(crate) introduction: Introduction,
     /// The latest tag that it has reported complete.
-    pub(super) completed: Tag,
+    pub(crate) completed: Tag,
+    /// Whether the RTI has told it to stop.
+    pub(crate) is_told_to_stop: bool,
     /// The time at which its process or its connection ended, or the RTI read that it has failed.
     pub(super) lost: Option<u64>,
 }
@@ -77,6 +79,7 @@ impl Seen {
         first: None,
         introduction: Introduction::NotYet,
         completed: Tag::NEVER,
+        is_told_to_stop: false,
         lost: None,
     };
 

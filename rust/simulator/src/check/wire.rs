@@ -408,6 +408,10 @@ impl Watch {
                 seen.named = None;
                 None
             }
+            Message::Stop => {
+                seen.is_told_to_stop = true;
+                None
+            }
             Message::PortAbsent { .. } => {
                 self.counts.absent += 1;
                 None

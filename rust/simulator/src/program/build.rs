@@ -76,6 +76,7 @@ impl Scripted {
             taken_over: None,
             trace: Vec::new(),
             stops: Vec::new(),
+            has_left: false,
             handled_tardy: Vec::new(),
             mishandled: None,
         })

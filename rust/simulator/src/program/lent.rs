@@ -132,6 +132,8 @@ pub(super) struct Lent {
     pub(super) own: Vec<(LentVariable, Own)>,
     pub(super) record: Option<Record>,
     pub(super) stop: Option<Tag>,
+    /// Whether a reaction has ended its federate, and only that.
+    pub(super) leaves: bool,
 }
 
 impl Lent {
@@ -150,7 +152,7 @@ impl Lent {
 
     /// Runs a reaction: its effects follow from its script and all its inputs.
     pub(super) fn run(&mut self, reaction: ReactionId, memory: &Memory, ctx: &mut ReactionContext<'_>) {
-        let Self { bodies, state, own, record, stop } = self;
+        let Self { bodies, state, own, record, stop, leaves } = self;
         let Some((_, body)) = bodies.iter_mut().find(|(id, _)| *id == reaction) else { return };
         body.runs += 1;
         let mut digest = combine(*state, combine(body.id.path, body.number.into()));
@@ -197,6 +199,7 @@ impl Lent {
             }
         }
         if body.script.leave_at == Some(body.runs) && !memory.replayed {
+            *leaves = true;
             ctx.stop();
         }
         if body.script.stop_at == Some(body.runs) && !memory.replayed {

@@ -50,6 +50,8 @@ pub(crate) struct Scripted {
     pub(crate) trace: Vec<Record>,
     /// The stops that reactions requested.
     pub(crate) stops: Vec<Tag>,
+    /// Whether a reaction has ended this federate, and only this.
+    pub(crate) has_left: bool,
     /// The tags at which handlers of tardy messages ran.
     pub(crate) handled_tardy: Vec<Tag>,
     /// The tag at which a body ran instead of such a handler, or a handler without a tardy message.
@@ -77,12 +79,12 @@ impl Scripted {
             }
         }
         let state = bodies.first().map_or(0, |(_, body)| self.states[body.instance]);
-        Lent { bodies, state, own, record: None, stop: None }
+        Lent { bodies, state, own, record: None, stop: None, leaves: false }
     }
 
     /// Puts the bodies back, and adds their records to the trace.
     fn revoke(&mut self, lent: Lent) {
-        let Lent { bodies, state, own, record, stop } = lent;
+        let Lent { bodies, state, own, record, stop, leaves } = lent;
         for (variable, own) in own {
             match (variable, own) {
                 (LentVariable::Port(port), Own::Port(place)) => self.memory.ports[port] = place,
@@ -92,6 +94,7 @@ impl Scripted {
         }
         self.trace.extend(record);
         self.stops.extend(stop);
+        self.has_left |= leaves;
         for (reaction, body) in bodies {
             self.states[body.instance] = state;
             self.bodies[usize::from(reaction.0)] = Some(body);

@@ -94,6 +94,10 @@ pub(crate) struct Report {
     pub(crate) over: Vec<Option<u64>>,
     /// By instance: what other ones have handed over to it.
     pub(crate) handovers: Vec<HandedState>,
+    /// By instance: whether its program has ended it, or the RTI has told it to stop, and the last tag that it has
+    /// reported complete.
+    pub(crate) may_leave: Vec<bool>,
+    pub(crate) completed: Vec<Tag>,
     /// The messages that the RTI has read and not forwarded.
     pub(crate) unpassed: Vec<Unpassed>,
     pub(crate) lateness: Vec<Lateness>,
@@ -299,6 +303,8 @@ pub(crate) fn run(scenario: &Scenario, plan: &Plan, options: OutputOptions) -> R
         first: watch.seen.iter().map(|seen| seen.first).collect(),
         over: watch.seen.iter().map(Seen::over).collect(),
         handovers: watch.seen.iter().map(|seen| HandedState::of(seen.introduction)).collect(),
+        may_leave: watch.seen.iter().map(|seen| seen.is_told_to_stop).collect(),
+        completed: watch.seen.iter().map(|seen| seen.completed).collect(),
         unpassed: watch.unpassed.clone(),
         left: watch.seen.iter().map(|seen| seen.left).collect(),
         lateness: Vec::new(),
@@ -338,6 +344,7 @@ impl Report {
             self.digest = combine(self.digest, record.digest);
         }
         self.stops.extend(&program.stops);
+        self.may_leave[instance] |= program.has_left;
         let handover = &mut self.handovers[instance];
         (handover.taken, handover.last) = (program.taken_over, program.handed_over());
         self.traces.push(program.trace);
