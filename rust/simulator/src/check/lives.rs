@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Checks what transient federates are sent and what they send through the RTI, and what they hand over.
 
+use lf_coordination::rti::Outcome;
 use lf_model::time::Tag;
 
 use super::Violation;
@@ -39,10 +40,10 @@ pub(crate) fn handed_over(scenario: &Scenario, report: &Report) -> Option<Violat
     invented.or(lost).map(|instance| Violation::State { instance, taken: report.handovers[instance].taken })
 }
 
-/// Checks that an instance which leaves in order has a reason: its program has ended it, the RTI has told it to stop, or
-/// the federation ends.
+/// Checks that an instance which leaves in order has a reason: its program or the RTI has ended it, or the federation
+/// ends. An RTI that gives the federation up ends all.
 pub(crate) fn reasons(scenario: &Scenario, report: &Report) -> Option<Violation> {
-    let stop = report.stop_tag(scenario)?;
+    let stop = report.stop_tag(scenario).filter(|_| report.rti == Some(Outcome::Complete))?;
     let leaves = |instance: &usize| {
         let is_ended = matches!(report.ends[*instance], FederateEnd::Ended(Ok(())));
         is_ended

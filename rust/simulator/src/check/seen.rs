@@ -26,7 +26,7 @@ pub(crate) struct Seen {
     /// The time at which the RTI read that it has left.
     pub(crate) left: Option<u64>,
     /// Whether the RTI has announced that it continues without it, and reads no more of its messages.
-    pub(super) is_expelled: bool,
+    pub(crate) is_expelled: bool,
     /// The effective start of an instance of a transient federate.
     pub(crate) first: Option<Tag>,
     pub(crate) introduction: Introduction,

@@ -94,8 +94,7 @@ pub(crate) struct Report {
     pub(crate) over: Vec<Option<u64>>,
     /// By instance: what other ones have handed over to it.
     pub(crate) handovers: Vec<HandedState>,
-    /// By instance: whether its program has ended it, or the RTI has told it to stop, and the last tag that it has
-    /// reported complete.
+    /// By instance: whether its program or the RTI has ended it, and the last tag that it has reported complete.
     pub(crate) may_leave: Vec<bool>,
     pub(crate) completed: Vec<Tag>,
     /// The messages that the RTI has read and not forwarded.
@@ -303,7 +302,7 @@ pub(crate) fn run(scenario: &Scenario, plan: &Plan, options: OutputOptions) -> R
         first: watch.seen.iter().map(|seen| seen.first).collect(),
         over: watch.seen.iter().map(Seen::over).collect(),
         handovers: watch.seen.iter().map(|seen| HandedState::of(seen.introduction)).collect(),
-        may_leave: watch.seen.iter().map(|seen| seen.is_told_to_stop).collect(),
+        may_leave: watch.seen.iter().map(|seen| seen.is_told_to_stop || seen.is_expelled).collect(),
         completed: watch.seen.iter().map(|seen| seen.completed).collect(),
         unpassed: watch.unpassed.clone(),
         left: watch.seen.iter().map(|seen| seen.left).collect(),
