@@ -247,7 +247,10 @@ fn lives_as_alone(scenario: &Scenario, federated: &Plan, report: &Report) -> Opt
             let until = last.tag.next_microstep();
             // What is scheduled for after the stop takes no room in a queue.
             let has_stopped = matches!(report.ends[instance], FederateEnd::Ended(Ok(())));
-            let stop = has_stopped.then(|| report.completed[instance].max(last.tag)).or(report.granted[instance]);
+            let stop = match report.granted[instance] {
+                _ if has_stopped => Some(report.completed[instance].max(last.tag)),
+                granted => granted.filter(|granted| *granted > last.tag),
+            };
             let joined = Joined { instance, first, state: report.handovers[instance].taken };
             let decided = Decided { start, joined: Some(joined), stop, played: &played, until };
             match run_alone(scenario, &plan, &decided, Runs::OneByOne) {
