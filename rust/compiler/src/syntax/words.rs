@@ -63,5 +63,11 @@ pub(super) const MEMBER_STARTS: &[&str] = &[
     "mode", "initial", "watchdog", "logical", "physical", "private", "public", "reset",
 ];
 
+/// Words that begin items of the target languages, and nothing of LF.
+pub(super) const CODE_STARTS: &[&str] = &[
+    "bool", "char", "double", "enum", "extern", "float", "fn", "impl", "int", "let", "long", "mod", "pub", "short",
+    "static", "struct", "trait", "type", "typedef", "union", "unsafe", "unsigned", "use", "void",
+];
+
 /// Words that begin a declaration at the top of a file, except for those that may also stand within a reactor.
 pub(super) const FILE_STARTS: &[&str] = &["target", "import", "main", "federated", "realtime", "reactor"];

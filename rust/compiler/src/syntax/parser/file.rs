@@ -78,7 +78,7 @@ impl Parser<'_> {
             }
             _ if self.eat(TokenKind::Semicolon) => {}
             _ => {
-                let hint = self.meant(&[FILE_STARTS, &["preamble"]].concat());
+                let hint = self.place_of_code().or_else(|| self.meant(&[FILE_STARTS, &["preamble"]].concat()));
                 return self.unexpected_but("`target`, `import`, `preamble` or a reactor", hint);
             }
         }

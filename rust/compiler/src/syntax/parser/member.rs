@@ -68,12 +68,12 @@ impl Parser<'_> {
                 let instance = self.instantiation(attributes)?;
                 body.instances.push(instance);
             }
-            _ if self.at_connection() => {
+            _ if !self.at_code() && self.at_connection() => {
                 let connection = self.connection(attributes, start)?;
                 body.connections.push(connection);
             }
             _ => {
-                let hint = self.meant(MEMBER_STARTS);
+                let hint = self.place_of_code().or_else(|| self.meant(MEMBER_STARTS));
                 return self.unexpected_but("a declaration, a connection or a reaction", hint);
             }
         }

@@ -16,7 +16,7 @@ use std::collections::HashSet;
 
 use super::ast::{CodeBlock, Name};
 use super::token::{Token, TokenKind};
-use super::words::{FILE_STARTS, MEMBER_STARTS, is_reserved};
+use super::words::{CODE_STARTS, FILE_STARTS, MEMBER_STARTS, is_reserved};
 use crate::characters::{instead, shown};
 use crate::diagnostics::{Code, Diagnostic, FileId, Span, did_you_mean};
 use crate::lexical::CodeKind;
@@ -229,6 +229,19 @@ impl<'t> Parser<'t> {
     /// Returns the word that the user probably meant.
     fn meant(&self, words: &[&'static str]) -> Option<String> {
         did_you_mean(self.word_ahead(0)?, words.iter().copied())
+    }
+
+    /// Returns whether an item of the target language begins here, which LF does not know.
+    fn at_code(&self) -> bool {
+        let behind = self.peek(1);
+        self.word_ahead(0).is_some_and(|word| CODE_STARTS.contains(&word))
+            && behind.kind == TokenKind::Word
+            && !behind.first_of_line
+    }
+
+    /// Returns where an item of the target language belongs, if one begins here.
+    fn place_of_code(&self) -> Option<String> {
+        self.at_code().then(|| "code of the target language stands in `preamble {= … =}`".to_owned())
     }
 
     /// Parses a string, and returns its text without the quotes.

@@ -59,10 +59,13 @@ impl Parser<'_> {
         }
         self.skip_type()?;
         let written = self.slice(start.to(self.before())).to_owned();
+        // What has no end runs on to the end of the file.
+        let shown = written.lines().next().unwrap_or_default();
+        let shown = if shown.len() < written.len() { format!("{shown} …") } else { shown.to_owned() };
         let (message, hint) = if written.chars().filter(|c| !c.is_whitespace()).eq("()".chars()) {
             ("what has no value has no type".to_owned(), "leave the type and its `:` out".to_owned())
         } else {
-            (format!("`{written}` is code of the target language"), format!("write `{{= {written} =}}`"))
+            (format!("`{shown}` is code of the target language"), format!("write `{{= {shown} =}}`"))
         };
         let span = start.to(self.before());
         self.report(Diagnostic::new(Code::Syntax, span, message).label("expected a type").hint(hint));
