@@ -30,6 +30,9 @@ impl Form {
     }
 }
 
+/// The capacity of a connection with `after` without the network, which has to hold all messages in transit.
+const IN_TRANSIT: usize = 256;
+
 /// Returns the name of the instance that replays the messages of a connection.
 pub(crate) fn player(connection: usize) -> String {
     format!("player{connection}")
@@ -60,7 +63,11 @@ pub(crate) fn source(scenario: &Scenario, form: Form) -> String {
         target.fast, target.keepalive, target.auth
     );
     let ports = scenario.ports();
+    let statements = statements(scenario, form, &ports);
     classes(&mut text, scenario, form, &ports, waits);
+    for relay in statements.iter().flat_map(|statement| &statement.relays) {
+        relay.class(&mut text);
+    }
     let _ = writeln!(text, "\n{} reactor {{", if federated { "federated" } else { "main" });
     for (index, reactor) in scenario.federates.iter().enumerate() {
         wait(&mut text, "maxwait", reactor.max_wait.filter(|_| waits));
@@ -74,31 +81,17 @@ pub(crate) fn source(scenario: &Scenario, form: Form) -> String {
             let _ = writeln!(text, "  {0} = new Player{index}()", player(index));
         }
     }
-    let mut done = vec![false; scenario.connections.len()];
-    for index in 0..scenario.connections.len() {
-        if done[index] {
-            continue;
+    for Statement { members, sources, destinations, relays } in statements {
+        for relay in &relays {
+            relay.instance(&mut text);
         }
-        let connection = &scenario.connections[index];
-        let (members, from, to) = statement(scenario, form, &ports, index);
-        let concerns = |one: &usize| {
-            let Connection { from, to, .. } = &scenario.connections[*one];
-            form.has(scenario, from.0) || form.has(scenario, to.0)
-        };
-        let is_of_others = !members.iter().any(concerns);
-        for member in members {
-            done[member] = true;
-        }
-        if is_of_others {
-            continue;
-        }
+        let connection = &scenario.connections[members[0]];
         wait(&mut text, "maxwait", connection.max_wait.filter(|_| waits));
         wait(&mut text, "absent_after", connection.absent_after.filter(|_| waits));
-        // Without the network, the queue of a connection with `after` has to hold all messages in transit, and a
-        // connection without has none.
-        let after = connection.after.filter(|_| form.has(scenario, connection.from.0));
-        let capacity = if federated { connection.capacity } else { after.map(|_| 256) };
-        link(&mut text, capacity, &format!("{from} -> {to}"), after);
+        // Players and relays send at the tags at which messages happen.
+        let after = connection.after.filter(|_| form.has(scenario, connection.from.0) && relays.is_empty());
+        let capacity = if federated { connection.capacity } else { after.map(|_| IN_TRANSIT) };
+        link(&mut text, capacity, &format!("{sources} -> {destinations}"), after);
     }
     text.push_str("}\n");
     text
@@ -122,8 +115,65 @@ fn classes(text: &mut String, scenario: &Scenario, form: Form, ports: &[Ports], 
     }
 }
 
-/// Returns the connections of the same statement as this one, and both sides of the statement.
-fn statement(scenario: &Scenario, form: Form, ports: &[Ports], index: usize) -> (Vec<usize>, String, String) {
+/// A statement that connects federates.
+struct Statement {
+    /// The connections.
+    members: Vec<usize>,
+    sources: String,
+    destinations: String,
+    relays: Vec<Relay>,
+}
+
+/// A reactor that delays what a federate sends, in a statement whose other messages are replayed without a delay.
+struct Relay {
+    /// The first of its connections.
+    index: usize,
+    source: String,
+    width: usize,
+    ty: Ty,
+    after: Nanos,
+}
+
+impl Relay {
+    fn class(&self, text: &mut String) {
+        let Self { index, width, after, .. } = self;
+        let (ty, width) = (type_name(self.ty), if *width > 1 { format!("[{width}]") } else { String::new() });
+        let _ = writeln!(text, "\nreactor Relay{index} {{\n  input{width} in: {ty}\n  output{width} out: {ty}");
+        link(text, Some(IN_TRANSIT), "in -> out", Some(*after));
+        text.push_str("}\n");
+    }
+
+    fn instance(&self, text: &mut String) {
+        let Self { index, source, .. } = self;
+        let _ = writeln!(text, "  relay{index} = new Relay{index}()\n  {source} -> relay{index}.in");
+    }
+}
+
+/// Returns the statements that concern a federate of the program.
+fn statements(scenario: &Scenario, form: Form, ports: &[Ports]) -> Vec<Statement> {
+    let mut statements: Vec<Statement> = Vec::new();
+    let concerns = |one: &usize| {
+        let Connection { from, to, .. } = &scenario.connections[*one];
+        form.has(scenario, from.0) || form.has(scenario, to.0)
+    };
+    let mut done = vec![false; scenario.connections.len()];
+    for index in 0..scenario.connections.len() {
+        if done[index] {
+            continue;
+        }
+        let statement = statement(scenario, form, ports, index);
+        for member in &statement.members {
+            done[*member] = true;
+        }
+        if statement.members.iter().any(concerns) {
+            statements.push(statement);
+        }
+    }
+    statements
+}
+
+/// Returns the statement with this connection.
+fn statement(scenario: &Scenario, form: Form, ports: &[Ports], index: usize) -> Statement {
     let connection = &scenario.connections[index];
     let port = |ports: &[(usize, usize)], channel: usize| port_of(ports, channel);
     let ((from, output), (to, input)) = (connection.from, connection.to);
@@ -140,22 +190,37 @@ fn statement(scenario: &Scenario, form: Form, ports: &[Ports], index: usize) -> 
         all().filter(|(_, one)| one.to == connection.to).collect()
     };
     members.sort_by_key(|(_, one)| if destination.1 > 1 { one.to.1 } else { one.from.1 });
+    let is_replayed = |(_, one): &(usize, &Connection)| !form.has(scenario, one.from.0);
+    let is_mixed = members.iter().any(is_replayed) && !members.iter().all(is_replayed);
+    let (mut relays, mut sources) = (Vec::<Relay>::new(), Vec::new());
+    for member in &members {
+        let (index, Connection { from: (federate, channel), after, .. }) = *member;
+        if is_replayed(member) {
+            sources.push(format!("{}.out", player(index)));
+            continue;
+        }
+        let (first, width) = port(&ports[*federate].outputs, *channel);
+        let source = format!("f{federate}.out{first}");
+        match after.filter(|_| is_mixed) {
+            None => sources.push(source),
+            // The channels of one port stand together.
+            Some(_) if relays.last().is_some_and(|relay| relay.source == source) => {}
+            Some(after) => {
+                let ty = scenario.federates[*federate].outputs[first];
+                sources.push(format!("relay{index}.out"));
+                relays.push(Relay { index, source, width, ty, after });
+            }
+        }
+    }
+    let destinations = members.iter().map(|(_, Connection { to: (federate, channel), .. })| {
+        format!("f{federate}.in{}", port(&ports[*federate].inputs, *channel).0)
+    });
     let list = |mut names: Vec<String>| {
         names.dedup();
         names.join(", ")
     };
-    let sources = members.iter().map(|(index, Connection { from: (federate, channel), .. })| {
-        if form.has(scenario, *federate) {
-            format!("f{federate}.out{}", port(&ports[*federate].outputs, *channel).0)
-        } else {
-            format!("{}.out", player(*index))
-        }
-    });
-    let destinations = members.iter().map(|(_, Connection { to: (federate, channel), .. })| {
-        format!("f{federate}.in{}", port(&ports[*federate].inputs, *channel).0)
-    });
-    let (sources, destinations) = (list(sources.collect()), list(destinations.collect()));
-    (members.iter().map(|(index, _)| *index).collect(), sources, destinations)
+    let (sources, destinations) = (list(sources), list(destinations.collect()));
+    Statement { members: members.iter().map(|(index, _)| *index).collect(), sources, destinations, relays }
 }
 
 /// Writes an attribute with a time, before its subject.
