@@ -280,6 +280,24 @@ fn grants_behind_an_absent_federate_wait_for_the_clock() {
     assert_eq!(read(&mut rig, one), ["TAG 5000 0"]);
 }
 
+/// A federate that was granted a tag while the cycle was open passes by the tags before it, and sends no absence there:
+/// those that wait for it at such a tag learn that from their grant.
+#[test]
+fn a_cycle_that_closes_does_not_wait_for_who_was_granted_more() {
+    let mut rig = rig(3, 1, LATE);
+    let (first, second) = (hello(&mut rig, 0, &[(1, DELAY_NONE)]), hello(&mut rig, 1, &[(2, DELAY_NONE)]));
+    for connection in [first, second] {
+        rig.message(connection, &Message::Timestamp(0));
+    }
+    rig.message(second, &Message::NextEventTag(at(20)));
+    assert_eq!(read(&mut rig, second), ["TIMESTAMP", "TAG 20 0"]);
+    let third = introduce(&mut rig, 2, &[(0, DELAY_NONE)]);
+    rig.message(third, &Message::Timestamp(START + 30));
+    assert_eq!(heard(&mut rig, third), ["ACK", "start 30 0"]);
+    rig.message(first, &Message::NextEventTag(at(10)));
+    assert_eq!(read(&mut rig, first), ["TIMESTAMP", "PTAG 10 0", "TAG 10 0"]);
+}
+
 #[test]
 fn who_joins_while_a_stop_is_asked_for_is_asked_too() {
     let (mut rig, [first, old, last]) = chain();

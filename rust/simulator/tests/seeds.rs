@@ -292,6 +292,20 @@ fn nobody_waits_for_a_federate_before_its_first_tag() {
     hold(COMINGS, &[23999]);
 }
 
+/// A federate was granted a tag, and then another one closed the cycle that it is in: it passed by an earlier tag, and
+/// nobody said so to the one that waited for it there.
+#[test]
+fn nobody_waits_for_a_federate_that_passes_by_a_tag() {
+    hold(COMINGS, &[4_294_969_743]);
+}
+
+/// With one of several sources of a multiport replayed, each delay is still that of its connection; a source can stand
+/// in a statement twice; and clock synchronization goes on while one waits for a minute until it gives up.
+#[test]
+fn rich_programs_come_and_go() {
+    hold(COMINGS, &[4_294_967_356, 4_294_968_265, 4_294_979_539]);
+}
+
 /// A federate left once it had answered for a tag before its first one; only the reason of its leaving shows that.
 #[test]
 fn what_a_federate_says_before_its_first_tag_does_not_end_it() {

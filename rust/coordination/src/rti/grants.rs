@@ -43,6 +43,8 @@ impl Tags<'_> {
         }
         if grant == Grant::Provisional(tag) {
             self.demand_upstream(federate, tag);
+            // Those upstream may have been granted more than this already.
+            self.graph.mark(federate);
         }
     }
 
@@ -120,7 +122,10 @@ impl Tags<'_> {
         (0..self.graph.upstreams(federate)).all(|index| {
             let (from, delay) = self.graph.upstream(federate, index);
             self.graph.begins_after(from, tag) || self.completed_by(federate, index) >= tag || {
-                let earliest = self.graph.earliest_incoming(from, start);
+                // A TAG promises that nothing comes up to it, though a path may lead there through a federate that has
+                // come since, and begins later.
+                let promised = self.state(from).granted.next_microstep();
+                let earliest = self.graph.earliest_incoming(from, start).max(promised);
                 delay.after(self.graph.next_event(from).min(earliest)) > tag
             }
         })

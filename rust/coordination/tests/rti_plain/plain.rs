@@ -238,6 +238,7 @@ impl Plain {
                 for (from, _) in self.upstream(federate) {
                     self.federates[from].look = true;
                 }
+                self.federates[federate].look = true;
             }
             next = self.federates.iter().position(|federate| federate.look);
             if let Some(next) = next {
@@ -318,7 +319,8 @@ impl Plain {
         self.upstream(federate).into_iter().all(|(from, delay)| {
             let other = &self.federates[from];
             !other.present || after_strictly(delay, other.completed) >= tag || {
-                let incoming = self.earliest_incoming(from);
+                let promised = after((0, 1), self.federates[from].granted);
+                let incoming = self.earliest_incoming(from).max(promised);
                 after(delay, self.federates[from].next.min(incoming)) > tag
             }
         })

@@ -38,6 +38,8 @@ const IDLE_TIME_MAX_NS: u64 = 200_000_000_000;
 /// After this many reactions, or turns, the run is cut short: it has shown enough.
 const REACTIONS_MAX: u64 = 200_000;
 const TURNS_MAX: u64 = 1_000_000;
+/// Rounds of clock synchronization make that many more turns, while a federate that gets no room waits for a minute.
+const ROUNDS: u64 = 10;
 
 /// The end of a federate.
 #[derive(Clone, Debug)]
@@ -419,6 +421,8 @@ struct Stage<'a> {
     started: Option<u64>,
     struck: Vec<(usize, FaultKind)>,
     turns: u64,
+    /// The factor of the maximum numbers of turns.
+    scale: u64,
     progress: Progress,
     cut_short: bool,
 }
@@ -451,8 +455,8 @@ impl Progress {
         }
     }
 
-    fn has_ceased(&self, turn: u64, time: u64) -> bool {
-        turn > self.turn.min(self.turn_of_rti) + IDLE_TURNS_MAX || time > self.time + IDLE_TIME_MAX_NS
+    fn has_ceased(&self, turn: u64, time: u64, scale: u64) -> bool {
+        turn > self.turn.min(self.turn_of_rti) + IDLE_TURNS_MAX * scale || time > self.time + IDLE_TIME_MAX_NS
     }
 }
 
@@ -472,6 +476,7 @@ impl<'a> Stage<'a> {
             started: None,
             struck: Vec::new(),
             turns: 0,
+            scale: if scenario.target.rounds.is_some() { ROUNDS } else { 1 },
             progress: Progress::default(),
             cut_short: false,
         }
@@ -497,11 +502,11 @@ impl<'a> Stage<'a> {
             let (now_ns, reactions, side) = (locked.now(), locked.reactions(), locked.side(participant));
             let counted = self.turns.saturating_sub(locked.network.medium().datagram_turns);
             self.progress.note(reactions, participant == 0, counted, now_ns);
-            self.cut_short = self.turns > TURNS_MAX || reactions > REACTIONS_MAX;
+            self.cut_short = self.turns > TURNS_MAX * self.scale || reactions > REACTIONS_MAX;
             if self.cut_short {
                 return None;
             }
-            if self.progress.has_ceased(counted, now_ns) {
+            if self.progress.has_ceased(counted, now_ns, self.scale) {
                 return Some(Violation::NoEnd { running: self.left(&locked), now_ns, turns: self.turns });
             }
             drop(locked);

@@ -202,9 +202,9 @@ fn statement(scenario: &Scenario, form: Form, ports: &[Ports], index: usize) -> 
         let (first, width) = port(&ports[*federate].outputs, *channel);
         let source = format!("f{federate}.out{first}");
         match after.filter(|_| is_mixed) {
-            None => sources.push(source),
             // The channels of one port stand together.
-            Some(_) if relays.last().is_some_and(|relay| relay.source == source) => {}
+            _ if *channel > first => {}
+            None => sources.push(source),
             Some(after) => {
                 let ty = scenario.federates[*federate].outputs[first];
                 sources.push(format!("relay{index}.out"));
@@ -212,14 +212,12 @@ fn statement(scenario: &Scenario, form: Form, ports: &[Ports], index: usize) -> 
             }
         }
     }
-    let destinations = members.iter().map(|(_, Connection { to: (federate, channel), .. })| {
-        format!("f{federate}.in{}", port(&ports[*federate].inputs, *channel).0)
+    let destinations = members.iter().filter_map(|(_, Connection { to: (federate, channel), .. })| {
+        let (first, _) = port(&ports[*federate].inputs, *channel);
+        (*channel == first).then(|| format!("f{federate}.in{first}"))
     });
-    let list = |mut names: Vec<String>| {
-        names.dedup();
-        names.join(", ")
-    };
-    let (sources, destinations) = (list(sources), list(destinations.collect()));
+    let destinations = destinations.collect::<Vec<_>>().join(", ");
+    let sources = sources.join(", ");
     Statement { members: members.iter().map(|(index, _)| *index).collect(), sources, destinations, relays }
 }
 
