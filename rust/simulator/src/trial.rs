@@ -248,8 +248,9 @@ fn lives_as_alone(scenario: &Scenario, federated: &Plan, report: &Report) -> Opt
             // What is scheduled for after the stop takes no room in a queue.
             let has_stopped = matches!(report.ends[instance], FederateEnd::Ended(Ok(())));
             let stop = match report.granted[instance] {
-                _ if has_stopped => Some(report.completed[instance].max(last.tag)),
-                granted => granted.filter(|granted| *granted > last.tag),
+                _ if last.last_tag => Some(last.tag),
+                _ if has_stopped => Some(report.completed[instance].max(until)),
+                granted => granted.filter(|granted| *granted >= until),
             };
             let joined = Joined { instance, first, state: report.handovers[instance].taken };
             let decided = Decided { start, joined: Some(joined), stop, played: &played, until };
