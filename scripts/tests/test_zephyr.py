@@ -25,7 +25,7 @@ import pytest
 from conftest import BUILD, listening_port
 
 from lf_west import compiler, description
-from lf_west.workspace import REPOSITORY
+from lf_west.workspace import REPOSITORY, find_workspace
 
 pytestmark = pytest.mark.zephyr
 
@@ -485,3 +485,21 @@ def test_tests_of_a_reactor_run_as_images(board: str, case: str, request: pytest
         # What the build printed before is no reason.
         assert result.stderr.lstrip().startswith("*** Booting Zephyr")
         assert "y is true at (10000000, 0), instead of false at (10000000, 0)" in result.stderr
+
+
+def test_zephyrs_own_tools_build_and_run_a_new_program(tmp_path: Path) -> None:
+    """Twister, on the sample.yaml and the CMakeLists.txt that `lfz new --board` makes."""
+    board = "native_sim/native/64"
+    lfz = str(compiler.find(None, os.environ).path)
+    workspace = find_workspace(os.environ)
+    # Twister has one tool chain per run.
+    environment = workspace.environment(os.environ) | {"LFZ": lfz, "ZEPHYR_TOOLCHAIN_VARIANT": "host"}
+    for name, *options in (["my_program"], ["my_federation", "--federated"]):
+        subprocess.run([lfz, "new", name, "--board", board, *options], cwd=tmp_path, check=True)
+        command = ["west", "twister", "-T", str(tmp_path / name), "-p", board, "-O", str(tmp_path / "out"), "-i", "-c"]
+        result = subprocess.run(
+            command, cwd=workspace.topdir, env=environment, capture_output=True, text=True, check=False
+        )
+        assert result.returncode == 0, result.stdout + result.stderr
+        expected = "1 of 1 executed test configurations passed" if not options else "built (not run)"
+        assert expected in result.stdout, result.stdout

@@ -26,7 +26,7 @@ cmake_path(SET _lf_program_repository NORMALIZE ${CMAKE_CURRENT_LIST_DIR}/../..)
 #   LF_FEDERATE     the federate to be built, or the RTI where that is an image; none for a program without federates.
 #   LF_DEPLOYMENT   where each federate runs, by the application's folder. Default: all on the board of this build.
 #   LF_COMPILER     the program lfz. Default: the environment's LFZ, else that of this repository, built if need be;
-#                   without cargo the one in PATH.
+#                   without cargo, or where lfz is installed, the one in PATH.
 #
 # Sets for the caller: LF_FEDERATE_CRATE, the folder of the generated crate; APPLICATION_CONFIG_DIR, EXTRA_CONF_FILE and
 # EXTRA_DTC_OVERLAY_FILE, for Zephyr. What was generated is described in lf/federation.json of the build folder, which
@@ -125,7 +125,8 @@ function(_lf_compiler out)
     set(${out} $ENV{LFZ})
   elseif(NOT LF_COMPILER)
     find_program(LF_HOST_CARGO cargo DOC "cargo, which builds lfz")
-    if(LF_HOST_CARGO)
+    # An installed lfz has no sources of itself.
+    if(LF_HOST_CARGO AND EXISTS ${_lf_program_repository}/rust/cli)
       set(arguments --release --package lfz --bin lfz --message-format json-render-diagnostics)
       execute_process(
         COMMAND ${LF_HOST_CARGO} build --quiet ${arguments}

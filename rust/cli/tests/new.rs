@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //! The programs that `lfz new` makes: they run, pass their tests, and are formatted.
 
+use std::fs;
 use std::path::Path;
 use std::process::{Command, Output};
 
@@ -30,11 +31,17 @@ fn new_programs_run_and_pass_their_tests() {
         for line in ["0 ms: 5", "250 ms: 15", "1000 ms: 45"] {
             assert!(all.lines().any(|printed| printed.ends_with(line)), "{line}: {all}{}", text(&run.stderr));
         }
-        let tested = lfz(&folder, &["test"]);
-        assert!(text(&tested.stdout).ends_with("2 passed, 0 failed\n"), "{}", text(&tested.stderr));
+        // The steps of the workflow, with this lfz.
+        let workflow = fs::read_to_string(folder.join(".github/workflows/test.yml")).expect("it is made");
+        let steps: Vec<_> = workflow.lines().filter_map(|line| line.trim().strip_prefix("- run: lfz ")).collect();
+        assert_eq!(steps.len(), 3, "{workflow}");
+        for step in steps {
+            let mut shell = Command::new("sh");
+            shell.current_dir(&folder).args(["-ec", &format!("\"$LFZ\" {step}")]).env("LFZ", env!("CARGO_BIN_EXE_lfz"));
+            let done = said(shell.env("CARGO_PROFILE_DEV_DEBUG", "0").env("CARGO_INCREMENTAL", "0"));
+            assert!(done.status.success(), "{step}: {}{}", text(&done.stdout), text(&done.stderr));
+        }
     }
-    let deployed = lfz(&parent.path().join("plant"), &["check", "src/Plant.lf", "--deployment", "deployment.yaml"]);
-    assert!(deployed.status.success(), "{}", text(&deployed.stderr));
 
     for (name, expected) in [
         ("plant", "error: plant exists already\n"),
@@ -43,4 +50,8 @@ fn new_programs_run_and_pass_their_tests() {
     ] {
         assert_eq!(text(&lfz(parent.path(), &["new", name]).stderr), expected);
     }
+    let refused = lfz(parent.path(), &["new", "other", "--board", "my board"]);
+    let expected = "error: \"my board\" is no name of a board, such as native_sim/native/64\n";
+    assert_eq!(text(&refused.stderr), expected);
+    assert!(!parent.path().join("other").exists());
 }

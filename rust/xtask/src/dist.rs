@@ -2,7 +2,6 @@
 //! Packages for people who install: those of the crates for cargo, and a wheel for pip with the program. The program in
 //! them has the runtime's sources in itself, so it needs no clone of this repository.
 
-use std::ffi::OsStr;
 use std::fs::{self, File};
 use std::io::{self, Read as _, Write as _};
 use std::path::{Path, PathBuf};
@@ -68,6 +67,9 @@ const PACKAGES: &[&str] = &[
 
 /// The package with the program.
 const PROGRAM_PACKAGE: &str = "lfz";
+
+/// The beginning of the wheel's name, by which pip finds it.
+const WHEEL: &str = "lf_zephyr-";
 
 /// The way in which the program is compiled.
 #[derive(Clone, Copy, PartialEq, Eq)]
@@ -190,7 +192,8 @@ fn wheel(dist: &Path, profile: Profile) -> Result<PathBuf, String> {
     run(&mut maturin)?;
     let entries = fs::read_dir(&wheels).map_err(|error| error.to_string())?;
     let mut found = entries.flatten().map(|entry| entry.path());
-    found.find(|path| path.extension() == Some(OsStr::new("whl"))).ok_or_else(|| "maturin has made no wheel".to_owned())
+    let is_wheel = |path: &PathBuf| path.file_name().is_some_and(|name| name.to_string_lossy().starts_with(WHEEL));
+    found.find(is_wheel).ok_or_else(|| format!("maturin has made no wheel whose name begins with {WHEEL}"))
 }
 
 fn run(command: &mut Command) -> Result<(), String> {

@@ -15,11 +15,23 @@ const MEAN: [&str; 2] = [include_str!("mean.rust.lf"), include_str!("mean.c.lf")
 /// The program, in which `MAIN` is the word for its main reactor.
 const PROGRAM: [&str; 2] = [include_str!("program.rust.lf"), include_str!("program.c.lf")];
 const TEST: &str = include_str!("mean.test.txt");
+/// What Zephyr's own tools build of a program, and what they expect of its image.
+const IMAGE: &str = include_str!("image.cmake.txt");
+const SAMPLE: &str = include_str!("sample.txt");
+/// The tests at each push, where the program is hosted.
+const WORKFLOW: &str = include_str!("workflow.txt");
+/// The end of a sample: what the image prints, or, for one that waits for others, that it can be built.
+const PRINTS: &str = "    timeout: 600\n    harness: console\n    harness_config:\n      type: multi_line\n      \
+                      ordered: true\n      regex:\n        - \"0 ms: 5\"\n        - \"1000 ms: 45\"\n";
+const IS_BUILT: &str = "    build_only: true\n    extra_args: LF_FEDERATE=sensor LF_DEPLOYMENT=deployment.yaml\n";
 
 /// Makes the folder of a program that runs.
 pub(super) fn new(arguments: &NewArgs) -> Result<ExitCode, Failure> {
     let folder = &arguments.folder;
     let name = name_of(folder)?;
+    if let Some(board) = arguments.board.as_deref().filter(|board| !is_board(board)) {
+        return Err(Failure::message(format!("\"{board}\" is no name of a board, such as native_sim/native/64")));
+    }
     fs::create_dir(folder).map_err(|error| match error.kind() {
         ErrorKind::AlreadyExists => Failure::message(format!("{} exists already", folder.display())),
         _ => Failure::message(format!("{} cannot be made: {error}", folder.display())),
@@ -33,9 +45,19 @@ pub(super) fn new(arguments: &NewArgs) -> Result<ExitCode, Failure> {
         (".gitignore".to_owned(), "build/\n".to_owned()),
         ("README.md".to_owned(), readme(&name, arguments)),
     ];
-    if let (Some(board), true) = (&arguments.board, arguments.federated) {
-        files.push(("deployment.yaml".to_owned(), deployment(board)));
+    let mut checked_with = "";
+    if let Some(board) = &arguments.board {
+        let expected = if arguments.federated { IS_BUILT } else { PRINTS };
+        let sample = SAMPLE.replace("PROGRAM", &name).replace("BOARD", board) + expected;
+        files.push(("CMakeLists.txt".to_owned(), IMAGE.replace("PROGRAM", &name)));
+        files.push(("sample.yaml".to_owned(), sample));
+        if arguments.federated {
+            files.push(("deployment.yaml".to_owned(), deployment(board)));
+            checked_with = " --deployment deployment.yaml";
+        }
     }
+    let workflow = WORKFLOW.replace("PROGRAM", &name).replace("DEPLOYMENT", checked_with);
+    files.push((".github/workflows/test.yml".to_owned(), workflow));
     for (path, text) in &files {
         let path = folder.join(path);
         fs::create_dir_all(path.parent().unwrap_or(folder))?;
@@ -58,6 +80,11 @@ fn name_of(folder: &Path) -> Result<String, Failure> {
     Err(Failure::message(format!("a program cannot be named after {shown}: choose a name of letters and digits")))
 }
 
+/// Returns whether a text is as names of boards are, with what may follow them: a SoC, a variant, a revision.
+fn is_board(text: &str) -> bool {
+    !text.is_empty() && text.chars().all(|c| c.is_ascii_alphanumeric() || "_/@.-".contains(c))
+}
+
 /// Returns a deployment with the sensor on a board, and the rest on this computer.
 fn deployment(board: &str) -> String {
     format!(
@@ -73,7 +100,7 @@ fn readme(name: &str, arguments: &NewArgs) -> String {
         (Some(board), false) => {
             format!(
                 "\nAn image for {board}, in a Zephyr workspace:\n\n```sh\n\
-                 lfz west lf-build src/{name}.lf -w \"-b {board}\"\n```\n"
+                 lfz west lf-build src/{name}.lf -w \"-b {board}\"\nwest twister -T . -p {board}\n```\n"
             )
         }
         (Some(_), true) => format!(
