@@ -31,6 +31,15 @@ pub(crate) struct Counts {
 }
 
 impl Counts {
+    /// Counts a message of the RTI that needs no check.
+    fn count(&mut self, message: &Message<'_>) {
+        match message {
+            Message::PortAbsent { .. } => self.absent += 1,
+            Message::DownstreamNextEventTag(_) => self.dnet += 1,
+            _ => {}
+        }
+    }
+
     /// Counts messages that were written to another federate.
     fn take(&mut self, written: Result<Written, Violation>, violation: &mut Option<Violation>) {
         match written {
@@ -352,6 +361,7 @@ impl Watch {
         if is_handed_over(message) {
             return;
         }
+        self.counts.count(message);
         self.follow_passing(federate, message);
         if let Message::EffectiveStart { tag, .. } = *message {
             self.begin_life(federate, from_wire(tag));
@@ -410,14 +420,6 @@ impl Watch {
             }
             Message::Stop => {
                 seen.is_told_to_stop = true;
-                None
-            }
-            Message::PortAbsent { .. } => {
-                self.counts.absent += 1;
-                None
-            }
-            Message::DownstreamNextEventTag(_) => {
-                self.counts.dnet += 1;
                 None
             }
             _ => None,

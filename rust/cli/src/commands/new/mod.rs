@@ -80,7 +80,7 @@ fn name_of(folder: &Path) -> Result<String, Failure> {
     Err(Failure::message(format!("a program cannot be named after {shown}: choose a name of letters and digits")))
 }
 
-/// Returns whether a text is as names of boards are, with what may follow them: a SoC, a variant, a revision.
+/// Returns whether a text is as names of boards are, with what may follow them, such as a revision.
 fn is_board(text: &str) -> bool {
     !text.is_empty() && text.chars().all(|c| c.is_ascii_alphanumeric() || "_/@.-".contains(c))
 }
