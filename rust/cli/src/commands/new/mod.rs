@@ -15,7 +15,7 @@ const MEAN: [&str; 2] = [include_str!("mean.rust.lf"), include_str!("mean.c.lf")
 /// The program, in which `MAIN` is the word for its main reactor.
 const PROGRAM: [&str; 2] = [include_str!("program.rust.lf"), include_str!("program.c.lf")];
 const TEST: &str = include_str!("mean.test.txt");
-/// What Zephyr's own tools build of a program, and what they expect of its image.
+/// The image for Zephyr's own tools, and their expectations of it.
 const IMAGE: &str = include_str!("image.cmake.txt");
 const SAMPLE: &str = include_str!("sample.txt");
 /// The tests at each push, where the program is hosted.
