@@ -67,7 +67,7 @@ impl Coverage {
             let later = scenario.instances_of(scenario.instances[instance]).find(|other| *other > instance);
             let is_back = has_begun && later.is_some_and(|later| report.first[later].is_some());
             let began_late = report.first[instance] > report.started().map(Tag::at);
-            let ended = matches!(report.ends[instance], FederateEnd::Ended(Ok(())));
+            let ended = report.has_ended(instance);
             for (name, has) in [
                 ("transient: there from the start on", has_begun && !began_late),
                 ("transient: joined later", began_late),

@@ -13,7 +13,7 @@ use crate::check::{self, Expected, Violation};
 use crate::compile::compile_text;
 use crate::coverage::Coverage;
 use crate::program::{Played, Record, Runs};
-use crate::run::{Decided, FederateEnd, Joined, OutputOptions, Report, run, run_alone};
+use crate::run::{Decided, Joined, OutputOptions, Report, run, run_alone};
 use crate::scenario::{Decentralized, Form, RICH, Scenario, player, source};
 use crate::{Kind, waits};
 
@@ -246,10 +246,9 @@ fn lives_as_alone(scenario: &Scenario, federated: &Plan, report: &Report) -> Opt
             add_received(&mut played, scenario, federated, report, instance, |_| true);
             let until = last.tag.next_microstep();
             // What is scheduled for after the stop takes no room in a queue.
-            let has_stopped = matches!(report.ends[instance], FederateEnd::Ended(Ok(())));
             let stop = match report.granted[instance] {
                 _ if last.last_tag => Some(last.tag),
-                _ if has_stopped => Some(report.completed[instance].max(until)),
+                _ if report.has_ended(instance) => Some(report.completed[instance].max(until)),
                 granted => granted.filter(|granted| *granted >= until),
             };
             let joined = Joined { instance, first, state: report.handovers[instance].taken };
@@ -283,7 +282,7 @@ fn by_instance(trace: &[Record]) -> Vec<Record> {
 fn expectations(scenario: &Scenario, report: &Report) -> Vec<Option<Expected>> {
     let count = scenario.federates.len();
     let persistent = || (0..count).filter(|federate| !scenario.federates[*federate].transient);
-    let lost = |federate: usize| !matches!(report.ends[federate], FederateEnd::Ended(Ok(())));
+    let lost = |federate: usize| !report.has_ended(federate);
     let victims: Vec<_> = persistent().filter(|it| lost(*it) || report.is_struck(*it)).collect();
     let announced = victims.iter().map(|federate| report.announced[*federate]).min().unwrap_or(Tag::FOREVER);
     let is_decentralized = scenario.decentralized.is_some();

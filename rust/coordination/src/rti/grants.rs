@@ -25,7 +25,7 @@ pub(super) enum Grant {
 
 impl Tags<'_> {
     /// Records that a federate has been sent this grant. Marks federates in the graph that may be granted more because
-    /// of it: after a PTAG, those upstream of it that it may wait for.
+    /// of it: after a PTAG, those upstream of it that it may wait for, and itself.
     ///
     /// Each PTAG is later than the one before to the same federate and is one of the tags that the federates have
     /// announced, so processing the marks ends.

@@ -8,7 +8,7 @@ use lf_model::time::{Interval, Tag};
 use super::Violation;
 use super::direct::Sent;
 use crate::program::Handled;
-use crate::run::{FederateEnd, Lateness, Report};
+use crate::run::{Lateness, Report};
 use crate::scenario::Scenario;
 
 /// The numbers of messages of a run by outcome.
@@ -35,16 +35,19 @@ pub(crate) fn late(scenario: &Scenario, plan: &Plan, report: &Report) -> (LateCo
     let mut counts = LateCounts::default();
     let mut violation = None;
     for (federate, lateness) in report.lateness.iter().enumerate() {
-        let has_ended = |federate: usize| matches!(report.ends[federate], FederateEnd::Ended(Ok(())));
         // A transient receiver may leave at any time.
         let of = scenario.instances[federate];
         let mut sent = scenario.connections.iter().filter(|connection| connection.from.0 == of);
         let may_lose = sent.any(|connection| scenario.federates[connection.to.0].transient);
-        if lateness.lost > 0 && !may_lose && (0..report.ends.len()).all(has_ended) && report.struck.is_empty() {
+        if lateness.lost > 0
+            && !may_lose
+            && (0..report.ends.len()).all(|one| report.has_ended(one))
+            && report.struck.is_empty()
+        {
             violation = violation.or(Some(Violation::Lost { federate, messages: lateness.lost }));
         }
         counts.undelivered += lateness.lost;
-        if has_ended(federate) {
+        if report.has_ended(federate) {
             let mut receiver = Receiver { scenario, plan, report, federate, lateness, counts: &mut counts };
             violation = violation.or_else(|| receiver.check());
         }

@@ -5,7 +5,7 @@ use lf_coordination::rti::Outcome;
 use lf_model::time::Tag;
 
 use super::Violation;
-use crate::run::{FederateEnd, Report};
+use crate::run::Report;
 use crate::scenario::Scenario;
 
 /// Checks that the RTI has forwarded every message to those that were there at its tag: from their first tag to the
@@ -45,8 +45,7 @@ pub(crate) fn handed_over(scenario: &Scenario, report: &Report) -> Option<Violat
 pub(crate) fn reasons(scenario: &Scenario, report: &Report) -> Option<Violation> {
     let stop = report.stop_tag(scenario).filter(|_| report.rti == Some(Outcome::Complete))?;
     let leaves = |instance: &usize| {
-        let is_ended = matches!(report.ends[*instance], FederateEnd::Ended(Ok(())));
-        is_ended
+        report.has_ended(*instance)
             && scenario.is_transient(*instance)
             && report.first[*instance].is_some()
             && !report.is_struck(*instance)

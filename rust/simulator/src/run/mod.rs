@@ -128,6 +128,11 @@ impl Report {
         self.played.iter().flatten().map(|(name, events)| (name.clone(), events.clone())).collect()
     }
 
+    /// Returns whether an instance has ended in order.
+    pub(crate) fn has_ended(&self, instance: usize) -> bool {
+        matches!(self.ends[instance], FederateEnd::Ended(Ok(())))
+    }
+
     /// Returns whether a fault affected a federate.
     pub(crate) fn is_struck(&self, federate: usize) -> bool {
         self.struck.iter().any(|(participant, _)| *participant == federate + 1)
