@@ -298,6 +298,24 @@ fn a_cycle_that_closes_does_not_wait_for_who_was_granted_more() {
     assert_eq!(read(&mut rig, first), ["TIMESTAMP", "PTAG 10 0", "TAG 10 0"]);
 }
 
+/// A transient federate closes a cycle without delay. A federate upstream of that was told that its next events do not
+/// matter, and is told that they do now.
+#[test]
+fn who_is_upstream_of_a_cycle_that_closes_is_to_announce_its_events() {
+    let mut rig = rig(3, 1, LATE);
+    let (first, second) = (hello(&mut rig, 0, &[]), hello(&mut rig, 1, &[(0, 1), (2, DELAY_NONE)]));
+    for connection in [first, second] {
+        rig.message(connection, &Message::Timestamp(0));
+    }
+    rig.message(first, &Message::NextEventTag(at(0)));
+    rig.message(second, &Message::NextEventTag(Tag::FOREVER));
+    assert_eq!(read(&mut rig, first), ["TIMESTAMP", "DNET FOREVER"]);
+    let third = introduce(&mut rig, 2, &[(1, DELAY_NONE)]);
+    rig.message(third, &Message::Timestamp(START + 30));
+    rig.message(third, &Message::NextEventTag(at(30)));
+    assert_eq!(read(&mut rig, first), ["DNET NEVER"]);
+}
+
 #[test]
 fn who_joins_while_a_stop_is_asked_for_is_asked_too() {
     let (mut rig, [first, old, last]) = chain();

@@ -22,6 +22,8 @@ pub struct Bounds {
     pub transient: Option<u8>,
     /// The number of times that it comes while the federation runs.
     pub comings_max: u8,
+    /// Whether a second instance of it may come while the first one is there, to take its place.
+    pub swaps: bool,
     /// The number of tags of messages in transit to one federate that the RTI has room for.
     pub in_transit: u8,
     /// The number of tags with messages before a receiver and earlier than the sender's announced tag, from which on
@@ -44,6 +46,7 @@ impl Default for Bounds {
             losses_max: 0,
             transient: None,
             comings_max: 0,
+            swaps: false,
             in_transit: 8,
             window: 16,
             reduced: true,
@@ -63,4 +66,6 @@ pub enum Fault {
     NoAbsence,
     /// A federate sends a message after it has announced its next event.
     LateMessages,
+    /// An instance that is told to make way for another one stays.
+    Stays,
 }

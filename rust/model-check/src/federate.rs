@@ -16,8 +16,10 @@ use crate::world::World;
 pub(crate) struct Federate {
     /// Whether it is lost or absent, or not part of the graph.
     pub(crate) gone: bool,
-    /// The first tag of a transient federate that has come.
+    /// Its first tag. A transient federate that has come does not know it at once.
     first: Option<Tag>,
+    /// Whether another instance is to take its place.
+    is_told_to_stop: bool,
     /// Its next local event.
     own: Option<SmallTag>,
     /// The tags of messages that have arrived and wait for their reactions.
@@ -60,7 +62,8 @@ impl Federate {
         let first = SmallTag::FIRST;
         Self {
             gone,
-            first: None,
+            first: Some(first.tag()),
+            is_told_to_stop: false,
             own: (!gone).then_some(first),
             inputs: SmallTags::default(),
             completed: None,
@@ -75,7 +78,7 @@ impl Federate {
     /// Returns a transient federate that has come, and does not know its first tag yet.
     pub(crate) fn joining() -> Self {
         let next = NextEventRules { sent: Tag::NEVER, certain: false, skipped: None, downstream: None };
-        Self { gone: false, own: None, next, ..Self::new(true) }
+        Self { gone: false, first: None, own: None, next, ..Self::new(true) }
     }
 
     /// Notes that a transient federate is absent.
@@ -88,17 +91,23 @@ impl Federate {
         self.open.is_none()
     }
 
-    /// Leaves in order, and says so.
-    pub(crate) fn leave(&mut self) -> Vec<ToRti> {
-        let completed = self.completed.filter(|done| self.first.is_none_or(|first| done.tag() >= first));
-        let completed = completed.map(ToRti::Complete);
-        *self = Self::new(true);
-        completed.into_iter().chain([ToRti::Next(Tag::FOREVER), ToRti::Resign]).collect()
+    /// Returns whether it has to leave, because another instance is to take its place.
+    pub(crate) fn is_told_to_stop(&self) -> bool {
+        self.is_told_to_stop
     }
 
-    /// Returns whether no event is left and no tag is open.
+    /// Leaves in order, and says so. Returns the last tag that it has completed, too.
+    pub(crate) fn leave(&mut self) -> (Option<SmallTag>, Vec<ToRti>) {
+        let completed = self.completed.filter(|done| self.first.is_some_and(|first| done.tag() >= first));
+        *self = Self::new(true);
+        let said = completed.map(ToRti::Complete).into_iter().chain([ToRti::Next(Tag::FOREVER), ToRti::Resign]);
+        (completed, said.collect())
+    }
+
+    /// Returns whether no event is left, no tag is open, and it need not leave.
     pub(crate) fn is_idle(&self) -> bool {
-        self.gone || (self.open.is_none() && self.own.is_none() && self.inputs.first().is_none())
+        let has_work = self.open.is_some() || self.own.is_some() || self.inputs.first().is_some();
+        self.gone || !(has_work || self.is_told_to_stop)
     }
 
     /// Returns whether a reaction can schedule a further local event after this tag.
@@ -218,6 +227,9 @@ impl Federate {
             return (Vec::new(), None);
         }
         let federate = u8::try_from(id).unwrap_or(u8::MAX);
+        if self.first.is_none() && !matches!(message, ToFederate::Begins(_) | ToFederate::Stop) {
+            return (Vec::new(), Some(Violation::BeforeFirst { federate }));
+        }
         let mut said = Vec::new();
         let violation = match message {
             ToFederate::Grant(tag) => {
@@ -239,7 +251,7 @@ impl Federate {
                     .or(old.then_some(Violation::OldGrant { federate, tag }))
             }
             ToFederate::DownstreamNext(tag) => {
-                self.next.downstream = Some(tag);
+                self.next.downstream = Some(tag).filter(|tag| *tag > Tag::NEVER);
                 if let Some(skipped) = self.next.skipped.filter(|skipped| tag < *skipped) {
                     said.extend(self.next.tell(skipped));
                 }
@@ -270,6 +282,10 @@ impl Federate {
             }
             ToFederate::Left(from) => {
                 self.known[usize::from(from)] = Tag::FOREVER;
+                None
+            }
+            ToFederate::Stop => {
+                self.is_told_to_stop = world.bounds.fault != Some(Fault::Stays);
                 None
             }
         };
@@ -319,14 +335,15 @@ impl fmt::Debug for Federate {
         if self.gone {
             return f.write_str("gone");
         }
-        let Self { own, inputs, completed, open, granted, provisional, known, next, .. } = self;
+        let Self { own, inputs, completed, open, granted, provisional, known, next, is_told_to_stop, .. } = self;
         let known = known.map(Short);
         let (granted, provisional, sent) = (Short(*granted), Short(*provisional), Short(next.sent));
         write!(
             f,
             "own event {own:?}, inputs at {inputs:?}, completed {completed:?}, open {open:?}, TAG {granted:?}, "
         )?;
-        write!(f, "PTAG {provisional:?}, inputs known up to {known:?}, NET {sent:?}")
+        write!(f, "PTAG {provisional:?}, inputs known up to {known:?}, NET {sent:?}")?;
+        if *is_told_to_stop { f.write_str(", has to leave") } else { Ok(()) }
     }
 }
 

@@ -9,7 +9,10 @@ use lf_wire::DELAY_NONE;
 use crate::small_tag::SmallTag;
 
 /// The maximum number of federates of a graph.
-pub const FEDERATES_MAX: usize = 4;
+pub const FEDERATES_MAX: usize = 5;
+
+/// The maximum number of instances of federates: the transient one may have two.
+pub(crate) const INSTANCES_MAX: usize = FEDERATES_MAX + 1;
 
 /// The delay of a connection.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
@@ -176,16 +179,15 @@ impl fmt::Debug for Graph {
 }
 
 /// Returns the number of named graphs with this many federates: each of the n(n − 1) connections is one of four.
-fn numbers(federates: usize) -> u32 {
-    4u32.pow(u32::try_from(federates * federates.saturating_sub(1)).unwrap_or(u32::MAX))
+fn numbers(federates: usize) -> u64 {
+    4u64.pow(u32::try_from(federates * federates.saturating_sub(1)).unwrap_or(u32::MAX))
 }
 
 /// Returns a random selection of connected graphs with this many federates, the same for the same seed: each of all
 /// named graphs is equally likely. Federates have the names that [`all_graphs`] gives them.
 pub fn some_graphs(federates: usize, seed: u64) -> impl Iterator<Item = Graph> {
     let permutations = permutations(federates);
-    let numbers = (0u64..)
-        .map(move |index| u32::try_from(combine(seed, index) % u64::from(numbers(federates))).unwrap_or_default());
+    let numbers = (0..).map(move |index| combine(seed, index) % numbers(federates));
     let graphs = numbers.map(move |number| decode(federates, number)).filter(Graph::is_connected);
     graphs.filter_map(move |graph| permutations.iter().map(|names| graph.renamed(names)).min())
 }
@@ -198,7 +200,7 @@ pub fn all_graphs(federates: usize) -> impl Iterator<Item = Graph> {
         .filter(move |graph| graph.is_connected() && graph.is_canonical(&permutations))
 }
 
-fn decode(federates: usize, mut number: u32) -> Graph {
+fn decode(federates: usize, mut number: u64) -> Graph {
     let mut graph = Graph::new(federates, &[]);
     for from in 0..federates {
         for to in (0..federates).filter(|to| *to != from) {

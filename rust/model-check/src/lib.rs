@@ -2,7 +2,7 @@
 //! A model check of the RTI's grants: the RTI of `lf-coordination` itself, together with federates that keep the
 //! protocol and choose freely what the protocol leaves open, in every order in which their messages can arrive.
 //!
-//! One [`Model`] is one graph of up to four federates. The check examines in every reachable state:
+//! One [`Model`] is one graph of up to five federates. The check examines in every reachable state:
 //!
 //! - **safety**: no message arrives for a tag that its receiver has been granted; a provisional grant leaves open only
 //!   messages of the same cycle without delay; grants rise;

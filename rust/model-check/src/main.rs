@@ -18,8 +18,8 @@ const PROGRESS_EVERY: Duration = Duration::from_secs(10);
 /// Checks the RTI's grants in all reachable states of small federations.
 #[derive(Parser)]
 struct Arguments {
-    /// Number of federates of each graph, at most 4.
-    #[arg(long, default_value_t = 4, value_parser = clap::value_parser!(u8).range(1..=4))]
+    /// Number of federates of each graph, at most 4, and with --sample at most 5.
+    #[arg(long, default_value_t = 4, value_parser = clap::value_parser!(u8).range(1..=5))]
     federates: u8,
     /// Check this number of random graphs instead of all.
     #[arg(long, value_name = "COUNT")]
@@ -57,6 +57,9 @@ struct Arguments {
     /// Make one federate after the other transient: it may be absent at the start, and come this number of times.
     #[arg(long)]
     comings: Option<u8>,
+    /// It may come while another instance of it is there, to take that one's place.
+    #[arg(long, requires = "comings")]
+    swaps: bool,
     /// The number of tags with messages before a receiver up to which the RTI reads a sender.
     #[arg(long, default_value_t = Bounds::default().window)]
     window: usize,
@@ -88,18 +91,19 @@ impl Arguments {
             messages_max: self.messages,
             dnet: !self.no_dnet,
             losses_max: self.losses,
+            swaps: self.swaps,
             window: self.window,
             ..Bounds::default()
         }
     }
 
     fn graphs(&self) -> Box<dyn Iterator<Item = Graph> + Send> {
-        if let Some(count) = self.sample {
-            return Box::new(some_graphs(self.federates.into(), self.seed).take(count));
-        }
         let no_microsteps = self.no_microsteps;
-        let graphs = all_graphs(self.federates.into());
-        let graphs = graphs.filter(move |graph| !(no_microsteps && graph.has_microstep_delay()));
+        let is_meant = move |graph: &Graph| !(no_microsteps && graph.has_microstep_delay());
+        if let Some(count) = self.sample {
+            return Box::new(some_graphs(self.federates.into(), self.seed).filter(is_meant).take(count));
+        }
+        let graphs = all_graphs(self.federates.into()).filter(is_meant);
         Box::new(graphs.step_by(usize::try_from(self.every).unwrap_or(usize::MAX)))
     }
 }
@@ -155,6 +159,10 @@ impl Run {
 
 fn main() -> ExitCode {
     let arguments = Arguments::parse();
+    if arguments.federates > 4 && arguments.sample.is_none() {
+        eprintln!("error: there are too many graphs of {} federates; add --sample COUNT", arguments.federates);
+        return ExitCode::FAILURE;
+    }
     let jobs = arguments.jobs.unwrap_or_else(|| thread::available_parallelism().map_or(1, usize::from)).max(1);
     let run = Run {
         graphs: Mutex::new(arguments.graphs()),

@@ -18,6 +18,8 @@ pub(crate) enum ToRti {
     Message { to: u8, at: SmallTag },
     /// `PORT_ABSENT`.
     Absent { to: u8, at: SmallTag },
+    /// The clock of a transient federate that has come, its last message before it begins.
+    Clock,
     /// RESIGN.
     Resign,
     /// The connection has ended.
@@ -43,6 +45,8 @@ pub(crate) enum ToFederate {
     Came(u8),
     /// It has left.
     Left(u8),
+    /// Another instance is to take its place.
+    Stop,
 }
 
 /// A violation of the protocol.
@@ -80,6 +84,18 @@ pub enum Violation {
         /// The granted tag.
         tag: Tag,
     },
+    /// The RTI talked to an instance of the transient federate before it had said that one's first tag.
+    BeforeFirst {
+        /// The federate.
+        federate: u8,
+    },
+    /// An instance of the transient federate began no later than what an earlier one had completed.
+    BeginsInPast {
+        /// The federate.
+        federate: u8,
+        /// The first tag of the instance.
+        tag: Tag,
+    },
     /// The RTI had too little room for the tags of messages in transit.
     InTransitFull {
         /// The receiver.
@@ -109,6 +125,7 @@ impl fmt::Debug for ToRti {
             Self::Complete(at) => write!(f, "LTC {at:?}"),
             Self::Message { to, at } => write!(f, "a message to {to} at {at:?}"),
             Self::Absent { to, at } => write!(f, "PORT_ABSENT to {to} at {at:?}"),
+            Self::Clock => f.write_str("its clock"),
             Self::Resign => f.write_str("RESIGN"),
             Self::End => f.write_str("the end of its connection"),
         }
@@ -126,6 +143,7 @@ impl fmt::Debug for ToFederate {
             Self::Begins(tag) => write!(f, "effective start {:?}", Short(*tag)),
             Self::Came(from) => write!(f, "{from} has come"),
             Self::Left(from) => write!(f, "{from} has left"),
+            Self::Stop => f.write_str("STOP"),
         }
     }
 }

@@ -1,17 +1,17 @@
 // SPDX-License-Identifier: Apache-2.0
 //! The behaviors of one federation, as a model for stateright.
 
-use stateright::Property;
+use stateright::{Model as _, Property};
 
 use crate::bounds::Bounds;
 use crate::federate::Federate;
-use crate::graph::{FEDERATES_MAX, Graph};
-use crate::messages::ToRti;
+use crate::graph::{FEDERATES_MAX, Graph, INSTANCES_MAX};
+use crate::messages::{ToFederate, ToRti, Violation};
 use crate::reduction;
 use crate::rti::{Collected, Suspension};
 use crate::small_tag::{SmallTag, next_tag};
 use crate::state::State;
-use crate::step::Action;
+use crate::step::{Action, number};
 use crate::world::World;
 
 /// The name of the property that there is no violation.
@@ -47,7 +47,7 @@ impl Model {
         let World { graph, bounds, .. } = &self.world;
         let is_there = |id: usize| id < graph.federates() && absent != Some(id);
         let mut federates = std::array::from_fn(|id| Federate::new(!is_there(id)));
-        let mut up: [Vec<ToRti>; FEDERATES_MAX] = Default::default();
+        let mut up: [Vec<ToRti>; INSTANCES_MAX] = Default::default();
         for (_, up) in up.iter_mut().enumerate().filter(|(id, _)| is_there(*id)) {
             up.push(ToRti::Next(next_tag(Some(SmallTag::FIRST))));
         }
@@ -57,7 +57,7 @@ impl Model {
             }
         }
         State {
-            rti: Suspension::started(graph, bounds, absent),
+            rti: Suspension::started(&self.world, absent),
             federates,
             up,
             down: Default::default(),
@@ -65,8 +65,20 @@ impl Model {
             messages_left: bounds.messages_max,
             losses_left: bounds.losses_max,
             comings_left: bounds.comings_max,
+            past: None,
             violation: None,
         }
+    }
+
+    /// Returns whether anything can happen in a state. All runs are finite, so events that are left when nothing can
+    /// happen are never handled. (An `eventually` of stateright would not see that in a state that another path reaches
+    /// on which all events were handled before the transient federate came.)
+    fn goes_on(&self, state: &State) -> bool {
+        let mut actions = Vec::new();
+        self.actions(state, &mut actions);
+        // Only a message that the RTI does not read yet is no step.
+        actions.sort_by_key(|action| matches!(action, Action::Rti(_)));
+        actions.into_iter().any(|action| self.next_state(state, action).is_some())
     }
 }
 
@@ -79,6 +91,14 @@ impl State {
             }
         }
         self.violation = outlet.violation;
+    }
+
+    /// Returns the violation if an instance begins no later than what an earlier one had completed.
+    fn in_past(&self, world: &World, instance: usize, message: ToFederate) -> Option<Violation> {
+        let ToFederate::Begins(tag) = message else { return None };
+        let federate = number(world.federate(instance));
+        let is_late = self.past.is_some_and(|past| tag <= past.tag());
+        is_late.then_some(Violation::BeginsInPast { federate, tag })
     }
 }
 
@@ -98,11 +118,11 @@ impl stateright::Model for Model {
     }
 
     fn next_state(&self, state: &State, action: Action) -> Option<State> {
-        let World { bounds, .. } = &self.world;
+        let world = &self.world;
         let mut state = match action {
             Action::Rti(from) => {
                 let from = usize::from(from);
-                let (rti, outlet) = state.rti.hear(from, *state.up[from].first()?, bounds)?;
+                let (rti, outlet) = state.rti.hear(world, from, *state.up[from].first()?)?;
                 let mut next = state.clone();
                 next.rti = rti;
                 next.up[from].remove(0);
@@ -115,16 +135,17 @@ impl stateright::Model for Model {
             Action::Hear(id) => {
                 let id = usize::from(id);
                 let message = state.down[id].remove(0);
-                let (said, violation) = state.federates[id].hear(id, message, &self.world);
+                let (said, violation) = state.federates[id].hear(world.federate(id), message, world);
                 state.up[id].extend(said);
-                state.violation = violation;
+                state.violation = violation.or(state.in_past(world, id, message));
             }
-            Action::Run { federate, sends, plan } => {
-                let id = usize::from(federate);
-                let run = state.federates[id].can_run(id, &self.world)?;
+            Action::Run { instance, sends, plan } => {
+                let id = usize::from(instance);
+                let federate = world.federate(id);
+                let run = state.federates[id].can_run(federate, world)?;
                 state.messages_left -= u8::try_from(sends.count_ones()).unwrap_or(u8::MAX);
                 state.own_events_left -= u8::from(plan.is_some());
-                let said = state.federates[id].run(id, run, sends, plan, &self.world);
+                let said = state.federates[id].run(federate, run, sends, plan, world);
                 state.up[id].extend(said);
             }
             Action::Lose(id) => {
@@ -136,16 +157,18 @@ impl stateright::Model for Model {
             }
             Action::Leave(id) => {
                 let id = usize::from(id);
-                let said = state.federates[id].leave();
+                state.losses_left -= u8::from(!state.federates[id].is_told_to_stop());
+                let (completed, said) = state.federates[id].leave();
+                state.past = state.past.max(completed.filter(|_| world.bounds.comings_max > 0));
                 state.down[id].clear();
                 state.up[id].extend(said);
-                state.losses_left -= 1;
             }
             Action::Come(id) => {
                 let id = usize::from(id);
-                let (rti, outlet) = state.rti.meet(&self.world.graph, id, bounds);
+                let (rti, outlet) = state.rti.meet(world, id);
                 state.rti = rti;
                 state.federates[id] = Federate::joining();
+                state.up[id].push(ToRti::Clock);
                 state.comings_left -= 1;
                 state.hear_all(outlet);
             }
@@ -157,7 +180,9 @@ impl stateright::Model for Model {
     fn properties(&self) -> Vec<Property<Self>> {
         vec![
             Property::always(SAFETY, |_, state: &State| state.violation.is_none()),
-            Property::eventually(LIVENESS, |_, state: &State| state.violation.is_some() || state.is_done()),
+            Property::always(LIVENESS, |model: &Self, state: &State| {
+                state.violation.is_some() || state.is_done() || model.goes_on(state)
+            }),
         ]
     }
 }

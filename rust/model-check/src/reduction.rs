@@ -21,33 +21,23 @@ use crate::step::{Action, number, runs};
 use crate::world::World;
 
 pub(crate) fn actions(world: &World, state: &State, steps: &mut Vec<Action>) {
-    let federates = world.graph.federates();
-    let all = 0..federates;
+    let all = 0..world.instances();
     let heard = |id: usize, steps: &mut Vec<Action>| {
         if !state.down[id].is_empty() {
             steps.push(Action::Hear(number(id)));
         }
     };
-    let transient = world.bounds.transient.map(usize::from);
-    if !world.bounds.reduced || state.losses_left > 0 || state.comings_left > 0 {
+    if !world.bounds.reduced || state.may_change() {
         for id in all {
             heard(id, steps);
             runs(world, state, id, steps);
             rti(state, id, steps);
-            let federate = &state.federates[id];
-            if state.losses_left > 0 && !federate.gone && transient.is_none_or(|transient| transient == id) {
-                steps.push(Action::Lose(number(id)));
-                if transient.is_some() && federate.may_leave() {
-                    steps.push(Action::Leave(number(id)));
-                }
-            }
-            if state.comings_left > 0 && transient == Some(id) && federate.gone && state.up[id].is_empty() {
-                steps.push(Action::Come(number(id)));
-            }
+            goes(world, state, id, steps);
         }
+        steps.extend(state.newcomer(world).map(|id| Action::Come(number(id))));
         return;
     }
-    let can_run = |id: &usize| state.federates[*id].can_run(*id, world).is_some();
+    let can_run = |id: &usize| state.federates[*id].can_run(world.federate(*id), world).is_some();
     let is_logged = |id: &usize| !state.down[*id].is_empty();
     if let Some(id) = all.clone().find(|id| is_logged(id) && !can_run(id)) {
         heard(id, steps);
@@ -63,6 +53,21 @@ pub(crate) fn actions(world: &World, state: &State, steps: &mut Vec<Action>) {
         if state.up[id].is_empty() {
             runs(world, state, id, steps);
         }
+    }
+}
+
+/// Adds the ends of an instance that are possible now.
+fn goes(world: &World, state: &State, id: usize, steps: &mut Vec<Action>) {
+    let federate = &state.federates[id];
+    let is_transient = world.is_transient(id);
+    if federate.gone || (world.bounds.transient.is_some() && !is_transient) {
+        return;
+    }
+    if state.losses_left > 0 {
+        steps.push(Action::Lose(number(id)));
+    }
+    if is_transient && federate.may_leave() && (state.losses_left > 0 || federate.is_told_to_stop()) {
+        steps.push(Action::Leave(number(id)));
     }
 }
 

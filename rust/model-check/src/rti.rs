@@ -13,9 +13,10 @@ use lf_testkit::messages::{encoded, introduction, transient_introduction};
 use lf_wire::Message;
 
 use crate::bounds::{Bounds, Fault};
-use crate::graph::{Delay, Graph};
+use crate::graph::Delay;
 use crate::messages::{ToFederate, ToRti, Violation};
 use crate::small_tag::START;
+use crate::world::World;
 
 const FEDERATION_ID: &[u8] = b"model";
 /// Messages carry no payload, because the RTI does not look at it.
@@ -41,8 +42,10 @@ struct Contents {
 }
 
 impl Contents {
-    fn new(federates: usize, in_transit: usize) -> Self {
-        let sizes = Sizes { federates, connections: federates, upstream: federates, in_transit };
+    fn new(world: &World) -> Self {
+        let federates = world.graph.federates();
+        let in_transit = world.bounds.in_transit.into();
+        let sizes = Sizes { federates, connections: world.instances(), upstream: federates, in_transit };
         Self { memory: Memory::new(sizes), rest: None }
     }
 
@@ -78,48 +81,49 @@ impl Suspension {
     ///
     /// # Panics
     /// If the RTI does not start the federation, which would be a defect in it or here.
-    pub(crate) fn started(graph: &Graph, bounds: &Bounds, absent: Option<usize>) -> Self {
-        let federates = graph.federates();
-        let mut contents = Contents::new(federates, bounds.in_transit.into());
-        let mut outlet = Collected::new(federates);
-        let transient = bounds.transient.map(usize::from);
-        contents.with(bounds, |rti| {
+    pub(crate) fn started(world: &World, absent: Option<usize>) -> Self {
+        let mut contents = Contents::new(world);
+        let mut outlet = Collected::new(world);
+        let transient = world.bounds.transient.map(usize::from);
+        contents.with(&world.bounds, |rti| {
             // The start does not wait for a transient federate, so that one comes first.
-            let others = (0..federates).filter(|id| Some(*id) != transient);
+            let others = (0..world.graph.federates()).filter(|id| Some(*id) != transient);
             for id in transient.into_iter().chain(others).filter(|id| Some(*id) != absent) {
-                introduce(rti, graph, id, bounds, NOW, &mut outlet);
+                introduce(rti, world, id, NOW, &mut outlet);
+                let verdict = rti.handle_input(NOW, ConnectionId(id), &clock(), &mut outlet);
+                assert!(matches!(verdict, Verdict::Consumed(_)), "the clock of {id}: {verdict:?}");
             }
             assert_eq!(rti.start_time(), Some(START), "all have come");
         });
         contents.suspend()
     }
 
-    /// Lets the RTI meet a transient federate that comes while the federation runs. Returns its new state and the
-    /// messages that it sent.
-    pub(crate) fn meet(&self, graph: &Graph, id: usize, bounds: &Bounds) -> (Self, Collected) {
+    /// Lets the RTI meet an instance of the transient federate that comes while the federation runs: the handshake up
+    /// to its clock. Returns the RTI's new state and the messages that it sent.
+    pub(crate) fn meet(&self, world: &World, instance: usize) -> (Self, Collected) {
         let mut contents = Contents::clone(&self.contents);
-        let mut outlet = Collected::new(contents.memory.federates());
-        contents.with(bounds, |rti| introduce(rti, graph, id, bounds, LATER, &mut outlet));
+        let mut outlet = Collected::new(world);
+        contents.with(&world.bounds, |rti| introduce(rti, world, instance, LATER, &mut outlet));
         (contents.suspend(), outlet)
     }
 
-    /// Lets the RTI read the next message of a federate. Returns `None` if the message has to wait, else the RTI's new
+    /// Lets the RTI read the next message of an instance. Returns `None` if the message has to wait, else the RTI's new
     /// state and the messages that it sent.
-    pub(crate) fn hear(&self, from: usize, message: ToRti, bounds: &Bounds) -> Option<(Self, Collected)> {
+    pub(crate) fn hear(&self, world: &World, from: usize, message: ToRti) -> Option<(Self, Collected)> {
+        let bounds = &world.bounds;
         let mut contents = Contents::clone(&self.contents);
-        let mut outlet = Collected::new(contents.memory.federates());
+        let mut outlet = Collected::new(world);
         let now = if bounds.transient.is_some() { LATER } else { NOW };
+        let port = number(world.federate(from));
         let bytes = match message {
+            ToRti::Clock => clock(),
             ToRti::Next(tag) => encoded(&Message::NextEventTag(to_wire(tag))),
             ToRti::Complete(at) => encoded(&Message::LatestTagComplete(to_wire(at.tag()))),
-            ToRti::Message { to, at } => encoded(&Message::TaggedMessage {
-                port: number(from),
-                federate: to.into(),
-                tag: to_wire(at.tag()),
-                payload: &[],
-            }),
+            ToRti::Message { to, at } => {
+                encoded(&Message::TaggedMessage { port, federate: to.into(), tag: to_wire(at.tag()), payload: &[] })
+            }
             ToRti::Absent { to, at } => {
-                encoded(&Message::PortAbsent { port: number(from), federate: to.into(), tag: to_wire(at.tag()) })
+                encoded(&Message::PortAbsent { port, federate: to.into(), tag: to_wire(at.tag()) })
             }
             ToRti::Resign => encoded(&Message::Resign),
             ToRti::End => {
@@ -166,15 +170,15 @@ impl std::fmt::Debug for Suspension {
     }
 }
 
-/// The messages of the RTI to each federate.
+/// The messages of the RTI to each instance.
 pub(crate) struct Collected {
     pub(crate) said: Vec<Vec<ToFederate>>,
     pub(crate) violation: Option<Violation>,
 }
 
 impl Collected {
-    fn new(federates: usize) -> Self {
-        Self { said: vec![Vec::new(); federates], violation: None }
+    fn new(world: &World) -> Self {
+        Self { said: vec![Vec::new(); world.instances()], violation: None }
     }
 }
 
@@ -194,6 +198,7 @@ impl Outlet for Collected {
             Message::EffectiveStart { tag, .. } => ToFederate::Begins(from_wire(tag)),
             Message::UpstreamConnected { federate } => ToFederate::Came(sender(federate)),
             Message::UpstreamDisconnected { federate } => ToFederate::Left(sender(federate)),
+            Message::Stop => ToFederate::Stop,
             // The handshake is the same for all.
             _ => return,
         };
@@ -219,8 +224,10 @@ impl Outlet for Collected {
     }
 }
 
-/// Lets a federate come that says its clock at once.
-fn introduce(rti: &mut Rti<'_>, graph: &Graph, id: usize, bounds: &Bounds, now: Instant, outlet: &mut Collected) {
+/// Lets an instance make its handshake up to its clock.
+fn introduce(rti: &mut Rti<'_>, world: &World, instance: usize, now: Instant, outlet: &mut Collected) {
+    let World { graph, bounds, .. } = world;
+    let id = world.federate(instance);
     let told = |delay: Delay| match (bounds.fault, delay) {
         (Some(Fault::DelaysTooLong), Delay::Zero | Delay::Microstep) => 1,
         (Some(Fault::DelaysTooLong), Delay::Tick) => 2,
@@ -229,14 +236,19 @@ fn introduce(rti: &mut Rti<'_>, graph: &Graph, id: usize, bounds: &Bounds, now: 
     let upstream: Vec<_> = graph.upstream(id).map(|(from, delay)| (number(from), told(delay))).collect();
     let downstream: Vec<_> = graph.downstream(id).map(|(to, _)| number(to)).collect();
     let localhost = lf_coordination::IpAddress::V4([127, 0, 0, 1].into());
-    rti.handle_connect(now, ConnectionId(id), localhost, [0; 8], outlet);
-    let is_transient = bounds.transient.map(usize::from) == Some(id);
-    let introduce = if is_transient { transient_introduction } else { introduction };
-    let introduction = introduce(number(id), FEDERATION_ID, &upstream, &downstream);
-    for message in introduction.into_iter().chain([Message::Timestamp(0)]) {
-        let verdict = rti.handle_input(now, ConnectionId(id), &encoded(&message), outlet);
-        assert!(matches!(verdict, Verdict::Consumed(_)), "{message:?}: {verdict:?}");
+    rti.handle_connect(now, ConnectionId(instance), localhost, [0; 8], outlet);
+    let introduce = if world.is_transient(id) { transient_introduction } else { introduction };
+    for message in introduce(number(id), FEDERATION_ID, &upstream, &downstream) {
+        let verdict = rti.handle_input(now, ConnectionId(instance), &encoded(&message), outlet);
+        if !matches!(verdict, Verdict::Consumed(_)) {
+            outlet.violation = Some(Violation::Refused { from: instance.try_into().unwrap_or(u8::MAX) });
+        }
     }
+}
+
+/// Returns the bytes with which a federate says its clock.
+fn clock() -> Vec<u8> {
+    encoded(&Message::Timestamp(0))
 }
 
 fn number(federate: usize) -> u16 {

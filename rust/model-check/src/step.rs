@@ -12,24 +12,24 @@ use crate::world::World;
 /// One step of one participant.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Action {
-    /// The RTI reads the next message of a federate.
+    /// The RTI reads the next message of an instance.
     Rti(u8),
-    /// A federate reads the next message of the RTI.
+    /// An instance reads the next message of the RTI.
     Hear(u8),
-    /// The reactions of a federate run.
+    /// The reactions of an instance run.
     Run {
-        /// The federate.
-        federate: u8,
+        /// The instance.
+        instance: u8,
         /// The federates that get a message, as bits.
         sends: u8,
         /// The next local event that it schedules.
         plan: Option<SmallTag>,
     },
-    /// A federate is lost: its connection ends.
+    /// An instance is lost: its connection ends.
     Lose(u8),
-    /// The transient federate leaves in order.
+    /// An instance of the transient federate leaves in order.
     Leave(u8),
-    /// The transient federate comes.
+    /// An instance of the transient federate comes.
     Come(u8),
 }
 
@@ -38,9 +38,9 @@ impl fmt::Display for Action {
         match self {
             Self::Rti(from) => write!(f, "the RTI hears federate {from}"),
             Self::Hear(federate) => write!(f, "federate {federate} hears the RTI"),
-            Self::Run { federate, sends, plan } => {
+            Self::Run { instance, sends, plan } => {
                 let to: Vec<_> = (0..FEDERATES_MAX).filter(|to| sends >> to & 1 == 1).collect();
-                write!(f, "federate {federate} runs, sends to {to:?}")?;
+                write!(f, "federate {instance} runs, sends to {to:?}")?;
                 plan.map_or(Ok(()), |plan| write!(f, ", plans an event at {plan:?}"))
             }
             Self::Lose(federate) => write!(f, "federate {federate} is lost"),
@@ -50,9 +50,9 @@ impl fmt::Display for Action {
     }
 }
 
-/// Adds all steps of a federate's reactions that are possible now.
-pub(crate) fn runs(world: &World, state: &State, id: usize, actions: &mut Vec<Action>) {
-    let federate = &state.federates[id];
+/// Adds all steps of an instance's reactions that are possible now.
+pub(crate) fn runs(world: &World, state: &State, instance: usize, actions: &mut Vec<Action>) {
+    let (federate, id) = (&state.federates[instance], world.federate(instance));
     let Some((at, phase)) = federate.can_run(id, world) else { return };
     let may_send = |(to, delay): (usize, Delay)| {
         let arrives = federate.is_triggered(at) && world.arrival(delay, at).is_some();
@@ -67,7 +67,7 @@ pub(crate) fn runs(world: &World, state: &State, id: usize, actions: &mut Vec<Ac
         }
         for (choice, plan) in plans.into_iter().enumerate() {
             if choice == 0 || (may_plan && plan.is_some()) {
-                actions.push(Action::Run { federate: number(id), sends, plan });
+                actions.push(Action::Run { instance: number(instance), sends, plan });
             }
         }
     }

@@ -17,6 +17,23 @@ pub(crate) struct World {
 }
 
 impl World {
+    /// Returns the number of instances: one of each federate, and if there are swaps, another one of the transient
+    /// federate after all of them.
+    pub(crate) fn instances(&self) -> usize {
+        self.graph.federates() + usize::from(self.bounds.swaps)
+    }
+
+    /// Returns the federate of an instance.
+    pub(crate) fn federate(&self, instance: usize) -> usize {
+        let transient = self.bounds.transient.map_or(instance, usize::from);
+        if instance < self.graph.federates() { instance } else { transient }
+    }
+
+    /// Returns whether this is an instance of the transient federate.
+    pub(crate) fn is_transient(&self, instance: usize) -> bool {
+        self.bounds.transient.map(usize::from) == Some(self.federate(instance))
+    }
+
     pub(crate) fn has_upstream(&self, id: usize) -> bool {
         self.graph.upstream(id).next().is_some()
     }

@@ -41,6 +41,14 @@ fn without_word_of_absence_a_cycle_without_delay_waits_for_ever() {
     assert!(wrong(graph, Bounds { fault: Some(Fault::NoAbsence), ..small() }).1);
 }
 
+/// The instance that comes waits for it.
+#[test]
+fn an_instance_that_does_not_make_way_holds_up_its_successor() {
+    let graph = Graph::new(2, &[(0, 1, Delay::Zero)]);
+    let bounds = Bounds { transient: Some(0), comings_max: 1, swaps: true, fault: Some(Fault::Stays), ..small() };
+    assert!(wrong(graph, bounds).1);
+}
+
 /// The check finds the same with and without the reduction, whatever the fault, and with it in fewer states.
 #[test]
 fn the_reduction_hides_nothing() {

@@ -48,6 +48,30 @@ fn two_federates_of_which_one_comes_and_goes() {
     }
 }
 
+/// Each of two federates is transient, and a second instance of it may come while the first is there; and one may be
+/// lost, or leave by itself.
+#[test]
+fn two_federates_of_which_one_is_swapped() {
+    for (transient, losses_max) in [(0, 0), (0, 1), (1, 0), (1, 1)] {
+        let transient = Some(transient);
+        let bounds = Bounds { comings_max: 1, swaps: true, losses_max, messages_max: 1, ..Bounds::default() };
+        check_all(all_graphs(2), Bounds { transient, ..bounds }, usize::MAX);
+    }
+}
+
+/// Swaps open and close cycles without delay, as in the last one of these graphs.
+#[test]
+fn some_of_three_federates_of_which_one_is_swapped() {
+    use Delay::{Tick, Zero};
+    for transient in 0..3 {
+        let transient = Some(transient);
+        let closing = Graph::new(3, &[(0, 2, Zero), (1, 2, Tick), (2, 0, Zero)]);
+        let graphs = some_graphs(3, 1).filter(|graph| !graph.has_microstep_delay()).take(8).chain([closing]);
+        let bounds = Bounds { messages_max: 1, own_events_max: 0, microstep_max: 0, ..Bounds::default() };
+        check_all(graphs, Bounds { transient, comings_max: 1, swaps: true, ..bounds }, 1);
+    }
+}
+
 /// A federate that sends to itself.
 #[test]
 fn connections_to_oneself() {
@@ -138,4 +162,19 @@ fn the_other_one_of_a_cycle_is_lost() {
     let connections = [(0, 2, Zero), (1, 0, Tick), (1, 2, Tick), (2, 0, Zero), (2, 1, Zero)];
     let bounds = Bounds { losses_max: 1, messages_max: 1, own_events_max: 0, ..Bounds::default() };
     check_all([Graph::new(3, &connections)].into_iter(), bounds, 1);
+}
+
+/// A federate is upstream of a cycle without delay and of a federate outside: the next event of that one must not make
+/// it silent. Only five federates show it: a fifth sends into the cycle.
+#[test]
+fn who_leads_to_a_cycle_without_delay_does_not_fall_silent() {
+    let connections = [(0, 2), (1, 2), (2, 3), (3, 2), (1, 4)].map(|(from, to)| (from, to, Delay::Zero));
+    let bounds = Bounds { messages_max: 1, own_events_max: 2, microstep_max: 0, ..Bounds::default() };
+    check_all([Graph::new(5, &connections)].into_iter(), bounds, 1);
+}
+
+#[test]
+fn some_of_five_federates() {
+    let bounds = Bounds { messages_max: 1, own_events_max: 0, microstep_max: 0, ..Bounds::default() };
+    check_all(some_graphs(5, 1).filter(|graph| !graph.has_microstep_delay()).take(2), bounds, 1);
 }

@@ -118,13 +118,13 @@ impl<O: Outlet> Sending<'_, '_, O> {
         for index in 0..row.len {
             let upstream = self.tags.graph.other_end(row, index);
             if upstream != federate {
-                self.offer_downstream_next_event(upstream, Some(federate));
+                self.offer_downstream_next_event(upstream);
             }
         }
     }
 
-    fn offer_downstream_next_event(&mut self, federate: usize, because: Option<usize>) {
-        let Some(tag) = self.tags.downstream_next_event(federate, because) else { return };
+    fn offer_downstream_next_event(&mut self, federate: usize) {
+        let Some(tag) = self.tags.downstream_next_event(federate) else { return };
         if self.members.running(federate).is_none() {
             return;
         }
@@ -164,7 +164,7 @@ impl<O: Outlet> Sending<'_, '_, O> {
             self.advance(federate);
         }
         if core::mem::take(&mut self.members.slots[federate].pending.dnet) {
-            self.offer_downstream_next_event(federate, None);
+            self.offer_downstream_next_event(federate);
         }
     }
 

@@ -150,28 +150,19 @@ impl<'s> Tags<'s> {
         self.graph.limit_next_events(tag);
     }
 
-    /// Returns the latest tag of a federate that can matter downstream of it, if that differs from its last DNET and is
-    /// not past already. `because` is the downstream federate whose next event has changed, or any.
-    pub(super) fn downstream_next_event(&self, federate: usize, because: Option<usize>) -> Option<Tag> {
-        let tag = self.latest_needed(federate, because);
-        (tag != self.state(federate).dnet && self.graph.next_event(federate) <= tag).then_some(tag)
-    }
-
-    /// Returns the latest tag that matters downstream: NEVER if all tags matter, as in a cycle without delay, and while
-    /// the next event of one of those downstream is unknown.
-    fn latest_needed(&self, federate: usize, because: Option<usize>) -> Tag {
-        let in_cycle = match because {
-            Some(downstream) => self.graph.in_zero_delay_cycle(downstream),
-            None => self.graph.leads_to_zero_delay_cycle(federate),
-        };
-        if in_cycle || self.graph.in_zero_delay_cycle(federate) {
-            return Tag::NEVER;
+    /// Returns the tag up to which the next events of a federate do not matter downstream of it, if it is to be told:
+    /// its last DNET is another one, and its known next event is not beyond that tag. In and before a cycle without
+    /// delay, all its next events matter, and that tag is NEVER.
+    pub(super) fn downstream_next_event(&self, federate: usize) -> Option<Tag> {
+        let told = self.state(federate).dnet;
+        if self.graph.leads_to_zero_delay_cycle(federate) || self.graph.in_zero_delay_cycle(federate) {
+            // A federate that has come may have closed the cycle since.
+            return (told != Tag::NEVER).then_some(Tag::NEVER);
         }
         let earliest = self.graph.earliest_needed(federate);
-        match self.start {
-            Some(start) if earliest >= Tag::at(start) => earliest,
-            _ => Tag::NEVER,
-        }
+        // The next event of one of those downstream may be unknown.
+        let is_known = self.start.is_some_and(|start| earliest >= Tag::at(start));
+        (is_known && earliest != told && self.graph.next_event(federate) <= earliest).then_some(earliest)
     }
 
     /// Returns whether a receiver is too far behind the sender of the next message (module `window`).
@@ -308,10 +299,10 @@ mod tests {
         with_tags(&[(0, 1, 5)], |tags| {
             tags.set_next_event(0, at(3));
             tags.set_next_event(1, at(20));
-            let needed = tags.downstream_next_event(0, Some(1));
+            let needed = tags.downstream_next_event(0);
             assert!(needed.is_some_and(|tag| tag >= at(15) && tag < at(16)));
             tags.state_mut(0).dnet = needed.unwrap_or(Tag::NEVER);
-            assert_eq!(tags.downstream_next_event(0, Some(1)), None);
+            assert_eq!(tags.downstream_next_event(0), None);
         });
     }
 

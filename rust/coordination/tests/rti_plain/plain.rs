@@ -165,7 +165,7 @@ impl Plain {
         self.advance_downstream(federate);
         for upstream in 0..self.federates.len() {
             if self.dnet && upstream != federate && self.paths.contains_key(&(upstream, federate)) {
-                self.tell_needed(upstream, federate);
+                self.tell_needed(upstream);
             }
         }
     }
@@ -349,17 +349,20 @@ impl Plain {
         earliest
     }
 
-    fn tell_needed(&mut self, federate: usize, because: usize) {
+    fn tell_needed(&mut self, federate: usize) {
         let others = (0..self.federates.len()).filter(|other| *other != federate);
-        let paths = others.filter_map(|other| Some((other, *self.paths.get(&(federate, other))?)));
-        let tag = paths.map(|(other, delay)| needed(delay, self.federates[other].next)).min();
-        let tag = tag.filter(|tag| *tag >= Tag::new(START, 0));
-        let none = self.cyclic(federate) || self.cyclic(because);
-        let tag = if none { Tag::NEVER } else { tag.unwrap_or(Tag::NEVER) };
+        let paths: Vec<_> = others.filter_map(|other| Some((other, *self.paths.get(&(federate, other))?))).collect();
+        let all_matter = self.cyclic(federate) || paths.iter().any(|(other, _)| self.cyclic(*other));
+        let tag = paths.iter().map(|(other, delay)| needed(*delay, self.federates[*other].next)).min();
         let own = &mut self.federates[federate];
-        if own.present && tag != own.dnet && own.next <= tag {
-            own.dnet = tag;
-            self.said[federate].push(RtiMessage::Dnet(tag));
+        let news = match tag {
+            _ if all_matter => Tag::NEVER,
+            Some(tag) if tag >= Tag::new(START, 0) && own.next <= tag => tag,
+            _ => own.dnet,
+        };
+        if own.present && news != own.dnet {
+            own.dnet = news;
+            self.said[federate].push(RtiMessage::Dnet(news));
         }
     }
 }

@@ -40,6 +40,9 @@ pub fn read(rig: &mut Rig, connection: ConnectionId) -> Vec<String> {
             Message::TagGrant(tag) if tag == Tag::FOREVER => "TAG FOREVER".to_owned(),
             Message::TagGrant(Tag { time, microstep }) => format!("TAG {} {microstep}", time - START),
             Message::ProvisionalTagGrant(Tag { time, microstep }) => format!("PTAG {} {microstep}", time - START),
+            Message::DownstreamNextEventTag(Tag::NEVER) => "DNET NEVER".to_owned(),
+            Message::DownstreamNextEventTag(Tag::FOREVER) => "DNET FOREVER".to_owned(),
+            Message::DownstreamNextEventTag(Tag { time, microstep }) => format!("DNET {} {microstep}", time - START),
             Message::TaggedMessage { payload, .. } => format!("message {payload:?}"),
             other => other.name().to_owned(),
         });
