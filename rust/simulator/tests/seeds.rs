@@ -317,3 +317,10 @@ fn what_a_federate_says_before_its_first_tag_does_not_end_it() {
 fn what_a_life_schedules_for_after_its_end_takes_no_room() {
     hold(COMINGS, &[58751]);
 }
+
+/// An instance that was ahead of the clock has vanished, and its successor sends for the same tags: its messages are
+/// handled after all that the first one had sent, or between them.
+#[test]
+fn lives_ahead_of_the_clock_overlap_in_tags() {
+    hold(DECENTRALIZED_COMINGS, &[66521, 90117]);
+}

@@ -2,6 +2,8 @@
 //! Checks decentralized coordination: a federate counts and reports every message that it handles later than intended,
 //! no message that arrived in time is late, none is lost, and the messages of one connection are handled in order.
 
+use std::collections::{BTreeMap, VecDeque};
+
 use lf_compiler::plan::{Federate, Plan};
 use lf_model::time::{Interval, Tag};
 
@@ -92,6 +94,36 @@ struct Before {
     is_late: bool,
 }
 
+/// The messages to an input, of each instance of the sender in the order in which it has sent them. One that does not
+/// wait for physical time can have sent messages for tags that the next one reaches, too, so either can be the first.
+struct Lives<'r> {
+    messages: Vec<VecDeque<&'r Sent>>,
+}
+
+impl<'r> Lives<'r> {
+    fn new(sent: impl Iterator<Item = &'r Sent>, first: impl Fn(&Sent) -> Option<Tag>) -> Self {
+        let mut lives: BTreeMap<_, VecDeque<&Sent>> = BTreeMap::new();
+        for message in sent {
+            lives.entry((first(message), message.from)).or_default().push_back(message);
+        }
+        Self { messages: lives.into_values().collect() }
+    }
+
+    /// Takes the message that was handled next, if one of the instances has sent that as its next one; else the next
+    /// one of the first instance, which was not handled.
+    fn next(&mut self, handled: Option<&Handled>) -> Option<(&'r Sent, Option<Handled>)> {
+        self.messages.retain(|life| !life.is_empty());
+        let is_handled = |life: &VecDeque<&Sent>| {
+            let number = life.front().map(|message| message.number);
+            handled.is_some_and(|handled| Some(handled.value.number()) == number)
+        };
+        let index = self.messages.iter().position(is_handled);
+        let found = handled.filter(|_| index.is_some()).copied();
+        let message = self.messages.get_mut(index.unwrap_or_default())?.pop_front()?;
+        Some((message, found))
+    }
+}
+
 impl Receiver<'_> {
     fn check(&mut self) -> Option<Violation> {
         let federate = self.federate;
@@ -129,15 +161,11 @@ impl Receiver<'_> {
         let mut happened = handled.iter();
         let mut due = Due::default();
         let mut before: Option<Before> = None;
-        let mut sent: Vec<_> = report.sent.iter().filter(|sent| sent.to == federate && sent.port == port).collect();
-        // Instances of one federate follow each other, but one that does not wait for physical time can have sent
-        // messages for tags that the next one reaches, too.
-        let is_fast = self.scenario.target.fast;
-        sent.sort_by_key(|message| (if is_fast { message.tag } else { Tag::NEVER }, report.first[message.from]));
-        for message in sent {
+        let sent = report.sent.iter().filter(|sent| sent.to == federate && sent.port == port);
+        let mut lives = Lives::new(sent, |message| report.first[message.from]);
+        while let Some((message, found)) = lives.next(happened.as_slice().first()) {
             let after_last = before.map(|before| before.expected).filter(|expected| *expected >= message.tag);
             let expected = after_last.map_or(message.tag, Tag::next_microstep);
-            let found = happened.as_slice().first().filter(|found| found.value.number() == message.number).copied();
             let is_fleeting = self.scenario.is_transient(federate) || self.scenario.is_transient(message.from);
             let may_miss = report.is_struck(message.from) || report.is_struck(federate) || is_fleeting;
             if found.is_none() && may_miss {
