@@ -6,8 +6,9 @@
 #
 # Sources and folders for headers that have been given to the target by paths that do not exist, in the project's own
 # folder or in one of these, are those in the first of the folders that has them. LF's compiler copies all of a
-# program's files into one folder, so programs take them to be there.
+# program's files into one folder, and the sources of its runtime, so programs take them to be there.
 function(lf_find_program_files target)
+  set(folders ${ARGN} ${CMAKE_CURRENT_FUNCTION_LIST_DIR}/../../c/lib)
   foreach(property SOURCES INCLUDE_DIRECTORIES)
     get_target_property(paths ${target} ${property})
     if(NOT paths)
@@ -28,7 +29,7 @@ function(lf_find_program_files target)
           endif()
           cmake_path(RELATIVE_PATH absolute BASE_DIRECTORY ${begin} OUTPUT_VARIABLE relative)
           cmake_path(GET absolute FILENAME name)
-          foreach(folder IN LISTS ARGN)
+          foreach(folder IN LISTS folders)
             foreach(candidate IN ITEMS ${folder}/${relative} ${folder}/${name})
               if(EXISTS ${candidate})
                 set(path ${candidate})

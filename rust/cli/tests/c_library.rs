@@ -11,7 +11,8 @@ target C {
     ],
     cmake-include: [
         "/lib/c/reactor-c/util/deque.cmake", "/lib/c/reactor-c/core/utils/vector.cmake",
-        "/lib/c/reactor-c/util/initialize_from_file.cmake", "/lib/c/reactor-c/util/wave_file_reader.cmake"
+        "/lib/c/reactor-c/util/initialize_from_file.cmake", "/lib/c/reactor-c/util/wave_file_reader.cmake",
+        "bytes.cmake"
     ]
 }
 preamble {=
@@ -21,6 +22,8 @@ preamble {=
     #include "initialize_from_file.h"
     #include "wave_file_reader.h"
     #include "hashset/hashset_itr.h"
+    #include <string.h>
+    #include "core/federated/network/net_util.h"
     #define DATA LF_TARGET_FILES_DIRECTORY "/data/"
 =}
 main reactor {
@@ -83,14 +86,26 @@ main reactor {
         lf_waveform_t *wave = read_wave_file(DATA "tone.wav");
         LF_TEST(wave != NULL && wave->length == 2 && wave->num_channels == 1 && wave->waveform[1] == -2, "wave");
         LF_TEST(read_wave_file(DATA "rows.csv") == NULL, "no wave");
+
+        unsigned char bytes[12];
+        encode_tag(bytes, (tag_t){.time = -2, .microstep = 0x10203});
+        LF_TEST(memcmp(bytes, "\xfe\xff\xff\xff\xff\xff\xff\xff\x03\x02\x01\x00", 12) == 0, "bytes");
+        LF_TEST(extract_tag(bytes).time == -2 && extract_tag(bytes).microstep == 0x10203, "tag");
+        LF_TEST(extract_int64(bytes) == -2 && extract_int32(bytes + 8) == 0x10203, "numbers");
+        encode_uint16(0xabcd, bytes);
+        LF_TEST(extract_uint16(bytes) == 0xabcd && bytes[0] == 0xcd, "short number");
+        LF_TEST(host_is_big_endian() == (swap_bytes_if_big_endian_int32(1) != 1), "order of bytes");
     =}
 }
 "#;
 
 #[test]
 fn programs_find_lfs_library_for_c() {
-    let folder =
-        folder(&[("P.lf", PROGRAM), ("data/rows.csv", "x,y\n1.5, -2e3\r\n7,-8\n \"one, \"\"two\"\"\" , three \n")]);
+    let folder = folder(&[
+        ("P.lf", PROGRAM),
+        ("bytes.cmake", "target_sources(${LF_MAIN_TARGET} PRIVATE core/federated/network/net_util.c)\n"),
+        ("data/rows.csv", "x,y\n1.5, -2e3\r\n7,-8\n \"one, \"\"two\"\"\" , three \n"),
+    ]);
     let format = b"fmt \x10\0\0\0\x01\0\x01\0\x44\xac\0\0\x88\x58\x01\0\x02\0\x10\0";
     let tone = [&b"RIFF\x28\0\0\0WAVE"[..], format, b"data\x04\0\0\0\x05\0\xfe\xff"].concat();
     std::fs::write(folder.path().join("data/tone.wav"), tone).expect("it can be written");

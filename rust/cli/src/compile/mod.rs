@@ -7,6 +7,7 @@ mod clean;
 mod console;
 mod files;
 mod hints;
+mod linker;
 mod lock;
 mod messages;
 mod native;
@@ -226,7 +227,7 @@ impl<'a> Request<'a> {
         drop(compiled);
         let mut outcome = job.run(&progress)?;
         progress.end(outcome.success);
-        outcome.diagnostics = native::with_missing_functions(outcome.diagnostics, &program.plan);
+        outcome.diagnostics = linker::with_places(outcome.diagnostics, &program.plan);
         let origin = LfOrigin::new(program, emitted, &folders.out);
         if !outcome.success && !outcome.diagnostics.iter().any(rustc::Diagnostic::is_error) {
             outcome.diagnostics.extend(resolution::diagnostic(&outcome.log, &program.plan));

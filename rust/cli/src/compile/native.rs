@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 //! The C compiler's messages, as the build script of a generated crate has passed them on to cargo.
 
-use lf_compiler::plan::{Plan, Reaction};
-
 use super::rustc::Diagnostic;
 
 /// Returns the diagnostics in cargo's output, in order. GCC and Clang write `file:line:column: level: message`; the
@@ -21,36 +19,6 @@ pub(super) fn diagnostics(log: &str) -> Vec<Diagnostic> {
         }
     }
     all
-}
-
-/// Adds the linker's messages about missing functions to the diagnostics, at the reactions whose bodies they are.
-pub(super) fn with_missing_functions(diagnostics: Vec<Diagnostic>, plan: &Plan) -> Vec<Diagnostic> {
-    let reactions = plan.classes.iter().flat_map(|class| &class.reactions).filter(|reaction| reaction.external);
-    let reactions: Vec<(&str, &Reaction)> =
-        reactions.filter_map(|reaction| Some((reaction.name.as_deref()?, reaction))).collect();
-    let mut all = Vec::new();
-    for diagnostic in diagnostics {
-        let names: Vec<&str> = diagnostic.rendered().lines().filter_map(missing_function).collect();
-        let is_named = |name: &str| reactions.iter().any(|(function, _)| *function == name);
-        if names.is_empty() || !names.iter().all(|name| is_named(name)) {
-            all.push(diagnostic);
-            continue;
-        }
-        for (name, reaction) in reactions.iter().filter(|(name, _)| names.contains(name)) {
-            let message = format!(
-                "no file of C has the function `{name}`, which is the body of this reaction: name the file in a \
-                 `cmake-include`, or write the body here"
-            );
-            all.push(Diagnostic::at("error", &message, (plan.path(reaction.at), reaction.at.line, reaction.at.column)));
-        }
-    }
-    all
-}
-
-/// Returns the function that a linker's message misses, without its arguments, which those of C++ have.
-fn missing_function(line: &str) -> Option<&str> {
-    let (_, symbol) = line.split_once("undefined symbol: ").or_else(|| line.split_once("undefined reference to `"))?;
-    symbol.split(|c: char| !c.is_alphanumeric() && c != '_').next()
 }
 
 /// The text between a position and a message, and its level.
@@ -89,12 +57,6 @@ impl<'a> NativeDiagnostic<'a> {
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn linkers_name_what_they_miss() {
-        let names = ["rust-lld: error: undefined symbol: check", "A.c:3: undefined reference to `check(t*)'", "check"];
-        assert_eq!(names.map(missing_function), [Some("check"), Some("check"), None]);
-    }
 
     #[test]
     fn lines_of_compilers_are_told_from_others() {

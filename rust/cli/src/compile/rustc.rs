@@ -134,6 +134,13 @@ impl Diagnostic {
         Self { message, level, code: None, spans: vec![span], children: Vec::new(), rendered }
     }
 
+    /// Returns another program's diagnostic about something whose place it does not know.
+    pub(crate) fn without_place(level: &str, message: &str) -> Self {
+        let rendered = Some(format!("{level}: {message}\n"));
+        let (message, level) = (message.to_owned(), level.to_owned());
+        Self { message, level, code: None, spans: Vec::new(), children: Vec::new(), rendered }
+    }
+
     /// Adds a note that explains it.
     pub(crate) fn add_note(&mut self, note: Self) {
         self.children.push(note);
