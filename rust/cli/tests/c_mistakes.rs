@@ -44,6 +44,23 @@ fn code_that_newer_compilers_refuse_is_an_error_at_its_place() {
 }
 
 #[test]
+fn names_that_lf_had_once_have_a_hint() {
+    let folder = folder(&[("P.lf", ""), ("helpers.h", "")]);
+    for (body, hint) in [
+        ("SET(y, 1);", "write `lf_set`"),
+        ("request_stop();", "write `lf_request_stop`"),
+        ("instant_t t = start_time; lf_set(y, t > 0);", "write `lf_time_start()`"),
+    ] {
+        for target in ["C", "CCpp"] {
+            write(folder.path(), "P.lf", &program(body).replacen("target C ", &format!("target {target} "), 1));
+            let output = said(lfz(folder.path(), &["build"]).env("CC", "gcc"));
+            let errors = text(&output.stderr);
+            assert!(!output.status.success() && errors.contains(hint), "{body}: {errors}");
+        }
+    }
+}
+
+#[test]
 fn a_name_that_is_a_macro_is_an_error_where_it_is_declared() {
     let program = |name: &str| {
         format!(

@@ -27,6 +27,41 @@ const FUNCTIONS_OF_C: [(&str, &str); 17] = [
     ("lf_print", "info!(TEXT)"),
 ];
 
+/// Names of LF's API for C before LF 0.3, and what to write now.
+const OLDER_API_OF_C: [(&str, &str); 28] = [
+    ("SET", "lf_set"),
+    ("SET_ARRAY", "lf_set_array"),
+    ("SET_MODE", "lf_set_mode"),
+    ("SET_NEW_ARRAY", "lf_set_array(PORT, calloc(LENGTH, sizeof(TYPE)), LENGTH)"),
+    ("SET_PRESENT", "lf_set_present"),
+    ("SET_TOKEN", "lf_set_token"),
+    ("compare_tags", "lf_tag_compare"),
+    ("error_print", "lf_print_error"),
+    ("error_print_and_exit", "lf_print_error_and_exit"),
+    ("get_current_tag", "lf_tag"),
+    ("get_elapsed_logical_time", "lf_time_logical_elapsed"),
+    ("get_elapsed_physical_time", "lf_time_physical_elapsed"),
+    ("get_logical_time", "lf_time_logical"),
+    ("get_microstep", "lf_tag().microstep"),
+    ("get_physical_time", "lf_time_physical"),
+    ("get_start_time", "lf_time_start"),
+    ("info_print", "lf_print"),
+    ("request_stop", "lf_request_stop"),
+    ("schedule", "lf_schedule"),
+    ("schedule_copy", "lf_schedule_copy"),
+    ("schedule_int", "lf_schedule_int"),
+    ("schedule_token", "lf_schedule_token"),
+    ("schedule_value", "lf_schedule_value"),
+    ("set_new_array", "lf_set_array(PORT, calloc(LENGTH, sizeof(TYPE)), LENGTH)"),
+    ("start_time", "lf_time_start()"),
+    ("tag_compare", "lf_tag_compare"),
+    ("warning_print", "lf_print_warning"),
+    ("writable_copy", "lf_writable_copy"),
+];
+
+/// Words of C compilers about a name that they do not know, in English.
+const UNKNOWN_IN_C: [&str; 4] = ["implicit declaration of", "undeclared", "was not declared", "unknown type name"];
+
 /// Fields of ports and actions in C, and their counterparts in Rust.
 const MEMBERS_OF_C: [(&str, &str); 5] = [
     ("value", "ctx.get(@)"),
@@ -87,6 +122,7 @@ impl RustcError<'_> {
             "E0308" => self.not_mutable(),
             "E0277" => self.not_copy(),
             "E0432" | "E0433" => self.missing_device().or_else(|| self.missing_crate()),
+            "" => self.older_api_of_c(),
             _ => None,
         })
     }
@@ -124,6 +160,14 @@ impl RustcError<'_> {
         is_older.then(|| {
             "editions of Rust before 2024 take this: write `edition: \"2021\"` into the target declaration".to_owned()
         })
+    }
+
+    /// Advises about a name that LF's API for C had once. C compilers may take it for a misspelled one.
+    fn older_api_of_c(&self) -> Option<String> {
+        UNKNOWN_IN_C.iter().find(|words| self.message.contains(*words))?;
+        let name = self.message.split(['\u{2018}', '\u{2019}', '\'']).nth(1)?;
+        let (_, now) = OLDER_API_OF_C.iter().find(|(older, _)| *older == name)?;
+        Some(format!("LF 0.3 has renamed it: write `{now}`"))
     }
 
     /// Advises about fields and methods that ports have in C.
