@@ -29,7 +29,8 @@ struct Complaint<'a> {
 pub(super) fn with_places(diagnostics: Vec<Diagnostic>, plan: &Plan) -> Vec<Diagnostic> {
     let mut all = Vec::new();
     for diagnostic in diagnostics {
-        let found = complaints(diagnostic.rendered());
+        // A place makes it a compiler's, whose excerpt may quote such words.
+        let found = if diagnostic.has_place() { BTreeSet::new() } else { complaints(diagnostic.rendered()) };
         all.extend(found.iter().map(|complaint| complaint.error(plan)));
         if found.is_empty() {
             all.push(diagnostic);

@@ -162,6 +162,11 @@ impl Diagnostic {
         self.level.starts_with("error")
     }
 
+    /// Returns whether it names a place.
+    pub(crate) fn has_place(&self) -> bool {
+        !self.spans.is_empty()
+    }
+
     /// Returns whether it reports that the target lacks this part of the standard library.
     pub(crate) fn misses(&self, name: &str) -> bool {
         let is_code = self.code.as_ref().is_some_and(|code| code.code == "E0463");
@@ -170,7 +175,7 @@ impl Diagnostic {
 
     /// Returns whether it only counts other diagnostics.
     fn is_summary(&self) -> bool {
-        self.spans.is_empty()
+        !self.has_place()
             && (self.message.starts_with("aborting due to")
                 || self.message.ends_with("warning emitted")
                 || self.message.ends_with("warnings emitted")
