@@ -46,7 +46,8 @@ pub(super) const PORT: &str = "LF_PORT_BASE";
 /// The fields that all actions have, a macro.
 pub(super) const ACTION: &str = "LF_ACTION_BASE";
 
-/// Returns the files whose preambles a class sees: the imports of a file before the file itself.
+/// Returns the files whose preambles a class sees: the imports of a file before the file itself. The files of contained
+/// reactors are among the imports.
 pub(super) fn files(view: &View<'_>, class: &ReactorClass) -> Vec<FileIndex> {
     fn add(plan: &Plan, file: FileIndex, seen: &mut BTreeSet<FileIndex>, files: &mut Vec<FileIndex>) {
         if seen.insert(file) {
@@ -54,11 +55,7 @@ pub(super) fn files(view: &View<'_>, class: &ReactorClass) -> Vec<FileIndex> {
             files.push(file);
         }
     }
-    // A class also sees the declarations behind the ports of contained reactors.
-    let contained = class.children.iter().map(|child| view.class(child.class)).chain([class]);
     let (mut seen, mut files) = (BTreeSet::new(), Vec::new());
-    for class in contained {
-        class.files.iter().chain([&class.at.file]).for_each(|file| add(view.plan, *file, &mut seen, &mut files));
-    }
+    class.files.iter().chain([&class.at.file]).for_each(|file| add(view.plan, *file, &mut seen, &mut files));
     files
 }
