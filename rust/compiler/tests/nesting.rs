@@ -167,15 +167,7 @@ fn code_that_is_nested_too_deeply_is_refused_without_an_overflow() {
 #[test]
 fn code_that_passes_the_check_passes_all_later_stages() {
     let deployment = Deployment::default();
-    let settings = Settings {
-        lf_linux: "/l",
-        lf_zephyr: "/z",
-        lf_c_build: "/c",
-        version: "0.0.0",
-        current: "/",
-        deployment: &deployment,
-        keys: "/keys",
-    };
+    let settings = Settings { crates: "/rust", version: "0.0.0", current: "/", deployment: &deployment, keys: "/keys" };
     let mut taken = 0;
     for times in [20, 40, 80, 120, 160, 200, 250] {
         for program in programs(times) {

@@ -283,18 +283,14 @@ fn is_on_host(name: &str, plan: &Plan, deployment: &Deployment) -> bool {
 
 /// Generates the crates of all participants, for their folder.
 fn emitted(plan: &Plan, deployment: &Deployment, folders: &Folders) -> Result<Emitted, Failure> {
-    let path = |folder: &str| {
-        let path = folders.home.join("rust").join(folder);
-        text_of(&path).map(str::to_owned)
-    };
-    let (lf_linux, lf_zephyr, lf_c_build) = (path("linux")?, path("zephyr")?, path("c-build")?);
+    let crates = folders.home.join("rust");
+    let crates = text_of(&crates)?;
     // Without a current folder, no path of the program begins there.
     let (version, current) = (folders.version(), current().unwrap_or_else(|_| PathBuf::from("/")));
     let current = text_of(&current)?;
-    let (lf_linux, lf_zephyr, lf_c_build) = (&*lf_linux, &*lf_zephyr, &*lf_c_build);
     let keys = folders.out.join(KEYS);
     let keys = text_of(&keys)?;
-    let settings = Settings { lf_linux, lf_zephyr, lf_c_build, version: &version, current, deployment, keys };
+    let settings = Settings { crates, version: &version, current, deployment, keys };
     emit(plan, &settings).map_err(|errors| report(&errors))
 }
 

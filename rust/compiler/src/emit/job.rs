@@ -9,12 +9,8 @@ use super::view::View;
 /// The caller's settings for the generated crates.
 #[derive(Clone, Copy, Debug)]
 pub struct Settings<'a> {
-    /// The folder of the crate `lf-linux`, absolute or relative to a generated crate.
-    pub lf_linux: &'a str,
-    /// The folder of the crate `lf-zephyr`, absolute or relative to a generated crate.
-    pub lf_zephyr: &'a str,
-    /// The folder of the crate `lf-c-build`, absolute or relative to a generated crate.
-    pub lf_c_build: &'a str,
+    /// The folder of the runtime's crates, absolute or relative to a generated crate.
+    pub crates: &'a str,
     /// The version of all packages. Cargo distinguishes packages of one name by it, so two programs whose crates share
     /// cargo's intermediate results must have different versions.
     pub version: &'a str,
@@ -27,11 +23,15 @@ pub struct Settings<'a> {
 }
 
 impl Settings<'_> {
+    /// Returns the folder of a crate of the runtime, such as `linux`.
+    pub(crate) fn crate_folder(&self, name: &str) -> String {
+        format!("{}/{name}", self.crates)
+    }
+
     /// Returns a path of the program that is valid from any generated crate.
     pub(crate) fn absolute(&self, path: &str) -> String {
         if let Some(name) = library_file(path) {
-            let crates = self.lf_c_build.trim_end_matches("c-build");
-            return format!("{crates}c/lib/{name}");
+            return format!("{}/lib/{name}", self.crate_folder("c"));
         }
         if path.starts_with('/') { path.to_owned() } else { format!("{}/{path}", self.current) }
     }

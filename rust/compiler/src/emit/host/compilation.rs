@@ -128,8 +128,7 @@ impl<'p> CompilerArguments<'p> {
     /// Returns the arguments by which tools such as clangd read the C of a crate: the lines of `compile_flags.txt`.
     /// Headers that a build script makes are missing.
     pub(in crate::emit) fn compile_flags(&self, job: &Job<'_>) -> String {
-        // The crate lf-c lies beside lf-c-build.
-        let runtime = format!("{}c", job.settings.lf_c_build.trim_end_matches("c-build"));
+        let runtime = job.settings.crate_folder("c");
         let own = [format!("{runtime}/include"), runtime, "c".to_owned()];
         let includes = own.iter().chain(&self.folders).map(|folder| format!("-I{folder}\n"));
         let package = "-DLF_FED_PACKAGE_DIRECTORY=\"\"\n".to_owned();

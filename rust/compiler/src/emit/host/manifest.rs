@@ -23,7 +23,7 @@ pub(super) fn of_crate(job: &Job<'_>, bodies: &dyn Bodies) -> String {
          publish = false\n\n"
     );
     if job.is_image {
-        let path = toml_text(job.settings.lf_zephyr);
+        let path = toml_text(&job.settings.crate_folder("zephyr"));
         text.push_str("[lib]\ncrate-type = [\"staticlib\"]\n\n");
         let features =
             features(has_peers(job).then_some("peers").into_iter().chain(sending::features(job.view)).chain(of_c(c)));
@@ -33,7 +33,7 @@ pub(super) fn of_crate(job: &Job<'_>, bodies: &dyn Bodies) -> String {
         text.push_str("[profile.release]\ndebug = \"line-tables-only\"\nlto = true\npanic = \"abort\"\n\n");
         text.push_str("# This crate is built by Zephyr's build, by itself.\n[workspace]\n");
     } else {
-        let path = toml_text(job.settings.lf_linux);
+        let path = toml_text(&job.settings.crate_folder("linux"));
         let workers = (job.workers() > 1).then_some("workers");
         let devices = bodies.uses_devices().then_some("devices");
         let security = security(job.plan());
@@ -80,7 +80,8 @@ fn build_dependencies(job: &Job<'_>, c: NativeParts) -> String {
     };
     // The build of an image reads the files for CMake itself.
     let cmake = (!job.is_image && !job.view.native.cmake.is_empty()).then_some("cmake");
-    let (path, features) = (toml_text(job.settings.lf_c_build), features(headers.into_iter().chain(cmake)));
+    let path = toml_text(&job.settings.crate_folder("c-build"));
+    let features = features(headers.into_iter().chain(cmake));
     format!("\n[build-dependencies]\nlf-c-build = {{ path = {path}{features} }}\n")
 }
 

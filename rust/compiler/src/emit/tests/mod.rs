@@ -19,15 +19,7 @@ use crate::deployment::{Deployment, Place, Platform};
 use crate::plan::{Plan, ReactorClass, Value};
 
 fn settings(deployment: &Deployment) -> Settings<'_> {
-    Settings {
-        lf_linux: "../../rust/linux",
-        lf_zephyr: "../../rust/zephyr",
-        lf_c_build: "../../rust/c-build",
-        version: "0.0.0",
-        current: "/work",
-        deployment,
-        keys: "/keys",
-    }
+    Settings { crates: "../../rust", version: "0.0.0", current: "/work", deployment, keys: "/keys" }
 }
 
 /// Returns a deployment of all federates on boards of this name.
