@@ -25,7 +25,7 @@ use crate::diagnostics::{Code, Diagnostic, Diagnostics};
 use crate::elaborated::Elaborated;
 use crate::instances::InstanceId;
 use crate::plan::{self, Plan};
-use crate::resolve::{Class, Program, Unit, program_name};
+use crate::resolve::{Class, Program, Unit, is_of_federations, program_name};
 use builder::Context;
 use classes::Places;
 use std::collections::BTreeSet;
@@ -118,12 +118,11 @@ fn rti(main: &Class<'_>, name: &str, target: &plan::Target, diagnostics: &mut Di
 
 /// Reports properties of federations in a program that is none.
 fn idle_properties(program: &Program, is_federated: bool, diagnostics: &mut Diagnostics) {
-    const FEDERATED: [&str; 5] = ["coordination", "clock-sync", "clock-sync-options", "joint-rti", "joint-rti-options"];
     if is_federated {
         return;
     }
     let Some(target) = program.units.first().and_then(|unit| unit.ast.target.as_ref()) else { return };
-    for property in target.properties.iter().filter(|property| FEDERATED.contains(&property.key.text.as_str())) {
+    for property in target.properties.iter().filter(|property| is_of_federations(&property.key.text)) {
         let message = format!("`{}` has no effect in a program that is not federated", property.key.text);
         let hint = "remove it, or make the main reactor `federated`";
         diagnostics.push(Diagnostic::new(Code::IdleProperty, property.key.span, message).hint(hint));

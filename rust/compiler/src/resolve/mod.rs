@@ -46,6 +46,7 @@ pub(crate) use model::{
     CheckedConnection, CheckedMethod, CheckedPort, CheckedReaction, Class, ClassId, ConnectionEnd, Given, PortRef,
     ReactionVariable, Sending, Variable, Wait,
 };
+pub(crate) use properties::is_of_federations;
 pub use properties::{PropertyScope, TargetProperty};
 pub(crate) use reaction::signature;
 pub(crate) use reactors::check;

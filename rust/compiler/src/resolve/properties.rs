@@ -80,6 +80,12 @@ pub(super) fn named(name: &str, language: Language) -> Option<&'static TargetPro
     honoured(language).find(|property| property.name == name)
 }
 
+/// Returns whether only federations have the property of a name, in any case of letters.
+pub(crate) fn is_of_federations(name: &str) -> bool {
+    let mut own = PROPERTIES.iter().filter(|property| property.scope == PropertyScope::Coordination);
+    own.any(|property| property.name.eq_ignore_ascii_case(name))
+}
+
 /// Returns all properties that programs with bodies in a language have.
 pub(super) fn honoured(language: Language) -> impl Iterator<Item = &'static TargetProperty> + Clone {
     PROPERTIES.iter().filter(move |property| property.is_of(language))
