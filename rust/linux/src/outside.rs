@@ -10,7 +10,6 @@ use lf_model::time::Instant;
 use lf_model::{Mailbox, Outside};
 
 use crate::clock::Clock;
-use crate::devices;
 use crate::wake::WakeUp;
 
 static PROGRAM: OnceLock<HostOutside> = OnceLock::new();
@@ -23,6 +22,8 @@ pub(crate) struct HostOutside {
     read: AtomicI64,
     physical: Mutex<Physical>,
     mailbox: Mailbox,
+    /// When the program started, by this computer's clock.
+    start: OnceLock<Instant>,
     /// The federation that this process has joined.
     federation_id: OnceLock<CString>,
 }
@@ -53,6 +54,7 @@ impl HostOutside {
             read: AtomicI64::new(i64::MIN),
             physical: Mutex::new(Physical { correction: ClockCorrection::NONE, latest: Instant::NEVER }),
             mailbox: Mailbox::new(),
+            start: OnceLock::new(),
             federation_id: OnceLock::new(),
         }
     }
@@ -75,6 +77,12 @@ impl HostOutside {
     /// Returns the uncorrected clock of this process.
     pub(crate) fn clock(&self) -> Clock {
         self.clock
+    }
+
+    /// Returns when the program started, by this computer's uncorrected clock: changes of pins have its times, as an
+    /// oscilloscope is not part of the federation.
+    pub(crate) fn start(&self) -> Option<Instant> {
+        self.start.get().copied()
     }
 
     /// See [`lf_runtime::platform::Platform::set_correction`].
@@ -131,7 +139,11 @@ impl Outside for HostOutside {
     }
 
     fn starts(&self, start: Instant) {
-        devices::starts(start);
+        let (before, physical, after) = (self.clock.now(), self.physical_time(), self.clock.now());
+        // If they cannot be distinguished, they are one clock.
+        let is_one = (before..=after).contains(&physical);
+        let by_computer = if is_one { start } else { after.saturating_add(start.since(physical)) };
+        self.start.get_or_init(|| by_computer);
     }
 }
 

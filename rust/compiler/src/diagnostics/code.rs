@@ -1,7 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
-//! The stable names of all diagnostics.
+//! The stable names of all diagnostics, and their severities.
 
-use super::Severity;
+/// The severity of a diagnostic.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub enum Severity {
+    /// The program is compiled nevertheless.
+    Warning,
+    /// There is no plan for this program.
+    Error,
+}
 
 macro_rules! codes {
     ($($(#[$doc:meta])* $variant:ident = $text:literal,)*) => {
@@ -43,7 +50,7 @@ codes! {
     /// A host name or address that is invalid.
     BadHost = "E009-bad-host",
 
-    /// No `target`, or not `target Rust`.
+    /// No `target`, or one whose language is not compiled here.
     WrongTarget = "E010-wrong-target",
     /// A target property that does not exist.
     UnknownProperty = "E011-unknown-property",

@@ -9,21 +9,12 @@ mod render;
 mod source;
 mod suggest;
 
-pub use code::Code;
+pub use code::{Code, Severity};
 pub use render::Style;
 pub use source::{FileId, Position, SourceText, SourceTexts, Span};
 pub(crate) use suggest::did_you_mean;
 
 use indexmap::{IndexMap, IndexSet};
-
-/// The severity of a diagnostic.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
-pub enum Severity {
-    /// The program is compiled nevertheless.
-    Warning,
-    /// There is no plan for this program.
-    Error,
-}
 
 /// A further place that explains the first one.
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]

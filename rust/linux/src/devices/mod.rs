@@ -35,7 +35,7 @@ mod words;
 #[cfg(feature = "devices")]
 pub use handle::{Adc, Handle, I2c, Input, Output, Pwm, Sensor, Spi, Uart};
 pub(crate) use script::Script;
-pub(crate) use simulation::{Simulation, starts};
+pub(crate) use simulation::Simulation;
 
 /// Returns a device by its alias or its label in a board's devicetree: `device!(led0)`.
 ///

@@ -8,7 +8,6 @@ use std::path::PathBuf;
 use std::sync::{Mutex, MutexGuard, OnceLock, PoisonError};
 
 use lf_devices::{Channel, Problem, SensorValue};
-use lf_model::Outside;
 use lf_model::time::{Instant, Interval};
 
 use super::binding::Bound;
@@ -27,8 +26,6 @@ pub(crate) struct Simulation {
     is_alone: bool,
     script: Script,
     recording: Option<PathBuf>,
-    /// By the computer's clock.
-    start: OnceLock<Instant>,
     devices: Mutex<Devices>,
 }
 
@@ -265,7 +262,8 @@ impl Simulation {
 
     /// Returns the time since the start.
     fn elapsed(&self) -> Interval {
-        self.start.get().map_or(Interval::ZERO, |start| HostOutside::of_program().clock().now().since(*start))
+        let outside = HostOutside::of_program();
+        outside.start().map_or(Interval::ZERO, |start| outside.clock().now().since(start))
     }
 
     fn lock(&self) -> MutexGuard<'_, Devices> {
@@ -274,7 +272,7 @@ impl Simulation {
 
     /// Returns the recording of all pins and voltages until now, since the start.
     fn recorded(&self) -> Recording {
-        let start = self.start.get().copied();
+        let start = HostOutside::of_program().start();
         let end = self.elapsed();
         let devices = self.lock();
         let since = |time: Instant| start.map_or(Interval::ZERO, |start| time.since(start));
@@ -298,19 +296,6 @@ fn bytes(value: &Value) -> Option<Vec<Vec<u8>>> {
             (0..=u8::MAX).find(|byte| f64::from(*byte).total_cmp(number).is_eq()).map(|byte| vec![vec![byte]])
         }
         Value::Text(_) => None,
-    }
-}
-
-/// Starts the script with the program. The start is by the federation's clock, while changes of pins are by the
-/// computer's, as in all recordings of a run: an oscilloscope is not part of the federation.
-pub(crate) fn starts(start: Instant) {
-    if let Some(simulation) = PROGRAM.get() {
-        let outside = HostOutside::of_program();
-        let (before, physical, after) = (outside.clock().now(), outside.physical_time(), outside.clock().now());
-        // If they cannot be distinguished, they are one clock.
-        let is_one = (before..=after).contains(&physical);
-        let by_computer = if is_one { start } else { after.saturating_add(start.since(physical)) };
-        simulation.start.get_or_init(|| by_computer);
     }
 }
 

@@ -127,7 +127,12 @@ pub(super) fn resolve(modules: &BTreeMap<Name, Module>, from: &Name, path: &[Str
         "crate" => (Name::new(), &path[1..]),
         "self" | "super" => (from.clone(), path),
         first if modules.contains_key(&child(from, first)) => (from.clone(), path),
-        _ => return None,
+        first => {
+            // A name that `use` has brought here, such as that of a module.
+            let origin = modules.get(from)?.imported.get(first).filter(|origin| depth > 0 && *origin != path)?;
+            let whole: Name = origin.iter().chain(&path[1..]).cloned().collect();
+            return resolve(modules, from, &whole, depth - 1);
+        }
     };
     while let Some((first, others)) = rest.split_first() {
         match first.as_str() {
@@ -217,6 +222,16 @@ mod tests {
             ("lib.rs", "mod a; mod b; pub use b::Thing;"),
             ("a.rs", "use crate::Thing; pub struct Own(Thing);"),
             ("b.rs", "pub struct Thing; fn make(_: super::a::Own) {}"),
+        ];
+        assert_eq!(found(&files), ["a.rs uses b.rs, which uses this file"]);
+    }
+
+    #[test]
+    fn a_circle_is_found_through_an_imported_module() {
+        let files = [
+            ("lib.rs", "mod a; mod b;"),
+            ("a.rs", "use crate::b; pub struct Own; fn make() { b::make() }"),
+            ("b.rs", "pub fn make() { crate::a::Own; }"),
         ];
         assert_eq!(found(&files), ["a.rs uses b.rs, which uses this file"]);
     }
