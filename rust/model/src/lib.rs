@@ -4,8 +4,7 @@
 //!
 //! The compiler generates a [`Program`] with constant [`Tables`]; an event loop drives it through an [`Engine`], which
 //! uses an [`Env`] to read a clock, send and wake. This crate knows neither federations nor sockets nor threads, and
-//! does not allocate. `tests/as_generated.rs` shows a program as the compiler writes it, and an event loop that drives
-//! it.
+//! does not allocate. `tests/bench` has a program that is made by hand, and an event loop that drives it.
 //!
 //! # Capacities that the generator chooses
 //!

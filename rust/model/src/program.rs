@@ -11,7 +11,7 @@ use crate::time::Tag;
 /// A federate's program, as the compiler generates it: one struct that owns all state, ports and queues.
 ///
 /// Each method is one `match` over the ids that it concerns; unknown ids have the default behaviour here, which is that
-/// of a program without such parts. `tests/as_generated.rs` of this crate shows a complete one.
+/// of a program without such parts. `tests/bench` of this crate has a complete one.
 pub trait Program {
     /// Returns the program's constant part.
     fn tables(&self) -> &'static Tables;
