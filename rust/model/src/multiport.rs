@@ -231,6 +231,7 @@ mod tests {
         assert_eq!(channels.iterate_set().count(), 2);
         assert_eq!(channels.enumerate_set().map(|(channel, _)| channel).collect::<Vec<_>>(), [0, 2]);
         assert_eq!((channels[2].value, channels.get(3).is_none()), (Some(5), true));
+        assert_eq!(channels.get(0).and_then(|port| port.value), Some(3));
         assert_eq!((&channels).into_iter().len(), 3);
     }
 

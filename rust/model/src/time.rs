@@ -404,3 +404,18 @@ impl Offset {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_moved_tag_keeps_its_distance() {
+        let tag = |ns, microstep| Tag::new(Instant::from_nanos(ns), Microstep(microstep));
+        assert_eq!(tag(7, 5).moved(tag(7, 2), tag(20, 4)), tag(20, 7), "in microsteps at one instant");
+        assert_eq!(tag(9, 5).moved(tag(7, 2), tag(20, 4)), tag(22, 5), "in nanoseconds otherwise");
+        for endless in [Tag::NEVER, Tag::FOREVER] {
+            assert_eq!(endless.moved(tag(7, 2), tag(20, 4)), endless);
+        }
+    }
+}

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Modes: what is active, what stands still meanwhile, and what is dropped.
-use crate::bench::{Builder, By, at, bench, entries, timing};
+use crate::bench::{Builder, By, Cells, at, bench, entries, timing};
 use lf_model::prelude::*;
 use lf_model::{Interval, ModeId, Policy, Settings, Transition};
 
@@ -241,4 +241,55 @@ fn a_change_at_the_last_tag_does_not_happen() {
     let mut bench = two_modes(10, RESET(1), RESET(0)).settings(settings).build();
     assert_eq!(bench.steps(5), [at(0, 0), at(10, 0)]);
     assert!(bench.program.cells.resets.is_empty());
+}
+
+/// The first of two reactors changes its mode every 10 ms; the second one is in mode 3 from 20 ms to 50 ms.
+#[test]
+fn a_change_of_one_reactors_mode_leaves_those_of_another_one_as_they_are() {
+    let settings = Settings { timeout: Some(Interval::from_millis(60)), ..Settings::DEFAULT };
+    let at_ms = |ms: u128, mode| {
+        move |_: &mut Cells, ctx: &mut ReactionContext<'_>| {
+            if ctx.get_elapsed_logical_time().as_millis() == ms {
+                ctx.set_mode(HISTORY(mode));
+            }
+        }
+    };
+    let log = |word: &'static str| move |cells: &mut Cells, ctx: &mut ReactionContext<'_>| cells.log(ctx, word);
+    let mut bench = bench()
+        .settings(settings)
+        .modes(&[(0, None, true), (0, None, false), (1, None, true), (1, None, false)])
+        .timer(0, 10, 10)
+        .timer(1, 25, 100)
+        .trigger_in(3, 2)
+        .reaction(0, &[By::Timer(0)], |_, ctx| ctx.set_mode(HISTORY(1)))
+        .in_mode(0)
+        .reaction(0, &[By::Timer(0)], |_, ctx| ctx.set_mode(HISTORY(0)))
+        .in_mode(1)
+        .reaction(0, &[By::Startup], log("startup of 0"))
+        .in_mode(0)
+        .reaction(0, &[By::Timer(0)], at_ms(20, 3))
+        .in_mode(2)
+        .reaction(0, &[By::Timer(0)], at_ms(50, 2))
+        .in_mode(3)
+        .reaction(1, &[By::Startup], log("startup of 3"))
+        .in_mode(3)
+        .reaction(1, &[By::Timer(0)], log("mode 3"))
+        .in_mode(3)
+        .reaction(1, &[By::Reset], log("reset"))
+        .in_mode(2)
+        .reaction(1, &[By::Timer(1)], log("timer"))
+        .in_mode(2)
+        .build();
+    bench.steps(20);
+    let expected = [
+        ("startup of 0", 0, 0),
+        ("startup of 3", 20, 1),
+        ("mode 3", 30, 0),
+        ("mode 3", 40, 0),
+        ("mode 3", 50, 0),
+        // It had 5 ms left when its mode was left.
+        ("timer", 55, 0),
+    ];
+    assert_eq!(bench.log(), entries(&expected));
+    assert!(bench.engine.is_done(), "at the last tag, mode 3 has been left");
 }

@@ -3,7 +3,7 @@
 use std::fmt::Debug;
 
 use lf_model::prelude::*;
-use lf_model::{Interval, PayloadError};
+use lf_model::{Interval, PayloadError, text_to};
 use proptest::prelude::*;
 
 payload! {
@@ -135,6 +135,8 @@ fn bytes_that_are_no_value_are_refused_with_the_reason() {
     assert_eq!(Text::decode(b"a\0c\0"), Err(PayloadError::Nul));
     assert_eq!(Text::decode(b"\xFF\0"), Err(PayloadError::NotUtf8));
     assert_eq!(Text::decode(b"abcde\0"), Err(PayloadError::TooLong { capacity: 4, found: 5 }));
+    assert_eq!(text_to("abcd", 4, &mut [0; 5]), Ok(5));
+    assert_eq!(text_to("abcde", 4, &mut [0; 6]), Err(PayloadError::TooLong { capacity: 4, found: 5 }));
     assert_eq!(List::decode(&[0; 3]), Err(PayloadError::Remainder { element: 2, found: 3 }));
     assert_eq!(List::decode(&[0; 6]), Err(PayloadError::TooLong { capacity: 2, found: 3 }));
     let mut room = [0; 8];

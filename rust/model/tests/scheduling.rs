@@ -231,3 +231,28 @@ fn an_event_scheduled_at_forever_never_happens_and_takes_no_room() {
         .build();
     assert_eq!(bench.steps(9).len(), 9);
 }
+
+#[test]
+fn an_action_is_present_at_its_tag_only() {
+    let mut bench = bench()
+        .timer(0, 5, 5)
+        .physical(timing(0, None, Defer))
+        .reaction(0, &[By::Startup], |cells, ctx| {
+            ctx.schedule_with_v(&mut cells.actions[0], Some(7), after!(1 ms));
+            let physical = cells.physical.clone();
+            ctx.schedule_physical_with_v(&physical, Some(8), after!(2 ms)).unwrap();
+        })
+        .reaction(1, &[By::Action(0), By::Physical, By::Timer(0)], |cells, ctx| {
+            let present = (ctx.is_present(&cells.actions[0]), ctx.is_present(&cells.physical));
+            let values = (ctx.get(&cells.actions[0]), ctx.get(&cells.physical));
+            cells.log(ctx, format!("{present:?} {values:?}"));
+        })
+        .build();
+    bench.steps(4);
+    let expected = [
+        ("(true, false) (Some(7), None)", 1, 0),
+        ("(false, true) (None, Some(8))", 2, 0),
+        ("(false, false) (None, None)", 5, 0),
+    ];
+    assert_eq!(bench.log(), entries(&expected));
+}

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Messages that come after their tag: when they take effect, which reactions see them, and their intended tags.
 use crate::bench::{Bench, Builder, By, Cells, MS, at, bench, entries};
+use lf_model::prelude::Asap;
 use lf_model::{Delivery, InputId, Interval, ReactionContext, Settings};
 
 fn program() -> Builder {
@@ -124,6 +125,9 @@ fn a_message_for_the_open_tag_is_tardy_only_when_its_level_has_been_reached() {
         bench.begin(at(0, 0));
         bench.advance_below(Some(limit));
         assert_eq!(bench.deliver_tardy(at(0, 0), 5), delivery);
+        bench.advance();
+        let seen = if limit == 1 { "body 5 for 0.0" } else { "body nothing for 0.0" };
+        assert_eq!(bench.log(), entries(&[(seen, 0, 0)]));
     }
 }
 
@@ -166,4 +170,30 @@ fn a_body_can_change_how_long_tags_wait() {
     bench.steps(2);
     assert_eq!(bench.engine.max_wait(InputId(0)), before.saturating_add(Interval::from_nanos(10)));
     assert_eq!(bench.engine.max_wait(InputId(9)), Interval::ZERO, "there is no such input");
+}
+
+#[test]
+fn a_second_message_for_one_tag_is_tardy_when_the_next_microstep_is_over() {
+    let mut bench = program()
+        .reaction(0, &[By::Input], tell("body"))
+        .reaction(1, &[By::Timer(0)], |cells, ctx| ctx.schedule(&mut cells.actions[0], Asap))
+        .build();
+    bench.deliver_tardy(at(20, 0), 1);
+    to_20_ms(&mut bench);
+    assert_eq!(bench.steps(1), [at(20, 1)]);
+    assert_eq!(bench.deliver_tardy(at(20, 0), 2), Delivery::Tardy(at(20, 2)));
+}
+
+#[test]
+fn what_would_take_effect_after_the_stop_is_lost() {
+    let mut bench = program().reaction(0, &[By::Input], tell("body")).build();
+    bench.engine.set_stop_tag(at(20, 1));
+    to_20_ms(&mut bench);
+    assert_eq!(bench.deliver_tardy(at(20, 2), 1), Delivery::AfterStop);
+    assert_eq!(bench.deliver_tardy(at(13, 0), 2), Delivery::Tardy(at(20, 1)), "the stop itself is not after it");
+    assert_eq!(bench.deliver_tardy(at(13, 0), 3), Delivery::Lost, "it would follow the first one");
+    assert_eq!(bench.steps(9), [at(20, 1)]);
+    assert_eq!(bench.deliver_tardy(at(14, 0), 4), Delivery::Lost);
+    assert_eq!(bench.engine.next_tag(), None);
+    assert_eq!(bench.log(), entries(&[("body 2 for 13.0", 20, 1)]));
 }
