@@ -7,9 +7,10 @@ use std::collections::BTreeSet;
 
 use crate::federation_support::graph::{END_NS, Graph, Trace, any_graph};
 use crate::federation_support::participant::Participant;
-use lf_coordination::federate::{Disconnected, Phase};
+use lf_coordination::federate::{All, Disconnected, Needs, Phase};
 use lf_coordination::rti::{ClockSync as RtiClockSync, Config as RtiConfig, Outcome, Status, WINDOW};
 use lf_model::time::Interval;
+use lf_testkit::profiles::Centralized;
 use lf_testkit::random::Random;
 use lf_testkit::rti::{Rig, Sizes};
 use proptest::prelude::*;
@@ -40,14 +41,15 @@ impl Manner {
     }
 }
 
-/// Runs a federation to its end; returns what each federate has seen.
-fn run(graph: &Graph, manner: Manner) -> Vec<Trace> {
+/// Runs a federation of federates with these needs to its end; returns what each federate has seen.
+fn run<N: Needs>(graph: &Graph, manner: Manner) -> Vec<Trace> {
     let Manner { seed, room, dnet, window, slow, stop } = manner;
     let count = graph.periods.len();
     let clock_sync = RtiClockSync::Init { trials: 3 };
     let config = RtiConfig { clock_sync, dnet, window, ..RtiConfig::new(b"random", PAYLOAD_MAX) };
     let mut rig = Rig::new(config, Sizes { output: 128, ..Sizes::ample(count) });
-    let mut participants: Vec<_> = (0..).take(count).map(|id| Participant::new(id, graph, &mut rig, room)).collect();
+    let mut participants: Vec<Participant<N>> =
+        (0..).take(count).map(|id| Participant::new(id, graph, &mut rig, room)).collect();
     // The next federate, and how much it does.
     let mut random = Random::new(seed);
     for _ in 0..TURNS_MAX {
@@ -102,13 +104,14 @@ fn run(graph: &Graph, manner: Manner) -> Vec<Trace> {
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(96))]
 
-    /// Speed, room and DNETs make no difference to what the federates see, and neither does that they are several.
+    /// Speed, room, DNETs and profile make no difference to what the federates see, and neither does that they are
+    /// several.
     #[test]
     fn observed_values_do_not_depend_on_the_speed(graph in any_graph(), seeds: [u64; 3], small in 75..100usize) {
         let expected = graph.expected();
-        prop_assert_eq!(&run(&graph, Manner::usual(seeds[0])), &expected);
-        prop_assert_eq!(&run(&graph, Manner { room: small, ..Manner::usual(seeds[1]) }), &expected);
-        prop_assert_eq!(&run(&graph, Manner { dnet: false, ..Manner::usual(seeds[2]) }), &expected);
+        prop_assert_eq!(&run::<All>(&graph, Manner::usual(seeds[0])), &expected);
+        prop_assert_eq!(&run::<Centralized>(&graph, Manner { room: small, ..Manner::usual(seeds[1]) }), &expected);
+        prop_assert_eq!(&run::<Centralized>(&graph, Manner { dnet: false, ..Manner::usual(seeds[2]) }), &expected);
     }
 
     /// A slow federate makes others wait, which makes no difference either, in cycles neither; and it never has more
@@ -122,7 +125,8 @@ proptest! {
         dnet: bool,
     ) {
         let slow = Some(slow % graph.periods.len());
-        prop_assert_eq!(run(&graph, Manner { dnet, window, slow, ..Manner::usual(seed) }), graph.expected());
+        let manner = Manner { dnet, window, slow, ..Manner::usual(seed) };
+        prop_assert_eq!(run::<Centralized>(&graph, manner), graph.expected());
     }
 
     /// A stop ends all federates at one tag, and until then makes no difference.
@@ -136,7 +140,7 @@ proptest! {
         slow: usize,
     ) {
         let (stop, slow) = (Some((who % graph.periods.len(), at)), Some(slow % graph.periods.len()));
-        let stopped = run(&graph, Manner { window, slow, stop, ..Manner::usual(seed) });
+        let stopped = run::<All>(&graph, Manner { window, slow, stop, ..Manner::usual(seed) });
         for (all, seen) in graph.expected().iter().zip(&stopped) {
             // The last tag is one more event, which has no inputs of its own.
             let last = seen.keys().next_back();

@@ -13,6 +13,7 @@ use crate::federation_support::participant::Participant;
 use lf_coordination::federate::{FederateError, Phase};
 use lf_coordination::rti::{ClockSync as RtiClockSync, Config as RtiConfig, ConnectionId, Outcome, Status};
 use lf_model::time::{Instant, Interval, Tag};
+use lf_testkit::profiles::CentralizedTransients;
 use lf_testkit::random::Random;
 use lf_testkit::rti::{Rig, Sizes};
 use lf_wire::RejectCode;
@@ -36,7 +37,7 @@ enum End {
 
 /// An instance of a federate.
 struct Life {
-    federate: Participant,
+    federate: Participant<CentralizedTransients>,
     end: Option<End>,
     /// The turns in which it has learnt its first tag, and has sent its resignation.
     joined: Option<usize>,

@@ -4,7 +4,6 @@
 
 #![allow(clippy::unwrap_used, reason = "a failed unwrap in a helper is that test's failure")]
 
-mod authentication;
 mod clock_sync;
 mod clock_sync_drift;
 mod clock_sync_rounds;

@@ -1,62 +1,36 @@
 // SPDX-License-Identifier: Apache-2.0
-//! The needs of the federates of shipped images. Tests run in each of these profiles, and not only with all needs.
+//! The profiles of shipped images: what `lf_embedded::run!` finds that their federates need. Dialogues run in each of
+//! them, and not only with all needs.
 
 use lf_coordination::federate::Needs;
 
-/// A federate that the RTI grants tags, in any place of its federation.
-#[derive(Clone, Copy, Debug)]
-pub struct Centralized;
+/// Declares profiles, each with the capabilities that it lacks. Without transient federates is the usual case.
+macro_rules! profiles {
+    ($($(#[$doc:meta])+ $name:ident: without $($capability:ident),+;)+) => {$(
+        $(#[$doc])+
+        #[derive(Clone, Copy, Debug)]
+        pub struct $name;
 
-impl Needs for Centralized {
-    const DECENTRALIZED: bool = false;
-    const PEERS_IN: bool = false;
-    const PEERS_OUT: bool = false;
-    const UNTAGGED: bool = false;
-    const BUFFER_CHECK: bool = false;
+        impl Needs for $name {
+            $(const $capability: bool = false;)+
+            const BUFFER_CHECK: bool = false;
+        }
+    )+};
 }
 
-/// A federate that the RTI grants tags, and that only sends.
-#[derive(Clone, Copy, Debug)]
-pub struct CentralizedSource;
-
-impl Needs for CentralizedSource {
-    const DECENTRALIZED: bool = false;
-    const INPUTS: bool = false;
-    const CYCLES: bool = false;
-    const AUTHENTICATION: bool = false;
-    const AWAITED: bool = false;
-    const PEERS_IN: bool = false;
-    const PEERS_OUT: bool = false;
-    const UNTAGGED: bool = false;
-    const PHYSICAL: bool = false;
-    const BUFFER_CHECK: bool = false;
-}
-
-/// A federate whose messages go from federate to federate.
-#[derive(Clone, Copy, Debug)]
-pub struct Decentralized;
-
-impl Needs for Decentralized {
-    const CENTRALIZED: bool = false;
-    const INPUTS: bool = false;
-    const CYCLES: bool = false;
-    const PHYSICAL: bool = false;
-    const BUFFER_CHECK: bool = false;
-}
-
-/// The same without clock synchronization that only sends.
-#[derive(Clone, Copy, Debug)]
-pub struct DecentralizedSource;
-
-impl Needs for DecentralizedSource {
-    const CENTRALIZED: bool = false;
-    const INPUTS: bool = false;
-    const CYCLES: bool = false;
-    const AUTHENTICATION: bool = false;
-    const AWAITED: bool = false;
-    const PEERS_IN: bool = false;
-    const UNTAGGED: bool = false;
-    const PHYSICAL: bool = false;
-    const CLOCK_SYNC: bool = false;
-    const BUFFER_CHECK: bool = false;
+profiles! {
+    /// A federate that the RTI grants tags, in any place of its federation.
+    Centralized: without DECENTRALIZED, PEERS_IN, PEERS_OUT, UNTAGGED, TRANSIENTS;
+    /// The same where federates come and go.
+    CentralizedTransients: without DECENTRALIZED, PEERS_IN, PEERS_OUT, UNTAGGED;
+    /// A federate that the RTI grants tags, and that only sends.
+    CentralizedSource: without DECENTRALIZED, INPUTS, CYCLES, AUTHENTICATION, AWAITED, PEERS_IN, PEERS_OUT, UNTAGGED,
+        TRANSIENTS, PHYSICAL, WAITS;
+    /// A federate whose messages go from federate to federate.
+    Decentralized: without CENTRALIZED, INPUTS, CYCLES, TRANSIENTS, PHYSICAL;
+    /// The same where federates come and go.
+    DecentralizedTransients: without CENTRALIZED, INPUTS, CYCLES, PHYSICAL;
+    /// A federate whose messages go from federate to federate, and that only sends.
+    DecentralizedSource: without CENTRALIZED, INPUTS, CYCLES, AUTHENTICATION, AWAITED, PEERS_IN, UNTAGGED, TRANSIENTS,
+        PHYSICAL, WAITS;
 }

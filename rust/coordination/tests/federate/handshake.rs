@@ -1,18 +1,17 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Dialogues with the federate's state machine before the start, each named after what it proves.
 
-use super::{Config, Federate, config};
-use crate::federate_support::dialogue::{DOWNSTREAM, NOW, UPSTREAM, accepted, connected, drain};
+use super::{Config, Federate, Profile, config};
+use crate::federate_support::dialogue::{DOWNSTREAM, NOW, UPSTREAM, accepted, connected, drain, in_turn};
 use lf_coordination::federate::{
     CONNECT_RETRY, CONNECT_TIME_OUT, ClockSync, ConfigError, ConnectRetry, ConnectStep, Disconnected, Event,
     FederateError, Phase,
 };
 use lf_coordination::{Deadline, FederateId};
 use lf_model::time::Interval;
-use lf_wire::{ADDRESS_PORT_UNKNOWN, Message, RejectCode, UDP_PORT_CLOCK_SYNC_OFF};
+use lf_wire::{Message, RejectCode, UDP_PORT_CLOCK_SYNC_OFF};
 
-/// The message by which a federate requests an ordered stop.
-const IN_TURN: Message<'static> = Message::AddressAdvertisement { port: ADDRESS_PORT_UNKNOWN };
+const IN_TURN: &[Message<'static>] = in_turn::<Profile>();
 
 #[test]
 fn the_handshake_goes_out_in_order_as_far_as_there_is_room() {
@@ -23,8 +22,9 @@ fn the_handshake_goes_out_in_order_as_far_as_there_is_room() {
     assert_eq!(federate.poll_transmit(13), None);
     assert_eq!(federate.poll_transmit(14), Some(Message::FedIds { federate: 1, federation_id: b"federation" }));
     federate.handle_message(NOW, Message::Ack).unwrap();
-    let names: Vec<_> = drain(&mut federate).iter().map(Message::name).collect();
-    assert_eq!(names, ["NEIGHBOR_STRUCTURE", "UDP_PORT", "ADDRESS_ADVERTISEMENT", "TIMESTAMP"]);
+    let sent = drain(&mut federate);
+    assert_eq!((sent[0].name(), sent[1].name()), ("NEIGHBOR_STRUCTURE", "UDP_PORT"));
+    assert_eq!(sent[2..], [IN_TURN, &[Message::Timestamp(NOW.as_nanos())]].concat());
     assert_eq!((federate.phase(), federate.poll_timeout()), (Phase::Starting, Deadline::Never));
 }
 
@@ -108,7 +108,7 @@ fn an_rti_that_makes_no_exchange_is_an_error_and_one_that_makes_fewer_is_not() {
                     (exchanges, Interval::from_nanos(50 + 500 - NOW.as_nanos()))
                 );
                 let time = late.as_nanos() + estimate.offset.as_nanos();
-                assert_eq!(drain(&mut federate), [IN_TURN, Message::Timestamp(time)]);
+                assert_eq!(drain(&mut federate), [IN_TURN, &[Message::Timestamp(time)]].concat());
             }
             other => panic!("{other:?}"),
         }
@@ -141,7 +141,8 @@ fn without_clock_synchronization_the_rti_is_told_so() {
     let mut federate = connected(config(&[], &[]));
     federate.handle_message(NOW, Message::Ack).unwrap();
     let sent = drain(&mut federate);
-    assert_eq!(sent[1..], [Message::UdpPort(UDP_PORT_CLOCK_SYNC_OFF), IN_TURN, Message::Timestamp(NOW.as_nanos())]);
+    let off = [Message::UdpPort(UDP_PORT_CLOCK_SYNC_OFF)];
+    assert_eq!(sent[1..], [&off[..], IN_TURN, &[Message::Timestamp(NOW.as_nanos())]].concat());
 }
 
 #[test]

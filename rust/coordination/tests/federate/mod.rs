@@ -23,20 +23,38 @@ macro_rules! dialogues {
 
 #[path = "."]
 mod all {
-    dialogues!(lf_coordination::federate::All: cycles, decentralized, handshake, peers, running, transients);
+    dialogues!(lf_coordination::federate::All:
+        authentication, cycles, decentralized, handshake, peers, running, sending, transient_peers, transients);
 }
 
 #[path = "."]
 mod centralized {
-    dialogues!(lf_testkit::profiles::Centralized: cycles, handshake, running);
+    dialogues!(lf_testkit::profiles::Centralized: authentication, cycles, handshake, running, sending);
+}
+
+#[path = "."]
+mod centralized_transients {
+    dialogues!(lf_testkit::profiles::CentralizedTransients:
+        authentication, cycles, handshake, running, sending, transients);
+}
+
+#[path = "."]
+mod centralized_source {
+    dialogues!(lf_testkit::profiles::CentralizedSource: handshake, sending);
 }
 
 #[path = "."]
 mod decentralized {
-    dialogues!(lf_testkit::profiles::Decentralized: decentralized, peers);
+    dialogues!(lf_testkit::profiles::Decentralized: authentication, decentralized, handshake, peers);
+}
+
+#[path = "."]
+mod decentralized_transients {
+    dialogues!(lf_testkit::profiles::DecentralizedTransients:
+        authentication, decentralized, handshake, peers, transient_peers);
 }
 
 #[path = "."]
 mod decentralized_source {
-    dialogues!(lf_testkit::profiles::DecentralizedSource: decentralized);
+    dialogues!(lf_testkit::profiles::DecentralizedSource: decentralized, handshake, peers);
 }

@@ -4,6 +4,7 @@
 use std::net::{Ipv4Addr, Ipv6Addr};
 
 use super::{Config, Federate, Profile};
+use crate::federate_support::dialogue::in_turn;
 use lf_coordination::federate::{
     ADDRESS_RETRY, CONNECT_RETRY, CONNECT_TIME_OUT, ClockSync, Event, FederateError, Needs, Phase,
 };
@@ -14,9 +15,7 @@ use lf_testkit::messages::encoded;
 use lf_wire::{ADDRESS_PORT_UNKNOWN, Decoded, Limits, Message, RejectCode, UDP_PORT_CLOCK_SYNC_OFF, decode};
 
 const NOW: Instant = Instant::from_nanos(1_000_000);
-/// The message by which a federate requests an ordered stop, if the RTI grants it tags.
-const IN_TURN: &[Message<'static>] =
-    if Profile::CENTRALIZED { &[Message::AddressAdvertisement { port: ADDRESS_PORT_UNKNOWN }] } else { &[] };
+const IN_TURN: &[Message<'static>] = in_turn::<Profile>();
 const HERE: [u8; 4] = [127, 0, 0, 1];
 const MS: Interval = Interval::from_millis(1);
 
@@ -65,8 +64,8 @@ fn found(federate: u16, port: u16) -> Event<'static> {
 #[test]
 fn the_time_is_told_when_all_connections_are_there() {
     let mut federate = federate(Some(4711), &[2, 5]);
-    let first = [IN_TURN, &[Message::AddressAdvertisement { port: 4711 }, query(2)]].concat();
-    assert_eq!(drain(&mut federate), first);
+    let listens: &[_] = if Profile::PEERS_IN { &[Message::AddressAdvertisement { port: 4711 }] } else { &[] };
+    assert_eq!(drain(&mut federate), [IN_TURN, listens, &[query(2)]].concat());
     assert_eq!(federate.phase(), Phase::Meeting);
     assert_eq!(federate.handle_message(NOW, reply(1234)), Ok(found(2, 1234)));
     assert_eq!((drain(&mut federate), federate.poll_timeout()), (vec![], Deadline::Never));

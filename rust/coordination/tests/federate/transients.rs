@@ -1,10 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Dialogues with a federate that is transient, or has transient neighbors.
 
-use std::net::Ipv4Addr;
-
-use lf_coordination::federate::{Coordination, Event, FederateError, Phase};
-use lf_coordination::{Endpoint, FederateId, to_wire};
+use lf_coordination::federate::{Event, FederateError, Phase};
+use lf_coordination::{FederateId, to_wire};
 use lf_model::time::Tag;
 use lf_wire::{KIND_TRANSIENT, Message, MessageType, RejectCode};
 
@@ -12,8 +10,6 @@ use super::{Config, Federate, config};
 use crate::federate_support::dialogue::{
     DOWNSTREAM, NOW, START, UPSTREAM, accepted, connected, drain, ltc, ms, net, started,
 };
-
-const REPLY: Message<'static> = Message::AddressQueryReply { port: 4711, address: [127, 0, 0, 1] };
 
 /// Federate 1, which is transient, between 0 and 2.
 fn transient() -> Config<'static> {
@@ -124,73 +120,4 @@ fn neighbors_that_come_and_go_are_reported_before_the_start_and_after_it() {
 
 fn came_to(federate: u16) -> Event<'static> {
     Event::PeerCame(FederateId(federate))
-}
-
-fn query(federate: u16, is_transient: bool) -> Message<'static> {
-    Message::AddressQuery { federate, is_transient: Some(is_transient) }
-}
-
-fn found(federate: u16) -> Event<'static> {
-    Event::PeerFound { federate: FederateId(federate), address: Endpoint::new(Ipv4Addr::LOCALHOST, 4711) }
-}
-
-/// Sends directly to 2, which is transient, and to 3.
-fn direct() -> Config<'static> {
-    let coordination = Coordination::Decentralized;
-    Config { coordination, peers: &[2, 3], ..between_transients() }
-}
-
-#[test]
-fn the_start_waits_for_no_transient_receiver() {
-    // It is not there, or cannot be reached.
-    for answer in [Message::AddressQueryReply { port: -1, address: [0; 4] }, REPLY] {
-        let mut federate = connected(direct());
-        federate.handle_message(NOW, Message::Ack).unwrap();
-        assert_eq!(drain(&mut federate).last(), Some(&query(2, true)));
-        match federate.handle_message(NOW, answer) {
-            Ok(Event::None) => {}
-            event => {
-                assert_eq!(event, Ok(found(2)));
-                federate.peer_lost(NOW).unwrap();
-            }
-        }
-        assert_eq!(drain(&mut federate), [query(3, false)]);
-        assert_eq!(federate.handle_message(NOW, REPLY), Ok(found(3)));
-        federate.peer_connected(NOW);
-        assert_eq!(drain(&mut federate), [Message::Timestamp(NOW.as_nanos())]);
-    }
-}
-
-#[test]
-fn a_receiver_that_comes_is_looked_for_one_at_a_time() {
-    let mut federate = started(Config { peers: &[], ..direct() });
-    assert!(federate.find_peer(FederateId(2)) && !federate.find_peer(FederateId(3)));
-    assert_eq!(drain(&mut federate), [query(2, true)]);
-    assert_eq!(federate.handle_message(NOW, REPLY), Ok(found(2)));
-    assert!(!federate.find_peer(FederateId(3)));
-    federate.peer_connected(NOW);
-    assert!(federate.find_peer(FederateId(3)));
-    // It leaves before the answer, which is for nobody then.
-    assert_eq!(drain(&mut federate), [query(3, true)]);
-    let left = Message::OutboundDisconnected { federate: 3 };
-    assert_eq!(federate.handle_message(NOW, left), Ok(Event::PeerLeft(FederateId(3))));
-    let unknown = Message::AddressQueryReply { port: -1, address: [0; 4] };
-    assert_eq!(federate.handle_message(NOW, unknown), Ok(Event::None));
-    assert!(federate.find_peer(FederateId(2)), "one that cannot be reached is looked for again");
-    drain(&mut federate);
-    federate.handle_message(NOW, REPLY).unwrap();
-    federate.peer_lost(NOW).unwrap();
-    assert!(federate.find_peer(FederateId(2)));
-}
-
-/// Others connect to it, and send it what it needs at its first tag.
-#[test]
-fn with_decentralized_coordination_a_transient_receiver_begins_later() {
-    let coordination = Coordination::Decentralized;
-    for (listening, seconds) in [(None, 0), (Some(4711), 1)] {
-        let mut federate = connected(Config { coordination, listening, ..transient() });
-        federate.handle_message(NOW, Message::Ack).unwrap();
-        let clock = Message::Timestamp(NOW.as_nanos() + seconds * 1_000_000_000);
-        assert_eq!(drain(&mut federate).last(), Some(&clock));
-    }
 }

@@ -4,7 +4,7 @@
 use lf_coordination::federate::{ClockSync, Config, Event, Federate, Needs};
 use lf_coordination::{FederateId, to_wire};
 use lf_model::time::{Instant, Interval, Tag};
-use lf_wire::{DELAY_NONE, Message};
+use lf_wire::{ADDRESS_PORT_UNKNOWN, DELAY_NONE, Message};
 
 pub(crate) const NOW: Instant = Instant::from_nanos(1_000_000);
 pub(crate) const START: Instant = Instant::from_nanos(10_000_000_000);
@@ -27,6 +27,11 @@ pub(crate) fn net(tag: Tag) -> Message<'static> {
 
 pub(crate) fn ltc(tag: Tag) -> Message<'static> {
     Message::LatestTagComplete(to_wire(tag))
+}
+
+/// Returns the message by which a federate requests an ordered stop, if the RTI grants it tags.
+pub(crate) const fn in_turn<N: Needs>() -> &'static [Message<'static>] {
+    if N::CENTRALIZED { &[Message::AddressAdvertisement { port: ADDRESS_PORT_UNKNOWN }] } else { &[] }
 }
 
 /// Returns all messages of the federate.

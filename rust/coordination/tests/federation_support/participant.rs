@@ -4,7 +4,7 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use lf_coordination::federate::{
-    Awaited, AwaitedInput, ClockSync, Config, Event, Federate, FederateError, Phase, TAGS_AHEAD_MAX,
+    Awaited, AwaitedInput, ClockSync, Config, Event, Federate, FederateError, Needs, Phase, TAGS_AHEAD_MAX,
 };
 use lf_coordination::rti::ConnectionId;
 use lf_coordination::{FederateId, to_wire};
@@ -24,8 +24,8 @@ struct Open {
     done: usize,
 }
 
-pub(crate) struct Participant {
-    pub(crate) federate: Federate<'static>,
+pub(crate) struct Participant<N: Needs> {
+    pub(crate) federate: Federate<'static, N>,
     pub(crate) connection: ConnectionId,
     pub(crate) id: u16,
     graph: Graph,
@@ -63,7 +63,7 @@ fn leak<T>(items: impl IntoIterator<Item = T>) -> &'static mut [T] {
     items.into_iter().collect::<Vec<_>>().leak()
 }
 
-impl Participant {
+impl<N: Needs> Participant<N> {
     pub(crate) fn new(id: u16, graph: &Graph, rig: &mut Rig, room: usize) -> Self {
         Self::with_transients(id, graph, rig, room, &[])
     }
@@ -82,7 +82,7 @@ impl Participant {
             upstream.entry(edge.from).and_modify(|least| *least = delay.min(*least)).or_insert(delay);
         }
         let downstream: BTreeSet<u16> = graph.edges.iter().filter(|edge| edge.from == id).map(|edge| edge.to).collect();
-        let mut config = Config::new(FederateId(id), b"random");
+        let mut config = Config::with_needs(FederateId(id), b"random");
         config.upstream = leak(upstream);
         config.downstream = leak(downstream);
         config.transients = transients;

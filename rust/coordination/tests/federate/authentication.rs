@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Authentication between our RTI and our federate, and the peers that it keeps out.
 
+use super::{Config, Federate};
 use lf_coordination::FederateId;
 use lf_coordination::auth::{AUTHENTICATOR, Answer, answer_rti};
-use lf_coordination::federate::{ClockSync, Config, Disconnected, Event, Federate, FederateError, Phase};
+use lf_coordination::federate::{ClockSync, Disconnected, Event, FederateError, Phase};
 use lf_coordination::rti::{self, CONNECTION_TIME_OUT, ConnectionId};
 use lf_model::time::Instant;
 use lf_testkit::messages::encoded;
@@ -17,7 +18,7 @@ const NONCE: [u8; 8] = [7; 8];
 fn federate(key: &'static [u8], authentication: bool) -> Federate<'static> {
     let authentication = authentication.then_some(answer_rti as Answer);
     let mut federate =
-        Federate::new(Config { authentication, clock_sync: ClockSync::Off, ..Config::new(FederateId(0), key) })
+        Federate::new(Config { authentication, clock_sync: ClockSync::Off, ..Config::with_needs(FederateId(0), key) })
             .unwrap();
     federate.handle_connected(NOW, NONCE);
     federate
