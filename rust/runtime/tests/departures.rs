@@ -163,7 +163,7 @@ const LIMITS: lf_wire::Limits =
 
 /// Returns the outcome of federate 1, which has a connection from federate 0 over which it waits forever, and the
 /// number of its messages.
-fn end_with(act: impl FnOnce(&mut Stock<'_>) + Send) -> (Result<(), RunError>, usize) {
+fn end_with(act: impl Fn(&mut Stock<'_>) + Sync) -> (Result<(), RunError>, usize) {
     let edge = Edge { waits: (Interval::FOREVER, Interval::ZERO), ..federation::edge(0, 1) };
     let nodes = vec![Behavior::default(); 2];
     let plan = Plan { coordination: Coordination::Decentralized, trials: 1, ..Plan::new(nodes, vec![edge]) };

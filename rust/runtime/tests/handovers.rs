@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 //! A transient federate hands over its state, and takes over what it can of another one.
 
+use std::fmt::Debug;
+
 use crate::support::federation::{Edge, Plan, edge, run_with};
 use crate::support::node::{Behavior, FIRED};
 use lf_model::time::Interval;
@@ -92,7 +94,10 @@ impl Played<'_> {
 }
 
 /// Runs a transient federate with an RTI that `act` plays.
-fn with_rti<T: Send>(edges: &[Edge], act: impl FnOnce(&mut Played<'_>) -> T + Send) -> (Vec<String>, T) {
+fn with_rti<T: Debug + PartialEq + Send>(
+    edges: &[Edge],
+    act: impl Fn(&mut Played<'_>) -> T + Sync,
+) -> (Vec<String>, T) {
     let counter = Behavior { timer: Some((Interval::ZERO, Interval::from_secs(1))), ..Behavior::default() };
     let nodes = vec![counter, Behavior::default()];
     let plan = Plan { trials: 1, keepalive: true, transients: &[0], ..Plan::new(nodes, edges.to_vec()) };

@@ -52,12 +52,12 @@ impl Liar<'_> {
 }
 
 /// Returns why federate 1, which has an input from federate 0, ends when its RTI does this.
-fn complaint(lie: impl FnOnce(&mut Liar<'_>) + Send) -> String {
+fn complaint(lie: impl Fn(&mut Liar<'_>) + Sync) -> String {
     complaint_with(&[], lie)
 }
 
 /// Returns the complaint of a federate that leaves out some numbers of ports.
-fn complaint_with(own_ports: &'static [u16], lie: impl FnOnce(&mut Liar<'_>) + Send) -> String {
+fn complaint_with(own_ports: &'static [u16], lie: impl Fn(&mut Liar<'_>) + Sync) -> String {
     let nodes = vec![Behavior::default(); 2];
     let plan = Plan { trials: TRIALS, keepalive: true, own_ports, ..Plan::new(nodes, vec![edge(0, 1)]) };
     let (ran, ()) = run_with::<2, _>(&plan, 1, Interval::from_millis(1_700), |me, socket| {

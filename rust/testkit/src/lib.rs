@@ -12,7 +12,7 @@ pub mod messages;
 pub mod network;
 #[cfg(feature = "coordination")]
 pub mod parts;
-#[cfg(feature = "coordination")]
+#[cfg(any(feature = "coordination", feature = "network"))]
 pub mod profiles;
 pub mod random;
 #[cfg(feature = "coordination")]

@@ -2,6 +2,7 @@
 //! Whole federations of [`Node`]s with an RTI, as participants of a [`Threads`].
 
 use std::collections::{BTreeMap, BTreeSet};
+use std::fmt::Debug;
 use std::sync::Mutex;
 
 use lf_coordination::Deadline;
@@ -10,10 +11,10 @@ use lf_coordination::rti::{AfterLoss, ClockSync as RtiClockSync, Config, Outcome
 use lf_model::time::{Interval, Tag};
 use lf_model::{Engine, EngineStorage as _, Settings};
 use lf_runtime::platform::{Endpoint, Interest, IpAddress, Platform as _, SocketId, Transfer};
-use lf_runtime::trace::{Record, Recording};
+use lf_runtime::trace::{Record, Recorder, Recording};
 use lf_runtime::{
-    AwaitedInput, Buffers, ClockSync, Coordination, DELAY_NONE, FederateLoop, Federation, Inbound, Inlet, Join,
-    Outbound, Outgoing, RtiLoop, RtiSetup, RunError, buffer_bytes, peer_buffer_bytes,
+    AwaitedInput, Buffers, ClockSync, Coordination, DELAY_NONE, Federation, Inbound, Inlet, Join, Outbound, Outgoing,
+    RtiLoop, RtiSetup, RunError, buffer_bytes, peer_buffer_bytes,
 };
 use lf_testkit::network::address_of;
 use lf_wire::Storage;
@@ -21,6 +22,7 @@ use lf_wire::Storage;
 use super::keys::{Host, with_host};
 use super::lines;
 use super::node::{Behavior, Late, Log, Node, NodeStorage, TardyStorage};
+use super::profiles::{Parts, run_loop};
 use lf_testkit::world::{Blocking, Conditions, Fault, Threads, Trouble, Virtual};
 
 /// The port of the first listener of a federate.
@@ -188,6 +190,11 @@ impl Plan {
 }
 
 impl Plan {
+    /// Returns whether federates are in a cycle without delay.
+    pub(crate) fn has_cycle(&self) -> bool {
+        self.edges.iter().any(|edge| self.is_awaited(*edge))
+    }
+
     /// Returns whether the receiver waits within a tag for messages over a connection: it reaches the sender without
     /// delay.
     fn is_awaited(&self, edge: Edge) -> bool {
@@ -239,6 +246,7 @@ struct Results {
 }
 
 /// The results of a federate.
+#[derive(Debug, PartialEq)]
 pub(crate) struct Ran {
     pub result: Result<(), RunError>,
     pub log: Log,
@@ -249,8 +257,16 @@ pub(crate) struct Ran {
     pub lines: Vec<String>,
 }
 
-/// Runs a federation to its end.
+/// Runs a federation to its end, on computers, and with some seeds in images too, which makes no difference.
 pub(crate) fn run(plan: &Plan, conditions: Conditions) -> Report {
+    let report = run_once(plan, false, conditions);
+    if conditions.seed % 4 == 1 {
+        assert_eq!(run_once(plan, true, conditions), report, "in images");
+    }
+    report
+}
+
+fn run_once(plan: &Plan, in_image: bool, conditions: Conditions) -> Report {
     lines::keep();
     let world = Threads::new(conditions);
     let results = Mutex::new(Results::default());
@@ -288,9 +304,9 @@ pub(crate) fn run(plan: &Plan, conditions: Conditions) -> Report {
                 platform.begin();
                 with_host(plan, platform, |host| {
                     let ran = match plan.capacity {
-                        1 => run_node::<1>(plan, id, host),
-                        2 => run_node::<2>(plan, id, host),
-                        _ => run_node::<16>(plan, id, host),
+                        1 => run_node::<1>(plan, in_image, id, host),
+                        2 => run_node::<2>(plan, in_image, id, host),
+                        _ => run_node::<16>(plan, in_image, id, host),
                     };
                     results.lock().unwrap().federates.insert(id, (ran, world.now()));
                 });
@@ -307,10 +323,23 @@ pub(crate) fn run(plan: &Plan, conditions: Conditions) -> Report {
     Report { records: world.records(), ..report(results.into_inner().unwrap(), world.trouble()) }
 }
 
-/// Runs one federate, while `act` plays its RTI, which has accepted its connection, and all others; returns the
-/// results.
-pub(crate) fn run_with<const N: usize, T: Send>(
+/// Runs one federate, on a computer and then in an image, which makes no difference, while `act` plays its RTI, which
+/// has accepted its connection, and all others; returns the results.
+pub(crate) fn run_with<const N: usize, T: Debug + PartialEq + Send>(
     plan: &Plan,
+    id: u16,
+    clock_offset: Interval,
+    act: impl Fn(&mut Blocking, SocketId) -> T + Sync,
+) -> (Ran, T) {
+    let [results, in_image] =
+        [false, true].map(|in_image| run_once_with::<N, T>(plan, in_image, id, clock_offset, &act));
+    assert_eq!(in_image, results, "in an image");
+    results
+}
+
+fn run_once_with<const N: usize, T: Send>(
+    plan: &Plan,
+    in_image: bool,
     id: u16,
     clock_offset: Interval,
     act: impl FnOnce(&mut Blocking, SocketId) -> T + Send,
@@ -328,7 +357,7 @@ pub(crate) fn run_with<const N: usize, T: Send>(
         });
         let ran = scope.spawn(move || {
             federate.begin();
-            with_host(plan, federate, |host| run_node::<N>(plan, id, host))
+            with_host(plan, federate, |host| run_node::<N>(plan, in_image, id, host))
         });
         world.start();
         (ran.join().unwrap(), acted.join().unwrap())
@@ -481,8 +510,8 @@ pub(crate) fn federation_of(plan: &Plan, id: u16) -> Federation {
     }
 }
 
-/// Runs one federate of a federation on this platform.
-pub(crate) fn run_node<const N: usize>(plan: &Plan, id: u16, platform: &mut Host<'_>) -> Ran {
+/// Runs one federate of a federation on this platform, perhaps as in an image.
+pub(crate) fn run_node<const N: usize>(plan: &Plan, in_image: bool, id: u16, platform: &mut Host<'_>) -> Ran {
     // A connection's port is its position among the connections to its destination, those to itself included.
     let port_of = |index: usize| {
         let to = plan.edges[index].to;
@@ -502,6 +531,7 @@ pub(crate) fn run_node<const N: usize>(plan: &Plan, id: u16, platform: &mut Host
         .collect();
     let behavior = plan.nodes[usize::from(id)];
     let mut node = Node::<N>::new(behavior, platform.inner().side(), &inputs, &outputs).with_own_ports(plan.own_ports);
+    #[cfg(feature = "transients")]
     if plan.transients.contains(&id) {
         node = node.with_state();
     }
@@ -534,16 +564,16 @@ pub(crate) fn run_node<const N: usize>(plan: &Plan, id: u16, platform: &mut Host
     let buffers = Buffers::new(&mut input, &mut output).with_peers(&mut outbound, &mut inbound);
     let mut known = vec![Tag::NEVER; federation.awaited.len()];
     let mut recorder = platform.inner().recorder();
-    let (result, late_messages, lost_messages) =
-        match FederateLoop::<_>::new(platform, &mut node, engine, &federation, &join, buffers, &mut known) {
-            Ok(mut federate) => {
-                if let Some(values) = plan.records {
-                    federate.record(Recording::new(&mut recorder, values));
-                }
-                (federate.run(), federate.late_messages(), federate.lost_messages())
-            }
-            Err(error) => (Err(error), 0, 0),
-        };
+    let parts = Parts {
+        program: &mut node,
+        engine,
+        federation: &federation,
+        join: &join,
+        buffers,
+        known: &mut known,
+        recorder: plan.records.map(|values| (&mut recorder as &mut dyn Recorder, values)),
+    };
+    let (result, late_messages, lost_messages) = run_loop(plan, in_image, platform, parts);
     Ran {
         result,
         log: node.log,

@@ -5,4 +5,5 @@ pub(crate) mod federation;
 pub(crate) mod keys;
 pub(crate) mod lines;
 pub(crate) mod node;
+pub(crate) mod profiles;
 pub(crate) mod raw;
