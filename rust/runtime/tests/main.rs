@@ -11,11 +11,13 @@ mod direct;
 mod ending;
 mod exchanges;
 mod flow;
+#[cfg(feature = "transients")]
 mod handovers;
 mod raw;
 mod recordings;
 mod releases;
 mod secure;
+#[cfg(feature = "datagrams")]
 mod secure_datagrams;
 mod strangers;
 mod support;

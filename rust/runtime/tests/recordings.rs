@@ -9,10 +9,10 @@ use crate::support::keys::with_host;
 use crate::support::node::Behavior;
 use lf_model::time::{Instant, Interval};
 use lf_runtime::Coordination;
-use lf_runtime::platform::{Endpoint, IpAddress, Platform as _, SocketId, Transfer};
+use lf_runtime::platform::{Endpoint, Platform as _, SocketId, Transfer};
 use lf_testkit::golden::{Fill, Frame, Step};
 use lf_testkit::messages::encoded;
-use lf_testkit::network::address_of;
+use lf_testkit::network::{address_of, octets_of};
 use lf_testkit::world::{Blocking, Conditions, Threads, Virtual};
 use lf_wire::{Message, Tag};
 
@@ -113,8 +113,7 @@ impl Tester {
                 let mut bytes = frame.bytes.fill_with(port.to_le_bytes());
                 // The tester is not on the computer on which it was recorded.
                 let address = bytes.len() - 4;
-                let IpAddress::V4(ip) = address_of(RTI) else { panic!("the recordings are of IPv4") };
-                bytes[address..].copy_from_slice(&ip.octets());
+                bytes[address..].copy_from_slice(&octets_of(RTI));
                 bytes
             }
             Some(other) => panic!("not of a decentralized federate: {other:?}"),
@@ -178,7 +177,7 @@ fn replay(name: &str, id: u16, behavior: Behavior, timeout: Interval, seed: u64)
         scope.spawn(|| Tester::new(tester).play(&recording.steps));
         let ran = scope.spawn(move || {
             federate.begin();
-            with_host(&plan, federate, |host| run_node::<2>(&plan, id, host))
+            with_host(&plan, federate, |host| run_node::<2>(&plan, true, id, host))
         });
         world.start();
         ran.join().unwrap()

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 //! A federate finds the form in which a receiver of either release of LF takes its introduction.
 
-use crate::support::federation::{Plan, edge, run_with};
+use crate::support::federation::{Plan, RTI, edge, run_with};
 use crate::support::node::Behavior;
 use lf_model::time::Interval;
 use lf_runtime::Coordination;
-use lf_runtime::platform::{IpAddress, Platform as _, SocketId};
-use lf_testkit::network::address_of;
+use lf_runtime::platform::{Platform as _, SocketId};
+use lf_testkit::network::octets_of;
 use lf_testkit::world::Blocking;
 use lf_wire::{Message, MessageType, RejectCode};
 
@@ -20,8 +20,7 @@ fn receive(tester: &mut Blocking, rti: SocketId, header_bytes: usize) -> usize {
     let listener = tester.platform.listen(PEER_PORT).unwrap();
     for attempt in 1.. {
         assert_eq!(tester.hear(rti, 4), [MessageType::AddressQuery.byte(), 1, 0, 0]);
-        let IpAddress::V4(address) = address_of(0) else { panic!("its addresses are those of IPv4") };
-        tester.say(rti, &Message::AddressQueryReply { port: PEER_PORT.into(), address: address.octets() });
+        tester.say(rti, &Message::AddressQueryReply { port: PEER_PORT.into(), address: octets_of(RTI) });
         let peer = tester.accept(listener);
         let header = tester.hear(peer, header_bytes);
         let length = usize::from(header[header_bytes - 1]);

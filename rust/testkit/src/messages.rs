@@ -56,6 +56,7 @@ impl Parts {
             MessageType::StopGranted => Message::StopGranted(tag),
             MessageType::AddressQuery => Message::AddressQuery { federate, is_transient },
             MessageType::AddressQueryReply => Message::AddressQueryReply { port: int, address },
+            #[cfg(feature = "ipv6")]
             MessageType::AddressQueryReplyIpv6 => {
                 let mut long = [0; 16];
                 long[..4].copy_from_slice(&address);
@@ -79,10 +80,14 @@ impl Parts {
             }
             MessageType::Failed => Message::Failed,
             MessageType::DownstreamNextEventTag => Message::DownstreamNextEventTag(tag),
+            #[cfg(feature = "transients")]
             MessageType::UpstreamConnected => Message::UpstreamConnected { federate },
             MessageType::UpstreamDisconnected => Message::UpstreamDisconnected { federate },
+            #[cfg(feature = "transients")]
             MessageType::Stop => Message::Stop,
+            #[cfg(feature = "transients")]
             MessageType::OutboundConnected => Message::OutboundConnected { federate },
+            #[cfg(feature = "transients")]
             MessageType::OutboundDisconnected => Message::OutboundDisconnected { federate },
             MessageType::FedNonce => Message::FedNonce { federate, nonce },
             MessageType::RtiResponse => Message::RtiResponse { nonce, hmac },

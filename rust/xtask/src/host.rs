@@ -45,14 +45,28 @@ pub(crate) fn clippy(repository: &Path, report: &mut Report) {
     report.check("clippy", passed);
 }
 
-/// Runs all tests of the workspace. Twice as many run at once as there are processors, because those that take longest
-/// run federations, which wait for their start and for physical time.
+/// The features of an image without IPv6, UDP and transient federates.
+const FEW_FEATURES: &str = "peers,security,texts,traces";
+
+/// Runs all tests of the workspace, and those of the event loops once more, with few features.
 pub(crate) fn test(repository: &Path, report: &mut Report) {
+    for (name, arguments) in [
+        ("host", &["--workspace", "--no-fail-fast"][..]),
+        ("host, few features", &["--package", "lf-runtime", "--no-default-features", "--features", FEW_FEATURES]),
+    ] {
+        let (succeeded, output) = process::teed(cargo_test(repository).args(arguments));
+        report.runner(name, succeeded, Counts::from_cargo_test(&output));
+    }
+}
+
+/// Returns the command that runs tests, twice as many at once as there are processors, because those that take longest
+/// run federations, which wait for their start and for physical time.
+fn cargo_test(repository: &Path) -> Command {
     let mut command = process::cargo(repository);
     if std::env::var_os("RUST_TEST_THREADS").is_none() {
         let processors = std::thread::available_parallelism().map_or(1, usize::from);
         command.env("RUST_TEST_THREADS", (2 * processors).to_string());
     }
-    let (succeeded, output) = process::teed(command.args(["test", "--workspace", "--no-fail-fast"]));
-    report.runner("host", succeeded, Counts::from_cargo_test(&output));
+    command.arg("test");
+    command
 }

@@ -8,10 +8,9 @@
 use lf_model::prelude::Asap;
 use lf_model::time::{Interval, Tag};
 use lf_model::{
-    ActionTiming, HandedOver, InputId, NetworkInput, NetworkOutput, OutputId, Payload as _, PayloadError,
-    PhysicalActionQueue, PhysicalInbox, Placed, Port, PortId, PortInfo, Program, ReactionContext, ReactionId,
-    ReactionInfo, ReactionKind, Tables, TardyInput, Timer, TriggerCell, TriggerId, TriggerInfo, TriggerKind,
-    Undelivered,
+    ActionTiming, InputId, NetworkInput, NetworkOutput, OutputId, PayloadError, PhysicalActionQueue, PhysicalInbox,
+    Placed, Port, PortId, PortInfo, Program, ReactionContext, ReactionId, ReactionInfo, ReactionKind, Tables,
+    TardyInput, Timer, TriggerCell, TriggerId, TriggerInfo, TriggerKind, Undelivered,
 };
 
 use lf_testkit::world::Side;
@@ -98,7 +97,9 @@ impl Does {
 }
 
 /// The state that a node can hand over.
-pub(crate) const FIRED: HandedOver = HandedOver { name: "node.fired", id: 0x0706_0504_0302_0100, max_len: 4 };
+#[cfg(feature = "transients")]
+pub(crate) const FIRED: lf_model::HandedOver =
+    lf_model::HandedOver { name: "node.fired", id: 0x0706_0504_0302_0100, max_len: 4 };
 
 impl Behavior {
     /// Returns the reactions in order, with their levels.
@@ -182,6 +183,7 @@ impl<const N: usize> Node<N> {
     }
 
     /// Hands over how often its timer has fired.
+    #[cfg(feature = "transients")]
     pub(crate) fn with_state(self) -> Self {
         let tables = Tables { handed_over: &[FIRED], ..*self.tables };
         Self { tables: Box::leak(Box::new(tables)), ..self }
@@ -312,12 +314,14 @@ impl<const N: usize> Program for Node<N> {
         input.deliver_tardy(tag, intended, bytes)
     }
 
+    #[cfg(feature = "transients")]
     fn hand_over(&self, _state: u16, bytes: &mut [u8]) -> Result<usize, PayloadError> {
-        self.fired.encode(bytes)
+        lf_model::Payload::encode(&self.fired, bytes)
     }
 
+    #[cfg(feature = "transients")]
     fn take_over(&mut self, _state: u16, bytes: &[u8]) -> Result<(), PayloadError> {
-        self.fired = u32::decode(bytes)?;
+        self.fired = lf_model::Payload::decode(bytes)?;
         Ok(())
     }
 }

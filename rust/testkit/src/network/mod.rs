@@ -81,5 +81,10 @@ pub enum Event<'a> {
 
 /// Returns the address of a participant; the number of participants is below 255.
 pub fn address_of(participant: usize) -> IpAddress {
-    IpAddress::V4([10, 0, 0, u8::try_from(participant + 1).unwrap_or(u8::MAX)].into())
+    IpAddress::V4(octets_of(participant).into())
+}
+
+/// Returns the bytes of that address.
+pub fn octets_of(participant: usize) -> [u8; 4] {
+    [10, 0, 0, u8::try_from(participant + 1).unwrap_or(u8::MAX)]
 }
