@@ -33,9 +33,7 @@ fn generate(path: &str, sources: &BTreeMap<String, String>) -> Emitted {
     let plan = compilation.plan.unwrap_or_else(|| panic!("{}", compilation.diagnostics.render(Style::Plain)));
     let deployment = Deployment::default();
     let settings = Settings {
-        lf_linux: "",
-        lf_zephyr: "",
-        lf_c_build: "",
+        crates: "",
         version: "",
         current: "",
         deployment: &deployment,
