@@ -263,7 +263,7 @@ impl FederateBuilder<'_> {
             bounded(derived.saturating_add(NETWORK_CAPACITY), link.span, diagnostics)
         });
         if is_direct {
-            self.report_crowd(position, &rate, capacity, diagnostics);
+            self.report_overflow(position, &rate, capacity, diagnostics);
         }
         self.spacings.push(rate.complete.then_some(rate.streams));
         let kind = TriggerKind::NetworkInput { input, fills: self.port(link.to) };
@@ -271,7 +271,7 @@ impl FederateBuilder<'_> {
     }
 
     /// Reports a queue that receives more messages during a wait than it holds, if that is certain.
-    fn report_crowd(&self, position: LinkId, rate: &Rate, capacity: usize, diagnostics: &mut Diagnostics) {
+    fn report_overflow(&self, position: LinkId, rate: &Rate, capacity: usize, diagnostics: &mut Diagnostics) {
         let link = &self.context.graph.links[position];
         let coming = in_flight(&rate.streams, link.delay.unwrap_or_default().saturating_add(self.wait_ns()));
         if !rate.complete || coming <= capacity {

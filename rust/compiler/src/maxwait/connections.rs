@@ -4,7 +4,7 @@
 use serde::Serialize;
 
 use super::bounds::{Bounds, MissingBound};
-use super::least::Edge;
+use super::longest_paths::Edge;
 use crate::plan::{Federate, InputIndex, OutputIndex, Plan, ReactionKind};
 
 /// A connection from federate to federate, with the delays of its messages; times in nanoseconds.

@@ -17,9 +17,9 @@
 
 mod bounds;
 mod connections;
-mod crowds;
 mod lateness;
-mod least;
+mod longest_paths;
+mod overflows;
 mod render;
 #[cfg(test)]
 mod tests;
@@ -28,13 +28,13 @@ use serde::Serialize;
 
 pub use bounds::{Bounds, FederateBounds, HostLatency, MissingBound, parse_time};
 pub use connections::Connection;
-pub use crowds::Crowd;
 pub use lateness::ShortWait;
-pub use least::FederateOffset;
+pub use longest_paths::FederateOffset;
+pub use overflows::QueueOverflow;
 
 use crate::plan::{Plan, ReactionKind};
 use connections::TaggedConnections;
-use least::Least;
+use longest_paths::LongestPaths;
 
 /// The offsets of a program.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
@@ -50,7 +50,8 @@ pub struct Offsets {
     /// The waits of the program that are too short.
     pub short_waits: Vec<ShortWait>,
     /// Queues that can receive more messages during a wait than they hold, so that the sender may be blocked.
-    pub crowds: Vec<Crowd>,
+    #[serde(rename = "crowds")]
+    pub overflows: Vec<QueueOverflow>,
     /// The deadlines, with the remainders that the offsets leave.
     pub deadlines: Vec<Deadline>,
 }
@@ -77,22 +78,23 @@ impl Offsets {
     /// Returns the necessary bounds that are missing.
     pub fn of(plan: &Plan, bounds: &Bounds) -> Result<Self, Vec<MissingBound>> {
         let network = TaggedConnections::of(plan, bounds)?;
-        let least = Least::of(plan.federates.len(), &network.edges());
+        let paths = LongestPaths::of(plan.federates.len(), &network.edges());
         let federates: Vec<_> = plan
             .federates
             .iter()
             .map(|federate| FederateOffset {
                 name: federate.name.clone(),
-                offset_ns: least.offsets[usize::from(federate.id)],
-                path: least.path(usize::from(federate.id), &network.edges()),
+                offset_ns: paths.offsets[usize::from(federate.id)],
+                path: paths.path(usize::from(federate.id), &network.edges()),
             })
             .collect();
         let short_waits = if plan.is_decentralized() { lateness::short_waits(plan, &network) } else { Vec::new() };
-        let crowds = if plan.is_decentralized() { crowds::crowds(plan, &network, &federates) } else { Vec::new() };
+        let overflows =
+            if plan.is_decentralized() { overflows::overflows(plan, &network, &federates) } else { Vec::new() };
         let deadlines = deadlines(plan, bounds, &federates);
-        let cycles = least.cycles;
+        let cycles = paths.cycles;
         let connections = network.connections;
-        Ok(Self { program: plan.name.clone(), connections, federates, cycles, short_waits, crowds, deadlines })
+        Ok(Self { program: plan.name.clone(), connections, federates, cycles, short_waits, overflows, deadlines })
     }
 
     /// Returns whether all federates have a safe offset, and the program waits long enough, has room for the messages
@@ -100,7 +102,7 @@ impl Offsets {
     pub fn is_safe(&self) -> bool {
         self.cycles.is_empty()
             && self.short_waits.is_empty()
-            && self.crowds.is_empty()
+            && self.overflows.is_empty()
             && self.deadlines.iter().all(Deadline::is_met)
     }
 }

@@ -3,7 +3,7 @@
 
 use core::fmt::{self, Display, Formatter};
 
-use super::{Connection, Crowd, Deadline, FederateOffset, Offsets, ShortWait};
+use super::{Connection, Deadline, FederateOffset, Offsets, QueueOverflow, ShortWait};
 use crate::plan::Time;
 
 impl Display for Offsets {
@@ -18,8 +18,8 @@ impl Display for Offsets {
         for wait in &self.short_waits {
             self.short_wait(wait, f)?;
         }
-        for crowd in &self.crowds {
-            self.crowd(crowd, f)?;
+        for overflow in &self.overflows {
+            self.overflow(overflow, f)?;
         }
         for deadline in &self.deadlines {
             write_deadline(deadline, f)?;
@@ -64,8 +64,8 @@ impl Offsets {
         writeln!(f, "  hint: delay its connections by {} more (`after`) in all", Time(sum))
     }
 
-    fn crowd(&self, crowd: &Crowd, f: &mut Formatter<'_>) -> fmt::Result {
-        let Crowd { connection, wait_ns, messages, capacity } = crowd;
+    fn overflow(&self, overflow: &QueueOverflow, f: &mut Formatter<'_>) -> fmt::Result {
+        let QueueOverflow { connection, wait_ns, messages, capacity } = overflow;
         writeln!(
             f,
             "warning: `{}` can bring {messages} messages during a wait of {}, and its queue holds {capacity}: its \

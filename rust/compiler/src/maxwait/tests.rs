@@ -3,7 +3,7 @@
 
 use proptest::prelude::*;
 
-use super::least::{Edge, Least};
+use super::longest_paths::{Edge, LongestPaths};
 use super::{Bounds, Offsets, parse_time};
 use crate::plan::Plan;
 use crate::{SourceProvider, compile};
@@ -70,10 +70,10 @@ proptest! {
     #[test]
     fn the_offsets_are_safe_and_no_smaller_ones_are(cases in cases()) {
         let edges: Vec<Edge> = cases.iter().map(Case::edge).collect();
-        let least = Least::of(FEDERATES, &edges);
+        let paths = LongestPaths::of(FEDERATES, &edges);
         let safe = safe(&cases);
-        if least.cycles.is_empty() {
-            let found: Vec<i64> = least.offsets.iter().map(|offset| offset.expect("there is no cycle")).collect();
+        if paths.cycles.is_empty() {
+            let found: Vec<i64> = paths.offsets.iter().map(|offset| offset.expect("there is no cycle")).collect();
             prop_assert!(safe.contains(&found), "{found:?} is not safe");
             for other in &safe {
                 prop_assert!(found.iter().zip(other).all(|(found, other)| found <= other), "{other:?} is safe too");
@@ -87,22 +87,22 @@ proptest! {
     #[test]
     fn cycles_without_enough_delay_are_named(cases in cases()) {
         let edges: Vec<Edge> = cases.iter().map(Case::edge).collect();
-        let least = Least::of(FEDERATES, &edges);
-        for cycle in &least.cycles {
+        let paths = LongestPaths::of(FEDERATES, &edges);
+        for cycle in &paths.cycles {
             let next = cycle.iter().cycle().skip(1);
             prop_assert!(cycle.iter().zip(next).all(|(one, next)| edges[*one].to == edges[*next].from));
             prop_assert!(cycle.iter().map(|edge| edges[*edge].weight).sum::<i64>() > 0);
         }
-        prop_assert_eq!(least.cycles.is_empty(), least.offsets.iter().all(Option::is_some));
+        prop_assert_eq!(paths.cycles.is_empty(), paths.offsets.iter().all(Option::is_some));
     }
 
     /// The connections on the path of an offset add up to it.
     #[test]
     fn the_path_explains_the_offset(cases in cases()) {
         let edges: Vec<Edge> = cases.iter().map(Case::edge).collect();
-        let least = Least::of(FEDERATES, &edges);
-        for (node, offset) in least.offsets.iter().enumerate() {
-            let path = least.path(node, &edges);
+        let paths = LongestPaths::of(FEDERATES, &edges);
+        for (node, offset) in paths.offsets.iter().enumerate() {
+            let path = paths.path(node, &edges);
             let Some(offset) = offset else {
                 prop_assert!(path.is_empty());
                 continue;
@@ -176,14 +176,14 @@ fn a_cycle_needs_as_much_delay_as_a_round_takes() {
 #[test]
 fn a_queue_that_cannot_hold_what_comes_during_a_wait_is_named() {
     let ample = "a = new Source() @maxwait(2 s) b = new Sink() a.y -> b.x";
-    assert_eq!(offsets(&program(ample), BOUNDS).crowds, []);
+    assert_eq!(offsets(&program(ample), BOUNDS).overflows, []);
     let small = "a = new Source() @maxwait(2 s) b = new Sink() @capacity(50) a.y -> b.x";
     let found = offsets(&program(small), BOUNDS);
     assert!(!found.is_safe());
     insta::assert_snapshot!(found);
     // The capacity follows the wait, but only up to a limit; and the program's wait may differ from the necessary one.
     let long = "a = new Source() @maxwait(10 s) b = new Sink() a.y -> b.x";
-    let counts = |found: &Offsets| found.crowds.iter().map(|it| (it.messages, it.capacity)).collect::<Vec<_>>();
+    let counts = |found: &Offsets| found.overflows.iter().map(|it| (it.messages, it.capacity)).collect::<Vec<_>>();
     assert_eq!(counts(&offsets(&program(long), BOUNDS)), [(1001, 264)]);
     let late = "a = new Source() @maxwait(0) b = new Sink() a.y -> b.x";
     assert_eq!(counts(&offsets(&program(late), "latency: 10 s\nclock-error: 0\nexecution: 0\n")), [(1001, 264)]);

@@ -59,10 +59,10 @@ pub struct Federate {
 impl Federate {
     /// Returns the reactions that send outputs with [`NetworkOutput::tells_absence`].
     pub fn absence(&self) -> Vec<ReactionIndex> {
-        let tells =
+        let reports =
             |kind: &ReactionKind| matches!(kind, ReactionKind::Send(output) if self.outputs[output.0].tells_absence);
         let reactions = self.reactions.iter().enumerate();
-        reactions.filter(|(_, reaction)| tells(&reaction.kind)).map(|(index, _)| ReactionIndex(index)).collect()
+        reactions.filter(|(_, reaction)| reports(&reaction.kind)).map(|(index, _)| ReactionIndex(index)).collect()
     }
 
     /// Returns the children of each class of which it has instances.

@@ -81,7 +81,7 @@ pub(in crate::emit) trait Bodies {
     /// Returns the arms that run a part of each reaction, by reaction.
     fn reactions(&self, owner: &Owner<'_>, part: ReactionPart) -> Vec<String>;
 
-    /// Returns the arms that lend the reactions of a level to several threads, by level.
+    /// Returns the arms that share the reactions of a level among several threads, by level.
     fn shares(&self, owner: &Owner<'_>) -> Vec<String>;
 
     /// Returns the arms that reset state, by mode.

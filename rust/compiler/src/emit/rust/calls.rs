@@ -94,7 +94,7 @@ pub(super) fn levels(owner: &Owner<'_>) -> Vec<String> {
         // job.
         let mut groups: Vec<_> = instances.into_values().collect();
         groups.sort_by_key(|reactions| reactions[0].0);
-        let jobs: Vec<String> = groups.iter().map(|reactions| lent(owner, reactions)).collect();
+        let jobs: Vec<String> = groups.iter().map(|reactions| job(owner, reactions)).collect();
         let (jobs, workers) = (jobs.join(",\n                "), owner.job.workers());
         let run = format!("level.run::<{workers}, {{ TABLES.note_words() }}>(&lf::Threads::<{workers}>, ");
         (groups.len() > 1).then(|| format!("{level} => {run}&mut [\n                {jobs},\n            ])"))
@@ -103,7 +103,7 @@ pub(super) fn levels(owner: &Owner<'_>) -> Vec<String> {
 }
 
 /// Returns the reactions of one instance as a job.
-fn lent(owner: &Owner<'_>, reactions: &[ReactionId]) -> String {
+fn job(owner: &Owner<'_>, reactions: &[ReactionId]) -> String {
     let (mut actions, mut calls) = (Vec::new(), Vec::new());
     for id in reactions {
         let reaction = &owner.federate.reactions[usize::from(id.0)];

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! The code that lends the reactions of a level to several threads.
+//! The code that shares the reactions of a level among several threads.
 
 use std::collections::BTreeMap;
 

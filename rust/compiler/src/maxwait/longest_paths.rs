@@ -27,7 +27,7 @@ pub(super) struct Edge {
 
 /// The least solution.
 #[derive(Debug)]
-pub(super) struct Least {
+pub(super) struct LongestPaths {
     /// Per node; `None` behind a cycle whose weights add up to more than 0.
     pub(super) offsets: Vec<Option<i64>>,
     /// Such cycles, as the positions of their edges in order; at least one before each node without an offset.
@@ -36,7 +36,7 @@ pub(super) struct Least {
     demanded_by: Vec<Option<usize>>,
 }
 
-impl Least {
+impl LongestPaths {
     pub(super) fn of(nodes: usize, edges: &[Edge]) -> Self {
         // Sums of nanoseconds over paths without repetition fit.
         let mut lengths = vec![0_i128; nodes];

@@ -5,13 +5,13 @@
 use serde::Serialize;
 
 use super::connections::TaggedConnections;
-use super::least::FederateOffset;
+use super::longest_paths::FederateOffset;
 use crate::analysis::{direct_capacity, in_flight};
 use crate::plan::{Federate, Plan};
 
 /// More messages than a queue holds.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
-pub struct Crowd {
+pub struct QueueOverflow {
     /// The connection; its position in [`Offsets::connections`](super::Offsets::connections).
     pub connection: usize,
     /// The wait of the receiver in nanoseconds: the program's or the safe offset, whichever is longer.
@@ -23,8 +23,8 @@ pub struct Crowd {
 }
 
 /// Returns the connections whose known rate of messages is too high.
-pub(super) fn crowds(plan: &Plan, network: &TaggedConnections, offsets: &[FederateOffset]) -> Vec<Crowd> {
-    let mut crowds = Vec::new();
+pub(super) fn overflows(plan: &Plan, network: &TaggedConnections, offsets: &[FederateOffset]) -> Vec<QueueOverflow> {
+    let mut overflows = Vec::new();
     for (connection, ends) in network.connections.iter().enumerate() {
         let federate = &plan.federates[usize::from(ends.to)];
         let input = &federate.inputs[ends.input.0];
@@ -37,10 +37,10 @@ pub(super) fn crowds(plan: &Plan, network: &TaggedConnections, offsets: &[Federa
         let capacity = if follows { direct_capacity(spacings, ends.delay_ns, wait_ns) } else { capacity };
         let messages = in_flight(spacings, ends.delay_ns.saturating_add(wait_ns));
         if messages > capacity {
-            crowds.push(Crowd { connection, wait_ns, messages, capacity });
+            overflows.push(QueueOverflow { connection, wait_ns, messages, capacity });
         }
     }
-    crowds
+    overflows
 }
 
 /// Returns the longest finite wait that the program sets for a federate.
