@@ -348,7 +348,7 @@ fn address(variable: &str, ty: &CType, value: &Value) -> String {
 
 /// Emits the header with the preambles of an LF file.
 pub(super) fn preamble_header(view: &View<'_>, file: FileIndex, header: &str, folder: &str) -> File {
-    let about = format!("What {} declares.", name_of(&view.plan.files[file.0].path));
+    let about = format!("The declarations of {}.", name_of(&view.plan.files[file.0].path));
     let mut text = Text::new(view, format!("{folder}/c/{header}.h"), &about);
     text.line("#pragma once\n#include <lf.h>");
     for header in view.native.protobufs.iter().filter_map(|file| generated_header(&file.path)) {

@@ -19,7 +19,7 @@ pub(super) fn emit(
 ) -> Result<(File, FileMap), EmitError> {
     let path_of_source = &view.plan.files[file.0].path;
     let name = path_of_source.rsplit(['/', '\\']).next().unwrap_or(path_of_source);
-    let about = format!(" What {name} declares.");
+    let about = format!(" The declarations of {name}.");
     let mut splices = Splices::new(view.plan);
     let mut preambles = Vec::new();
     for preamble in view.preambles(file) {

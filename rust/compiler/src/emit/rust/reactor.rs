@@ -467,9 +467,9 @@ impl<'p> ReactorModule<'p> {
             let (doc, at) = match part {
                 ReactionPart::Body => (signature.clone(), reaction.at),
                 ReactionPart::MissedDeadline => {
-                    (format!("What runs instead of {signature} when its deadline is missed"), code.at)
+                    (format!("Runs instead of {signature} when its deadline is missed"), code.at)
                 }
-                ReactionPart::Tardy => (format!("What runs instead of {signature} when an input is tardy"), code.at),
+                ReactionPart::Tardy => (format!("Runs instead of {signature} when an input is tardy"), code.at),
             };
             methods.extend(self.method(&reaction_method(reaction.number, part), &doc, reaction, code, at)?);
         }
