@@ -250,10 +250,10 @@ impl CycleNames<'_> {
                  reactions"
             }
             (true, false, true) => {
-                "change the order of the reactions, or have one of them schedule a logical action in place of writing \
+                "change the order of the reactions, or have one of them schedule a logical action instead of writing \
                  a port"
             }
-            (true, false, false) => "have one of them schedule a logical action in place of writing a port",
+            (true, false, false) => "have one of them schedule a logical action instead of writing a port",
         })
     }
 

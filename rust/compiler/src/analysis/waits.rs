@@ -246,7 +246,7 @@ impl<'a> WaitSearch<'a> {
                 told[*part] = true;
             }
             let names: Vec<String> = all.iter().map(|part| format!("`{}`", parts.list[*part].name)).collect();
-            let message = format!("{} wait for each other for ever after the start", names.join(", "));
+            let message = format!("{} wait for each other without end after the start", names.join(", "));
             let hint = "write `@maxwait(TIME)` before one of them, or before a connection of the cycle: how long it \
                         waits for messages, 0 where it need not wait";
             self.diagnostics.push(Diagnostic::new(Code::EndlessWait, link.span, message).hint(hint));
