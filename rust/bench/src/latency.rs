@@ -35,8 +35,8 @@ pub fn rti_latency(rti: Access, exchanges: u32) -> Result<Latency> {
     let graph = Graph::new(Shape::Chain, 2, PERIOD_NS);
     let load = Load { period_ns: PERIOD_NS, messages: 1, rounds_ahead: 0 };
     let (mut up, mut down) = (Peer::join(rti, 0, &graph, load)?, Peer::join(rti, 1, &graph, load)?);
-    up.tell_clock()?;
-    down.tell_clock()?;
+    up.send_clock()?;
+    down.send_clock()?;
     up.await_start()?;
     down.await_start()?;
     let mut latency = Latency::default();

@@ -38,14 +38,14 @@ fn run(arguments: &Arguments) -> Result<()> {
             let samples = ping(arguments.exchanges, Duration::from_millis(arguments.period_ms))?;
             Measured::samples("raw", "delay", "raw TCP", "µs", &samples).print()
         }
-        Part::ForwardAsleep => lf_bench::forward(Waiting::Asleep, |port| tell(port.into())),
-        Part::ForwardAwake => lf_bench::forward(Waiting::Awake, |port| tell(port.into())),
-        Part::Answer => lf_bench::answer_pings(tell),
+        Part::ForwardAsleep => lf_bench::forward(Waiting::Asleep, |port| print_number(port.into())),
+        Part::ForwardAwake => lf_bench::forward(Waiting::Awake, |port| print_number(port.into())),
+        Part::Answer => lf_bench::answer_pings(print_number),
     }
 }
 
 /// Prints a number for the process that started this one.
-fn tell(number: u64) {
+fn print_number(number: u64) {
     println!("{number}");
     // A parent that does not read the port will not connect either.
     let _ = std::io::stdout().flush();

@@ -97,7 +97,7 @@ impl Peer {
     ///
     /// # Errors
     /// When the connection broke.
-    pub fn tell_clock(&mut self) -> Result<()> {
+    pub fn send_clock(&mut self) -> Result<()> {
         let now = SystemTime::now().duration_since(UNIX_EPOCH)?.as_nanos();
         self.say(&Message::Timestamp(i64::try_from(now)?))?;
         self.write_all()

@@ -76,7 +76,7 @@ impl Swarm {
         let begin = Instant::now();
         let peers: Result<Vec<_>> = (0..graph.federates).map(|id| Peer::join(rti, id, graph, load)).collect();
         let mut peers = peers?;
-        peers.iter_mut().try_for_each(Peer::tell_clock)?;
+        peers.iter_mut().try_for_each(Peer::send_clock)?;
         peers.iter_mut().try_for_each(Peer::await_start)?;
         let start = begin.elapsed();
         let epoll = epoll::create(epoll::CreateFlags::CLOEXEC)?;

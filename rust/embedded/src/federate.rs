@@ -117,7 +117,7 @@ impl<P: Program, S: EngineStorage, B: BufferStorage> Memory<P, S, B> {
         description.check_key(join.federation_id);
         let room = &mut parts.federate;
         // The federate is large and is constructed in place, and so is the engine.
-        let ended = parts.buffers.lend(|buffers, known| {
+        let ended = parts.buffers.with(|buffers, known| {
             let (engine, place) = (Engine::new(tables, storage, settings), room.room().write(None));
             let federate: Result<&mut FederateLoop<'_, '_, _, N>, _> =
                 FederateLoop::new_in(place, platform, program, engine, federation, &join, buffers, known);
@@ -137,8 +137,8 @@ pub trait BufferStorage: Send + 'static {
     /// Fresh memory, all zero.
     const EMPTY: Self;
 
-    /// Lends the buffers, and a tag for each awaited input.
-    fn lend<T>(&'static mut self, run: impl for<'s> FnOnce(lf_runtime::Buffers<'s>, &'s mut [Tag]) -> T) -> T;
+    /// Calls a function with the buffers, and a tag for each awaited input.
+    fn with<T>(&'static mut self, run: impl for<'s> FnOnce(lf_runtime::Buffers<'s>, &'s mut [Tag]) -> T) -> T;
 }
 
 /// The memory of a federate's connections, with its [`Sizes`]: [`buffers_of!`](crate::buffers_of) names the type.
@@ -176,7 +176,7 @@ impl<
         peer_outputs: [[0; OUT_BYTES]; OUTS],
     };
 
-    fn lend<T>(&'static mut self, run: impl for<'s> FnOnce(lf_runtime::Buffers<'s>, &'s mut [Tag]) -> T) -> T {
+    fn with<T>(&'static mut self, run: impl for<'s> FnOnce(lf_runtime::Buffers<'s>, &'s mut [Tag]) -> T) -> T {
         let Self { input, output, known, peer_inputs, peer_outputs } = self;
         let known = StaticSlot::fill_all(known, core::iter::repeat(Tag::NEVER));
         let mut inbound = peer_inputs.each_mut().map(|bytes| Inbound::new(bytes));

@@ -60,7 +60,7 @@ pub(crate) struct State {
     pub(crate) max_wait: Option<Interval>,
     /// Whether the environment is told what reactions do.
     #[cfg(feature = "traces")]
-    pub(crate) tells_steps: bool,
+    pub(crate) records_steps: bool,
 }
 
 impl State {

@@ -137,7 +137,7 @@ impl<'a> Worker<'a> {
             env: &mut env,
         };
         #[cfg(feature = "traces")]
-        let begin = seen.state.tells_steps.then(|| seen.outside.physical_time());
+        let begin = seen.state.records_steps.then(|| seen.outside.physical_time());
         (job.body)(job.reaction, part, &mut ctx);
         let mode = ctx.mode;
         let stop = Some(state.stop).filter(|stop| *stop < seen.state.stop);

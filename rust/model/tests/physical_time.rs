@@ -123,16 +123,16 @@ impl Env for Watching {
     }
 }
 
-/// Reactions are told when they begin and end, to whom wants to know it.
+/// The environment receives the begin and the end of each reaction if it records steps.
 #[test]
-fn steps_of_reactions_are_told_if_they_are_asked_for() {
-    let steps = |tell| {
+fn steps_of_reactions_are_recorded_on_demand() {
+    let steps = |record| {
         let mut bench = bench()
             .reaction(0, &[By::Startup], |cells, ctx| ctx.set(&mut cells.ports[0], 1))
             .reaction(1, &[By::Port(0)], |_, _| {})
             .build();
         let mut watching = Watching { clock: bench.clock, steps: Vec::new() };
-        bench.engine.tell_steps(tell);
+        bench.engine.record_steps(record);
         bench.begin(at(0, 0));
         assert_eq!(bench.engine.advance(&mut bench.program, &mut watching, None), Progress::Complete);
         watching.steps

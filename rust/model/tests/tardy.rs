@@ -9,7 +9,7 @@ fn program() -> Builder {
 }
 
 /// Logs a word, the input's value and the milliseconds and microsteps that it was meant for.
-fn tell(word: &'static str) -> impl FnMut(&mut Cells, &mut ReactionContext<'_>) {
+fn log_input(word: &'static str) -> impl FnMut(&mut Cells, &mut ReactionContext<'_>) {
     move |cells, ctx| {
         let intended = ctx.get_intended_tag(&cells.input.port);
         let value = ctx.get(&cells.input.port).map_or_else(|| "nothing".to_owned(), |value| value.to_string());
@@ -28,8 +28,8 @@ fn to_20_ms(bench: &mut Bench) {
 
 #[test]
 fn a_tardy_message_happens_at_the_next_microstep_and_runs_handlers_in_place_of_bodies() {
-    let builder = program().reaction(0, &[By::Input], tell("body")).handles_tardy(tell("tardy"));
-    let mut bench = builder.reaction(1, &[By::Input], tell("other")).build();
+    let builder = program().reaction(0, &[By::Input], log_input("body")).handles_tardy(log_input("tardy"));
+    let mut bench = builder.reaction(1, &[By::Input], log_input("other")).build();
     to_20_ms(&mut bench);
     assert_eq!(bench.deliver_tardy(at(13, 2), 7), Delivery::Tardy(at(20, 1)));
     assert_eq!(bench.deliver_tardy(at(25, 0), 8), Delivery::InTime(at(25, 0)));
@@ -46,7 +46,7 @@ fn a_tardy_message_happens_at_the_next_microstep_and_runs_handlers_in_place_of_b
 /// One after the other, none overtaken by what was sent later, and that is tardy too where it has to give way.
 #[test]
 fn tardy_messages_of_one_input_stay_in_order() {
-    let mut bench = program().reaction(0, &[By::Input], tell("body")).build();
+    let mut bench = program().reaction(0, &[By::Input], log_input("body")).build();
     to_20_ms(&mut bench);
     assert_eq!(bench.deliver_tardy(at(12, 0), 1), Delivery::Tardy(at(20, 1)));
     assert_eq!(bench.deliver_tardy(at(13, 0), 2), Delivery::Tardy(at(20, 2)));
@@ -89,7 +89,7 @@ fn all_readers_of_a_tardy_input_see_the_intended_tag_at_that_tag_only() {
     let log = |word: &'static str| move |cells: &mut Cells, ctx: &mut ReactionContext<'_>| cells.log(ctx, word);
     let builder = program().reaction(0, &[By::Input], |cells, ctx| ctx.set(&mut cells.ports[2], 1));
     let builder =
-        builder.reaction(1, &[By::Timer(0), By::Port(1)], tell("body")).handles_tardy(log("told")).reads_input();
+        builder.reaction(1, &[By::Timer(0), By::Port(1)], log_input("body")).handles_tardy(log("told")).reads_input();
     let set = |cells: &mut Cells, ctx: &mut ReactionContext<'_>| ctx.set(&mut cells.ports[1], 1);
     let mut bench = builder.reaction(0, &[By::Input], set).build();
     to_20_ms(&mut bench);
@@ -102,8 +102,8 @@ fn all_readers_of_a_tardy_input_see_the_intended_tag_at_that_tag_only() {
 #[test]
 fn a_handler_comes_before_a_missed_deadline() {
     for handles in [true, false] {
-        let builder = program().reaction(0, &[By::Input], tell("body")).deadline(0, tell("missed"));
-        let builder = if handles { builder.handles_tardy(tell("tardy")) } else { builder };
+        let builder = program().reaction(0, &[By::Input], log_input("body")).deadline(0, log_input("missed"));
+        let builder = if handles { builder.handles_tardy(log_input("tardy")) } else { builder };
         let mut bench = builder.build();
         to_20_ms(&mut bench);
         bench.deliver_tardy(at(11, 0), 1);
@@ -119,7 +119,7 @@ fn a_message_for_the_open_tag_is_tardy_only_when_its_level_has_been_reached() {
     for (limit, delivery) in [(1, Delivery::InTime(at(0, 0))), (2, Delivery::Tardy(at(0, 1)))] {
         let nothing = |_: &mut Cells, _: &mut ReactionContext<'_>| {};
         let mut bench = program()
-            .reaction(1, &[By::Input, By::Timer(0)], tell("body"))
+            .reaction(1, &[By::Input, By::Timer(0)], log_input("body"))
             .reaction(0, &[By::Timer(0)], nothing)
             .build();
         bench.begin(at(0, 0));
@@ -135,7 +135,7 @@ fn a_message_for_the_open_tag_is_tardy_only_when_its_level_has_been_reached() {
 /// though the tag is over, until the microstep begins to which it is put off.
 #[test]
 fn a_second_message_for_one_tag_is_in_time_until_the_next_microstep() {
-    let mut bench = program().reaction(0, &[By::Input], tell("body")).build();
+    let mut bench = program().reaction(0, &[By::Input], log_input("body")).build();
     bench.deliver_tardy(at(20, 0), 1);
     to_20_ms(&mut bench);
     assert_eq!(bench.deliver_tardy(at(20, 0), 2), Delivery::InTime(at(20, 1)));
@@ -147,7 +147,7 @@ fn a_second_message_for_one_tag_is_in_time_until_the_next_microstep() {
 
 #[test]
 fn messages_after_the_last_tag_do_not_happen() {
-    let mut bench = program().reaction(0, &[By::Input, By::Timer(0)], tell("body")).build();
+    let mut bench = program().reaction(0, &[By::Input, By::Timer(0)], log_input("body")).build();
     bench.engine.set_stop_tag(at(20, 0));
     assert_eq!(bench.deliver_tardy(at(20, 1), 1), Delivery::AfterStop);
     bench.steps(2);
@@ -175,7 +175,7 @@ fn a_body_can_change_how_long_tags_wait() {
 #[test]
 fn a_second_message_for_one_tag_is_tardy_when_the_next_microstep_is_over() {
     let mut bench = program()
-        .reaction(0, &[By::Input], tell("body"))
+        .reaction(0, &[By::Input], log_input("body"))
         .reaction(1, &[By::Timer(0)], |cells, ctx| ctx.schedule(&mut cells.actions[0], Asap))
         .build();
     bench.deliver_tardy(at(20, 0), 1);
@@ -186,7 +186,7 @@ fn a_second_message_for_one_tag_is_tardy_when_the_next_microstep_is_over() {
 
 #[test]
 fn what_would_take_effect_after_the_stop_is_lost() {
-    let mut bench = program().reaction(0, &[By::Input], tell("body")).build();
+    let mut bench = program().reaction(0, &[By::Input], log_input("body")).build();
     bench.engine.set_stop_tag(at(20, 1));
     to_20_ms(&mut bench);
     assert_eq!(bench.deliver_tardy(at(20, 2), 1), Delivery::AfterStop);

@@ -18,7 +18,7 @@ fn a_watchdog_expires_after_its_timeout_and_what_is_added_to_it() {
             ctx.start_watchdog(&mut cells.watchdog, additional);
         };
         let mut bench = watched().reaction(0, &[By::Startup], start).build();
-        assert_eq!(bench.steps(9), [at(0, 0), at(expires, 0)], "it runs once until somebody starts it again");
+        assert_eq!(bench.steps(9), [at(0, 0), at(expires, 0)], "it runs once until a reaction starts it again");
         assert_eq!(bench.log(), entries(&[("expired", expires, 0)]));
     }
 }

@@ -52,7 +52,7 @@ impl<'a, 's, P: Platform> UnfederatedLoop<'a, 's, P> {
         let start = Event::Starts(self.engine.start_time(), self.engine.settings().fast);
         self.recording.note(self.platform, start);
         #[cfg(feature = "traces")]
-        self.engine.tell_steps(self.recording.is_on());
+        self.engine.record_steps(self.recording.is_on());
     }
 
     /// Runs the program to its end.

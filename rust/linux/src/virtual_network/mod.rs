@@ -57,7 +57,7 @@ impl VirtualNetwork {
     }
 
     /// Makes a call that has no answer. Where nobody hears it, the next answer does not come.
-    fn tell(&mut self, call: &Frame) {
+    fn send(&mut self, call: &Frame) {
         self.interrupted |= call.write(&self.stream).is_err();
     }
 
@@ -127,15 +127,15 @@ impl VirtualNetwork {
     }
 
     pub(crate) fn shut_down_writing(&mut self, socket: SocketId) {
-        self.tell(&Frame::call(Call::ShutDownWriting).about(socket));
+        self.send(&Frame::call(Call::ShutDownWriting).about(socket));
     }
 
     pub(crate) fn close(&mut self, socket: SocketId) {
-        self.tell(&Frame::call(Call::Close).about(socket));
+        self.send(&Frame::call(Call::Close).about(socket));
     }
 
     pub(crate) fn set_interest(&mut self, socket: SocketId, interest: Interest) {
-        self.tell(&Frame::call(Call::SetInterest).about(socket).with_interest(interest));
+        self.send(&Frame::call(Call::SetInterest).about(socket).with_interest(interest));
     }
 
     /// Ends this turn. Returns the time at the beginning of the next one, which comes when a socket matches its

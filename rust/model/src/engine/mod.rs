@@ -95,7 +95,7 @@ impl<'s> Engine<'s> {
                 untouched: 0,
                 max_wait: None,
                 #[cfg(feature = "traces")]
-                tells_steps: false,
+                records_steps: false,
             },
             events: Events { next, winners },
             active: Bits(active),
@@ -204,10 +204,10 @@ impl<'s> Engine<'s> {
 
     // --- Commands ---
 
-    /// Has [`Env::step`] told what reactions do, or not.
+    /// Sets whether [`Env::step`] receives the steps of reactions.
     #[cfg(feature = "traces")]
-    pub fn tell_steps(&mut self, tell: bool) {
-        self.state.tells_steps = tell;
+    pub fn record_steps(&mut self, record: bool) {
+        self.state.records_steps = record;
     }
 
     /// Sets the time of the first tag, and with it that of timers and timeout.

@@ -221,9 +221,9 @@ impl ReactionContext<'_> {
         // A handler has dealt with it.
         self.inherits_tardy = tardy && !info.tardy;
         #[cfg(feature = "traces")]
-        let tells_steps = self.state.tells_steps;
+        let records_steps = self.state.records_steps;
         #[cfg(feature = "traces")]
-        if tells_steps {
+        if records_steps {
             self.env.step(ReactionStep::Begins(id, part), None);
         }
         match part {
@@ -232,7 +232,7 @@ impl ReactionContext<'_> {
             Part::Tardy => program.handle_tardy(id, self),
         }
         #[cfg(feature = "traces")]
-        if tells_steps {
+        if records_steps {
             self.env.step(ReactionStep::Ends(id), None);
         }
     }

@@ -160,14 +160,14 @@ impl<'a, 's, N: Needs> Direct<'a, 's, N> {
         for inbound in self.peers.inbound() {
             let Some(from) = inbound.from else { continue };
             inbound.receiver.resume();
-            let (platform, recording, late) = (&mut *platform, recording.lend(), &mut self.late);
+            let (platform, recording, late) = (&mut *platform, recording.reborrow(), &mut self.late);
             let physical_over = &mut inbound.physical_over;
             let mut policy = FromPeer { platform, recording, execution, late, from: from.0, to, physical_over, now };
             while inbound.receiver.next(&mut policy)?.is_some() {}
             let tables = execution.engine.tables();
             let first_held =
                 |input| inbound.receiver.first_held::<FromPeer<'_, '_, '_, P, N>>(tables.port_of(InputId(input)));
-            // Messages that its earlier life has sent may fill the queue: only their tags make room.
+            // Messages that its earlier incarnation has sent may fill the queue: only their tags make room.
             #[cfg(feature = "transients")]
             if N::TRANSIENTS && inbound.receiver.held.bytes > 0 && execution.machine.may_be_absent(from) {
                 execution.learn_of_held(from.0, first_held);

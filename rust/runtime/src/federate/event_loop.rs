@@ -144,7 +144,7 @@ impl<'a, 's, P: Platform, N: Needs> FederateLoop<'a, 's, P, N> {
             self.recording.note_at(now, Traced::Clock(self.execution.physical(now)));
         }
         #[cfg(feature = "traces")]
-        self.execution.engine.tell_steps(self.recording.is_on());
+        self.execution.engine.record_steps(self.recording.is_on());
     }
 
     /// Makes the same as [`FederateLoop::new`], in memory that need not be on a stack. It is not inlined, so that its
@@ -282,7 +282,7 @@ impl<'a, 's, P: Platform, N: Needs> FederateLoop<'a, 's, P, N> {
         while !refused {
             let mut policy = FromRti {
                 platform: &mut *self.platform,
-                recording: self.recording.lend(),
+                recording: self.recording.reborrow(),
                 execution: &mut self.execution,
                 found: &mut found,
                 #[cfg(feature = "transients")]
@@ -355,7 +355,7 @@ impl<'a, 's, P: Platform, N: Needs> FederateLoop<'a, 's, P, N> {
             let (max_level, limit) = self.level_limit()?;
             let mut output = Output {
                 platform: &mut *self.platform,
-                recording: self.recording.lend(),
+                recording: self.recording.reborrow(),
                 session: &mut self.session,
                 peers: &mut self.direct.peers,
             };
@@ -370,7 +370,7 @@ impl<'a, 's, P: Platform, N: Needs> FederateLoop<'a, 's, P, N> {
     #[cfg(feature = "transients")]
     fn send_outside_of_tags(&mut self) {
         if self.execution.passed.is_some() || self.execution.hands_over() {
-            let recording = self.recording.lend();
+            let recording = self.recording.reborrow();
             let (session, peers) = (&mut self.session, &mut self.direct.peers);
             let mut output = Output { platform: &mut *self.platform, recording, session, peers };
             if self.execution.hands_over() {
@@ -565,8 +565,8 @@ impl<'a, 's, P: Platform, N: Needs> FederateLoop<'a, 's, P, N> {
             }
             Phase::Disconnected => Some(self.session.reason(self.session.missing())),
             Phase::Meeting => {
-                let (federate, trouble) = self.direct.peers.meets(self.execution.machine.next_peer_index())?;
-                Some(Reason::Peer(federate, trouble))
+                let (federate, fault) = self.direct.peers.meets(self.execution.machine.next_peer_index())?;
+                Some(Reason::Peer(federate, fault))
             }
             Phase::Starting => Some(Reason::Others),
             Phase::Resigning | Phase::Ended => None,

@@ -202,7 +202,7 @@ impl<'a, 's, P: Platform, N: FnMut(RtiEvent<'_>), B: Storage> RtiLoop<'a, 's, P,
     }
 
     fn drive<R>(&mut self, what: impl FnOnce(&mut Rti<'s>, &mut Outgoings<'_, P, N, B>) -> R) -> R {
-        what(&mut self.rti, &mut self.table.outlet(self.platform, self.recording.lend(), self.log).1)
+        what(&mut self.rti, &mut self.table.outlet(self.platform, self.recording.reborrow(), self.log).1)
     }
 
     /// Closes what is still open after the end of the federation. Returns `true` when nothing is.
@@ -282,7 +282,7 @@ impl<'a, 's, P: Platform, N: FnMut(RtiEvent<'_>), B: Storage> RtiLoop<'a, 's, P,
     fn offer(&mut self, index: usize) {
         let now = self.platform.now();
         for _ in 0..MESSAGES_PER_TURN {
-            let (inlets, mut outlet) = self.table.outlet(self.platform, self.recording.lend(), self.log);
+            let (inlets, mut outlet) = self.table.outlet(self.platform, self.recording.reborrow(), self.log);
             let inlet = &mut inlets[index];
             let bytes = inlet.buffer.bytes();
             if bytes.is_empty() {
@@ -392,7 +392,7 @@ impl<'a, 's, P: Platform, N: FnMut(RtiEvent<'_>), B: Storage> RtiLoop<'a, 's, P,
         let Some(socket) = self.port.socket().filter(|_| P::DATAGRAMS) else { return };
         let Self { rti, table, log, recording, .. } = self;
         self.port.receive(self.platform, |platform, socket, now, from, datagram| {
-            let outlet = &mut table.outlet(platform, recording.lend(), *log).1;
+            let outlet = &mut table.outlet(platform, recording.reborrow(), *log).1;
             let answer = rti.handle_datagram(now, from, datagram, outlet);
             let sent = answer.map(|answer| {
                 send(platform, socket, answer.to, &answer.message);

@@ -68,7 +68,7 @@ impl Recording<'_> {
     /// Returns the same for a while. Without the feature it takes no room in its owner, unlike a reference.
     #[inline]
     #[cfg_attr(not(feature = "traces"), expect(clippy::unused_self, reason = "nothing is recorded"))]
-    pub(crate) fn lend(&mut self) -> Recording<'_> {
+    pub(crate) fn reborrow(&mut self) -> Recording<'_> {
         Recording {
             #[cfg(feature = "traces")]
             to: self.to.as_mut().map(|(recorder, values)| (&mut **recorder as &mut dyn Recorder, *values)),
