@@ -40,8 +40,8 @@ pub struct Finding {
     pub graph: Graph,
     /// The rank of each federate's reactions.
     pub ranks: Vec<usize>,
-    /// The violation and the steps that lead to it.
-    pub story: String,
+    /// The violation, and the steps that lead to it.
+    pub counterexample: String,
 }
 
 /// Checks all behaviors of a graph. If it has a cycle without delay, checks at most `orders_max` orders of its
@@ -67,7 +67,7 @@ fn check_model(graph: Graph, ranks: &[usize], bounds: Bounds) -> Report {
     let checker = model.clone().checker().spawn_bfs().join();
     let states = u64::try_from(checker.unique_state_count()).unwrap_or(u64::MAX);
     let findings = checker.discoveries().into_iter().map(|(property, path)| {
-        let mut story = format!("violated: {property}\n");
+        let mut counterexample = format!("violated: {property}\n");
         let end = path.last_state().clone();
         for (index, (state, action)) in path.into_vec().into_iter().enumerate() {
             let Some(action) = action else { continue };
@@ -76,11 +76,11 @@ fn check_model(graph: Graph, ranks: &[usize], bounds: Bounds) -> Report {
                 Action::Hear(by) => state.down[usize::from(by)].first().map(|heard| format!(": {heard:?}")),
                 _ => None,
             };
-            let _ = writeln!(story, "{index:3}. {action}{}", heard.unwrap_or_default());
+            let _ = writeln!(counterexample, "{index:3}. {action}{}", heard.unwrap_or_default());
         }
         let waits = if property == LIVENESS { "nothing leads on from here:\n" } else { "" };
-        let _ = write!(story, "{waits}{end:?}");
-        Finding { graph, ranks: ranks.to_vec(), story }
+        let _ = write!(counterexample, "{waits}{end:?}");
+        Finding { graph, ranks: ranks.to_vec(), counterexample }
     });
     Report { models: 1, states, states_max: states, findings: findings.collect() }
 }

@@ -253,7 +253,7 @@ impl Federate {
             ToFederate::DownstreamNext(tag) => {
                 self.next.downstream = Some(tag).filter(|tag| *tag > Tag::NEVER);
                 if let Some(skipped) = self.next.skipped.filter(|skipped| tag < *skipped) {
-                    said.extend(self.next.tell(skipped));
+                    said.extend(self.next.announce(skipped));
                 }
                 None
             }
@@ -322,7 +322,7 @@ impl Federate {
             downstream => world.has_upstream(id) || downstream.is_none_or(|downstream| downstream < next),
         };
         if needed {
-            return self.next.tell(next);
+            return self.next.announce(next);
         }
         let told = self.next.certain && self.next.sent == next;
         self.next.skipped = (!told).then_some(next);
@@ -348,7 +348,7 @@ impl fmt::Debug for Federate {
 }
 
 impl NextEventRules {
-    fn tell(&mut self, next: Tag) -> Option<ToRti> {
+    fn announce(&mut self, next: Tag) -> Option<ToRti> {
         self.skipped = None;
         let told = self.certain && self.sent == next;
         (self.sent, self.certain) = (next, true);

@@ -178,7 +178,7 @@ fn main() -> ExitCode {
     let total = run.total.into_inner().unwrap_or_else(PoisonError::into_inner);
     total.say("", run.begin.elapsed());
     for finding in &total.report.findings {
-        eprintln!("error: {:?}, ranks {:?}\n{}", finding.graph, finding.ranks, finding.story);
+        eprintln!("error: {:?}, ranks {:?}\n{}", finding.graph, finding.ranks, finding.counterexample);
     }
     if total.report.findings.is_empty() { ExitCode::SUCCESS } else { ExitCode::FAILURE }
 }

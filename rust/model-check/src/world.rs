@@ -7,7 +7,7 @@ use crate::bounds::Bounds;
 use crate::graph::{Delay, FEDERATES_MAX, Graph};
 use crate::small_tag::{START, SmallTag};
 
-/// A federation without its state.
+/// The world of a model: a federation without its state.
 #[derive(Clone, Debug)]
 pub(crate) struct World {
     pub(crate) graph: Graph,

@@ -10,7 +10,8 @@ fn small() -> Bounds {
 /// Returns whether a message arrived too late, and whether a federate waits without end.
 fn wrong(graph: Graph, bounds: Bounds) -> (bool, bool) {
     let findings = check(graph, bounds, usize::MAX).findings;
-    let is = |what: &str| findings.iter().any(|finding| finding.story.starts_with(&format!("violated: {what}")));
+    let is =
+        |what: &str| findings.iter().any(|finding| finding.counterexample.starts_with(&format!("violated: {what}")));
     (is("no violation"), is("every event is handled"))
 }
 

@@ -9,7 +9,7 @@ fn check_all(graphs: impl Iterator<Item = Graph>, bounds: Bounds, orders_max: us
     for graph in graphs {
         report.add(check(graph, bounds, orders_max));
         if let Some(finding) = report.findings.first() {
-            panic!("{:?}, ranks {:?}, {bounds:?}\n{}", finding.graph, finding.ranks, finding.story);
+            panic!("{:?}, ranks {:?}, {bounds:?}\n{}", finding.graph, finding.ranks, finding.counterexample);
         }
     }
     println!("{} models, {} states, at most {} in one", report.models, report.states, report.states_max);
