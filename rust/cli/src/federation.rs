@@ -345,7 +345,7 @@ impl Process {
     }
 
     fn start(&self, supervisor: &mut Supervisor, launch: Launch) -> Result<(), Failure> {
-        terminal::tell_command(launch.places.iter().flatten().take(self.words.len()).cloned());
+        terminal::show_command(launch.places.iter().flatten().take(self.words.len()).cloned());
         let started = supervisor.launch(launch);
         started.map_err(|error| Failure::message(format!("{} cannot be started: {error}", self.name)))
     }

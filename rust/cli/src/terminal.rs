@@ -61,24 +61,24 @@ pub(crate) fn named(error: io::Error) -> io::Error {
     io::Error::new(error.kind(), format!("the output cannot be written: {error}"))
 }
 
-/// Writes a remark to standard error, ending the line if it does not end yet. Ignores errors.
-pub(crate) fn remark(text: impl Display) {
+/// Writes a message to standard error, ending the line if it does not end yet. Ignores errors.
+pub(crate) fn report(text: impl Display) {
     let text = text.to_string();
     let end = if text.is_empty() || text.ends_with('\n') { "" } else { "\n" };
     let _ = write!(io::stderr(), "{text}{end}");
 }
 
-/// Writes a remark about progress, or about what was done; with `--quiet` nobody wants it.
+/// Writes a message about progress, or about what was done; with `--quiet` nobody wants it.
 pub(crate) fn inform(text: impl Display) {
     if !is_quiet() {
-        remark(text);
+        report(text);
     }
 }
 
 /// Writes a command that is run, for those who want to know it (`--verbose`).
-pub(crate) fn tell_command(words: impl IntoIterator<Item = OsString>) {
+pub(crate) fn show_command(words: impl IntoIterator<Item = OsString>) {
     if options().verbose {
-        remark(format_args!("Running {}", command_line(words)));
+        report(format_args!("Running {}", command_line(words)));
     }
 }
 

@@ -59,7 +59,7 @@ impl Editor {
         let initialized =
             editor.ask("initialize", &json!({ "capabilities": capabilities, "processId": null, "rootUri": null }));
         assert_eq!(initialized["serverInfo"]["name"], "lfz");
-        editor.tell("initialized", &json!({}));
+        editor.notify("initialized", &json!({}));
         editor
     }
 
@@ -74,19 +74,19 @@ impl Editor {
         self.input.flush().expect("the server reads");
     }
 
-    pub(crate) fn tell(&mut self, method: &str, params: &Value) {
+    pub(crate) fn notify(&mut self, method: &str, params: &Value) {
         self.write(&json!({ "jsonrpc": "2.0", "method": method, "params": params }));
     }
 
     pub(crate) fn open(&mut self, name: &str, text: &str) {
         let document = json!({ "uri": self.uri(name), "languageId": "lf", "version": 1, "text": text });
-        self.tell("textDocument/didOpen", &json!({ "textDocument": document }));
+        self.notify("textDocument/didOpen", &json!({ "textDocument": document }));
     }
 
     pub(crate) fn change(&mut self, name: &str, text: &str) {
         let document = json!({ "uri": self.uri(name), "version": 2 });
         let changes = json!([{ "text": text }]);
-        self.tell("textDocument/didChange", &json!({ "textDocument": document, "contentChanges": changes }));
+        self.notify("textDocument/didChange", &json!({ "textDocument": document, "contentChanges": changes }));
     }
 
     fn read(&mut self) -> Value {
@@ -174,7 +174,7 @@ impl Editor {
 
     pub(crate) fn end(mut self) {
         assert_eq!(self.ask("shutdown", &Value::Null), Value::Null);
-        self.tell("exit", &Value::Null);
+        self.notify("exit", &Value::Null);
         assert!(self.server.wait().expect("it ends").success());
     }
 
@@ -204,7 +204,7 @@ fn errors_are_told_while_a_program_is_typed() {
     let unknown = editor.diagnostics("Main.lf");
     assert_eq!(unknown[0]["code"], "E047-unknown-port");
     let library = editor.uri("lib.lf");
-    editor.tell("textDocument/didClose", &json!({ "textDocument": { "uri": library } }));
+    editor.notify("textDocument/didClose", &json!({ "textDocument": { "uri": library } }));
     assert_eq!(editor.diagnostics("Main.lf"), json!([]), "now the file on disk counts");
     editor.end();
 }
@@ -273,13 +273,13 @@ fn strange_questions_are_answered() {
     let mut editor = Editor::start();
     assert_eq!(editor.ask_for("textDocument/strange", &json!({}))["error"]["code"], -32601);
     assert_eq!(editor.ask_for("textDocument/hover", &json!({ "position": 7 }))["error"]["code"], -32602);
-    editor.tell("textDocument/didOpen", &json!("nonsense"));
-    editor.tell(
+    editor.notify("textDocument/didOpen", &json!("nonsense"));
+    editor.notify(
         "textDocument/didOpen",
         &json!({ "textDocument":
         { "uri": "untitled:Untitled-1", "languageId": "lf", "version": 1, "text": "target" } }),
     );
-    editor.tell("$/cancelRequest", &json!({ "id": 3 }));
+    editor.notify("$/cancelRequest", &json!({ "id": 3 }));
     let unopened =
         json!({ "textDocument": { "uri": editor.uri("lib.lf") }, "position": { "line": 1, "character": 1 } });
     assert_eq!(editor.ask("textDocument/hover", &unopened), Value::Null);

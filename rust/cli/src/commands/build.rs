@@ -43,7 +43,7 @@ fn keys(built: &Built, arguments: &BuildArgs) -> Result<Option<HandedOut>, Failu
     let has_images = built.participants.iter().any(|participant| participant.artifact != Artifact::Host);
     if !has_images && source.is_missing(&built.plan)? {
         let name = &built.plan.name;
-        terminal::remark(format_args!("{name} asks for encryption and has no keys yet: make them with `lfz keys new`"));
+        terminal::report(format_args!("{name} asks for encryption and has no keys yet: make them with `lfz keys new`"));
         return Ok(None);
     }
     let rti = rti_name(&built.plan);
@@ -64,7 +64,7 @@ fn keys(built: &Built, arguments: &BuildArgs) -> Result<Option<HandedOut>, Failu
     if let Some(HandedOut { strangers, .. }) = &keys
         && !strangers.is_empty()
     {
-        terminal::remark(format_args!("warning: nobody trusts {}, which has no key", strangers.join(", ")));
+        terminal::report(format_args!("warning: nobody trusts {}, which has no key", strangers.join(", ")));
     }
     Ok(keys)
 }

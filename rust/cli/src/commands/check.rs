@@ -28,7 +28,7 @@ pub(super) fn check(arguments: &CheckArgs) -> Result<ExitCode, Failure> {
             }
             Err(Failure::Reported) => is_well = false,
             Err(Failure::Message(text)) => {
-                terminal::remark(format_args!("error: {text}"));
+                terminal::report(format_args!("error: {text}"));
                 is_well = false;
             }
         }

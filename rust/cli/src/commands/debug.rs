@@ -30,7 +30,7 @@ pub(super) fn debug(arguments: &DebugArgs) -> Result<ExitCode, Failure> {
     .build()?;
     let program = program(&built, arguments.federate.as_deref())?;
     let words = command(&debugger, program, &arguments.arguments);
-    terminal::tell_command(words.iter().cloned());
+    terminal::show_command(words.iter().cloned());
     let mut words = words.into_iter();
     let error = Command::new(words.next().unwrap_or_default()).args(words).exec();
     Err(Failure::message(format!("the debugger {} cannot be run: {error}", debugger.display())))

@@ -20,7 +20,7 @@ pub(super) fn fmt(arguments: &FmtArgs) -> ExitCode {
         match format(file, arguments.check) {
             Ok(is_formatted) => is_well &= is_formatted || !arguments.check,
             Err(Failure::Message(text)) => {
-                terminal::remark(format_args!("error: {text}"));
+                terminal::report(format_args!("error: {text}"));
                 is_well = false;
             }
             Err(Failure::Reported) => is_well = false,
@@ -36,9 +36,9 @@ fn format(file: &Path, only_checks: bool) -> Result<bool, Failure> {
     let unreadable = |error| Failure::message(format!("{name} cannot be read: {error}"));
     let text = if is_input { standard_input() } else { read_text(file) }.map_err(unreadable)?;
     let formatted = lf_compiler::format(&name, &text).map_err(|diagnostics| {
-        terminal::remark(diagnostics.render(terminal::style()));
+        terminal::report(diagnostics.render(terminal::style()));
         let (errors, warnings) = diagnostics.counts();
-        terminal::remark(format_args!("{name}: {}, so it stays as it is", count(errors, warnings)));
+        terminal::report(format_args!("{name}: {}, so it stays as it is", count(errors, warnings)));
         Failure::Reported
     })?;
     let is_formatted = formatted == text;

@@ -17,9 +17,9 @@ pub(super) fn keys(command: &KeysCommand) -> Result<ExitCode, Failure> {
             let made = store.create(names)?;
             let folder = store.folder.display();
             if made.is_empty() {
-                terminal::remark(format_args!("all keys are there already, in {folder}"));
+                terminal::report(format_args!("all keys are there already, in {folder}"));
             } else {
-                terminal::remark(format_args!("made keys for {} in {folder}", made.join(", ")));
+                terminal::report(format_args!("made keys for {} in {folder}", made.join(", ")));
             }
             show(&store)?;
         }

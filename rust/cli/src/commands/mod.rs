@@ -53,7 +53,7 @@ pub fn execute(read: Result<Cli, clap::Error>) -> ExitCode {
     };
     result.unwrap_or_else(|failure| {
         if let Failure::Message(text) = failure {
-            terminal::remark(format_args!("error: {text}"));
+            terminal::report(format_args!("error: {text}"));
         }
         ExitCode::FAILURE
     })

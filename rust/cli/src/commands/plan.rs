@@ -50,7 +50,7 @@ fn offsets(plan: &Plan, arguments: &PlanArgs) -> Result<Offsets, Failure> {
     bounds.execution_ns = arguments.execution.or(bounds.execution_ns);
     Offsets::of(plan, &bounds).map_err(|missing| {
         for bound in missing {
-            terminal::remark(format_args!("error: {bound}"));
+            terminal::report(format_args!("error: {bound}"));
         }
         Failure::Reported
     })
@@ -59,7 +59,7 @@ fn offsets(plan: &Plan, arguments: &PlanArgs) -> Result<Offsets, Failure> {
 fn read(file: &Path, plan: &Plan) -> Result<Bounds, Failure> {
     let text = read_text(file).map_err(|error| Failure::message(format!("cannot read {}: {error}", file.display())))?;
     Bounds::parse(&file.display().to_string(), &text, plan).map_err(|errors| {
-        errors.iter().for_each(terminal::remark);
+        errors.iter().for_each(terminal::report);
         Failure::Reported
     })
 }

@@ -25,7 +25,7 @@ pub(super) fn rti(arguments: &RtiArgs) -> Result<ExitCode, Failure> {
     let mut warnings = Vec::new();
     let options = arguments.options(&mut warnings)?;
     for warning in warnings {
-        terminal::remark(format_args!("warning: {warning}"));
+        terminal::report(format_args!("warning: {warning}"));
     }
     // A connection never touches most of its buffers, and small pages suffice for the rest. The call may fail: an RTI
     // with huge pages only takes more memory.
@@ -59,7 +59,7 @@ pub(super) fn rti(arguments: &RtiArgs) -> Result<ExitCode, Failure> {
             "{outcome}; start all federates again, or give them more time with --start-time-out"
         ))),
         outcome @ Outcome::Aborted => {
-            terminal::remark(format_args!("error: {outcome}"));
+            terminal::report(format_args!("error: {outcome}"));
             Ok(ExitCode::from(lf_linux::interruption_status()))
         }
     }

@@ -60,7 +60,7 @@ impl Job<'_> {
         // What cargo itself says is read here; rustc's diagnostics have their own option.
         command.env("CARGO_TERM_COLOR", "never");
         let words = command.get_args().skip(guard::WORDS).map(ToOwned::to_owned);
-        progress.tell_command(words);
+        progress.show_command(words);
         let mut child = command.spawn().map_err(|error| {
             let cargo = cargo_program();
             io::Error::new(error.kind(), format!("{} cannot be run: {error}", Path::new(&cargo).display()))

@@ -66,7 +66,7 @@ impl Lock {
         let kept: String = blocks(&text).filter(|block| block.contains("\nsource = ")).collect();
         if let Err(error) = files::write_changed(path, &(head.to_owned() + kept.trim_end() + "\n")) {
             // The folder of a program may be read-only; the result of the build is valid all the same.
-            terminal::remark(format_args!("warning: which versions of crates were taken is not kept: {error}"));
+            terminal::report(format_args!("warning: which versions of crates were taken is not kept: {error}"));
         }
     }
 }

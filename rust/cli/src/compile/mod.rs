@@ -123,7 +123,7 @@ impl<'a> Request<'a> {
             && let Some(name) = wanted.iter().find(is_image)
         {
             return Err(Failure::message(format!(
-                "{name} is on a board, which has no TLS: write `security: noise` in place of `comm-type: TLS`, for \
+                "{name} is on a board, which has no TLS: write `security: noise` instead of `comm-type: TLS`, for \
                  programs of Linux, too"
             )));
         }
@@ -233,15 +233,15 @@ impl<'a> Request<'a> {
             outcome.diagnostics.extend(resolution::diagnostic(&outcome.log, &program.plan));
         }
         let shown = rustc::render_all(&outcome.diagnostics, &origin, coloured);
-        terminal::remark(&shown.text);
+        terminal::report(&shown.text);
         if !outcome.success {
             let file = self.file.display();
             if shown.errors > 0 {
-                terminal::remark(format_args!("{file}: {}", count(shown.errors, shown.warnings)));
+                terminal::report(format_args!("{file}: {}", count(shown.errors, shown.warnings)));
             } else {
-                terminal::remark(&outcome.log);
-                terminal::remark(format_args!("{file}: cargo has not been able to compile the generated code"));
-                terminal::remark(hint_of_folder(&folders.out));
+                terminal::report(&outcome.log);
+                terminal::report(format_args!("{file}: cargo has not been able to compile the generated code"));
+                terminal::report(hint_of_folder(&folders.out));
             }
             return Err(Failure::Reported);
         }
@@ -326,7 +326,7 @@ fn hint_of_folder(out: &Path) -> String {
 
 fn report(errors: &[impl std::fmt::Display]) -> Failure {
     for error in errors {
-        terminal::remark(error);
+        terminal::report(error);
     }
     Failure::Reported
 }

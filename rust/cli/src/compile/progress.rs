@@ -68,10 +68,10 @@ impl Progress {
     }
 
     /// Shows a command to those who want to know it.
-    pub(crate) fn tell_command(&self, words: impl IntoIterator<Item = OsString>) {
+    pub(crate) fn show_command(&self, words: impl IntoIterator<Item = OsString>) {
         match &self.bar {
-            Some(bar) => bar.suspend(|| terminal::tell_command(words)),
-            None => terminal::tell_command(words),
+            Some(bar) => bar.suspend(|| terminal::show_command(words)),
+            None => terminal::show_command(words),
         }
     }
 

@@ -148,12 +148,12 @@ impl Program {
     /// When it has no plan; the user has seen the reasons.
     pub(crate) fn of(compilation: Compilation, path: &str) -> Result<Self, Failure> {
         let diagnostics = compilation.diagnostics;
-        terminal::remark(diagnostics.render(terminal::style()));
+        terminal::report(diagnostics.render(terminal::style()));
         match compilation.plan {
             Some(plan) if !diagnostics.has_errors() => Ok(Self { plan, diagnostics }),
             _ => {
                 let (errors, warnings) = diagnostics.counts();
-                terminal::remark(format_args!("{path}: {}", count(errors, warnings)));
+                terminal::report(format_args!("{path}: {}", count(errors, warnings)));
                 Err(Failure::Reported)
             }
         }

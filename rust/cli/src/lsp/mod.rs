@@ -64,7 +64,7 @@ struct Server<'c> {
     connection: &'c Connection,
     buffers: Buffers,
     /// The files of which the editor shows diagnostics.
-    told: BTreeSet<String>,
+    published: BTreeSet<String>,
     /// The commands that the editor has for code lenses.
     commands: Vec<String>,
     tools: BodyTools,
@@ -78,7 +78,7 @@ impl<'c> Server<'c> {
         Self {
             connection,
             buffers: Buffers::default(),
-            told: BTreeSet::new(),
+            published: BTreeSet::new(),
             commands: Vec::new(),
             tools: BodyTools::default(),
             own: BTreeMap::new(),
@@ -128,7 +128,7 @@ impl<'c> Server<'c> {
             }
             if has_changed {
                 self.own = diagnostics::diagnostics(&self.buffers);
-                self.tell_diagnostics();
+                self.publish_diagnostics();
                 self.tools.change(&self.buffers);
             }
         }
@@ -167,13 +167,13 @@ impl<'c> Server<'c> {
                         self.of_tools.entry(uri).or_default().push(diagnostic);
                     }
                 }
-                self.tell_diagnostics();
+                self.publish_diagnostics();
             }
-            BodyReply::Remark(message) => {
+            BodyReply::ShowMessage(message) => {
                 let told = ShowMessageParams { typ: MessageType::INFO, message };
                 self.send(Message::Notification(Notification::new(ShowMessage::METHOD.to_owned(), told)));
             }
-            BodyReply::Note(message) => {
+            BodyReply::LogMessage(message) => {
                 let told = LogMessageParams { typ: MessageType::INFO, message };
                 self.send(Message::Notification(Notification::new(LogMessage::METHOD.to_owned(), told)));
             }
@@ -249,19 +249,19 @@ impl<'c> Server<'c> {
         }
     }
 
-    /// Tells the diagnostics of all open files, and of those that they import.
-    fn tell_diagnostics(&mut self) {
+    /// Publishes the diagnostics of all open files, and of those that they import.
+    fn publish_diagnostics(&mut self) {
         let mut all = self.own.clone();
         for (uri, diagnostics) in &self.of_tools {
             all.entry(uri.clone()).or_default().extend(diagnostics.iter().cloned());
         }
-        for uri in std::mem::take(&mut self.told) {
+        for uri in std::mem::take(&mut self.published) {
             all.entry(uri).or_default();
         }
         for (uri, diagnostics) in all {
             let Ok(parsed) = uri.parse::<Uri>() else { continue };
             if !diagnostics.is_empty() {
-                self.told.insert(uri);
+                self.published.insert(uri);
             }
             let told = PublishDiagnosticsParams::new(parsed, diagnostics, None);
             self.send(Message::Notification(Notification::new(PublishDiagnostics::METHOD.to_owned(), told)));

@@ -129,7 +129,7 @@ fn of_file(mut file: BufReader<File>, path: &Path) -> Result<Recorded, String> {
         }
     }
     if bytes % RECORD_BYTES as u64 != 0 {
-        terminal::remark(format_args!(
+        terminal::report(format_args!(
             "warning: {}: the last record is cut off: the disk was full, or the copy is not complete",
             path.display()
         ));
@@ -188,7 +188,7 @@ fn of_console(file: impl BufRead, path: &Path) -> Result<Vec<Recorded>, String> 
             Record::from_bytes(record).map_err(wrong)?;
         }
         if !ended {
-            terminal::remark(format_args!(
+            terminal::report(format_args!(
                 "warning: {}: the trace of {who} has no line `{MARKER}{who} {END}`: its newest records are missing",
                 path.display()
             ));

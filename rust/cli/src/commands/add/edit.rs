@@ -25,7 +25,7 @@ pub(super) struct Dependency {
 pub(super) fn with_dependency(path: &str, text: &str, dependency: &Dependency) -> Result<String, Failure> {
     let tree = parse(path, text);
     if tree.diagnostics.has_errors() {
-        terminal::remark(tree.diagnostics.render(terminal::style()));
+        terminal::report(tree.diagnostics.render(terminal::style()));
         return Err(Failure::message(format!("{path} has errors, so it stays as it is")));
     }
     let refused = |reason: &str| Failure::message(format!("{path} {reason}, so it stays as it is"));

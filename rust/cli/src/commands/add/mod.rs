@@ -66,10 +66,10 @@ fn dependencies(name: Option<&str>, arguments: &AddArgs) -> Result<Vec<Dependenc
         command.arg("--no-default-features");
     }
     let words = [command.get_program()].into_iter().chain(command.get_args()).map(ToOwned::to_owned);
-    terminal::tell_command(words.collect::<Vec<_>>());
+    terminal::show_command(words.collect::<Vec<_>>());
     let output = command.output().map_err(|error| Failure::message(format!("cargo cannot be run: {error}")))?;
     if !output.status.success() {
-        terminal::remark(String::from_utf8_lossy(&output.stderr));
+        terminal::report(String::from_utf8_lossy(&output.stderr));
         return Err(Failure::Reported);
     }
     let document: DocumentMut = fs::read_to_string(&manifest)?

@@ -55,7 +55,7 @@ pub(super) fn run_once(
     }
     let ending = federation.run(interrupts)?;
     if let Some(trouble) = network.as_ref().and_then(VirtualNetwork::trouble) {
-        terminal::remark(format_args!("error: {trouble}"));
+        terminal::report(format_args!("error: {trouble}"));
     }
     if let (Some(bounds), Some(Recording { folder, .. })) = (&arguments.measure, &recording) {
         let messages = trace::write_bounds(folder, None, bounds)?;
@@ -107,10 +107,10 @@ fn keys(built: &Built, arguments: &RunArgs) -> Result<Option<HandedOut>, Failure
     let keys = source.hand_out(&built.plan, &built.out, &names.collect::<Vec<_>>(), true)?;
     match &keys {
         Some(HandedOut { is_of_run: true, .. }) => {
-            terminal::remark("connections are encrypted with keys for this run; `lfz keys new` makes lasting ones");
+            terminal::report("connections are encrypted with keys for this run; `lfz keys new` makes lasting ones");
         }
         Some(HandedOut { strangers, .. }) if !strangers.is_empty() => {
-            terminal::remark(format_args!("warning: nobody trusts {}, which has no key", strangers.join(", ")));
+            terminal::report(format_args!("warning: nobody trusts {}, which has no key", strangers.join(", ")));
         }
         _ => {}
     }

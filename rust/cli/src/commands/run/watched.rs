@@ -28,10 +28,10 @@ pub(super) fn run(arguments: &RunArgs) -> Result<ExitCode, Failure> {
     let copy = arguments.clone();
     thread::Builder::new().name("builder".to_owned()).spawn(move || {
         let Err(failure) = build_at_changes(&copy, watch, &sender, &waker);
-        tell(&failure);
-        terminal::remark("changes are not seen any more; stop this run with ^C, and start it again");
+        report(&failure);
+        terminal::report("changes are not seen any more; stop this run with ^C, and start it again");
     })?;
-    let mut next = first.inspect_err(tell).ok();
+    let mut next = first.inspect_err(report).ok();
     loop {
         let name = arguments.file.display();
         if let Some(built) = next.take() {
@@ -44,7 +44,7 @@ pub(super) fn run(arguments: &RunArgs) -> Result<ExitCode, Failure> {
                     terminal::inform(format_args!("{name} has ended with status {code}; waiting for a change"));
                 }
                 Ok(_) => {}
-                Err(failure) => tell(&failure),
+                Err(failure) => report(&failure),
             }
         } else {
             terminal::inform(format_args!("{name} does not run; waiting for a change"));
@@ -82,7 +82,7 @@ fn build_at_changes(
                 waker.write_all(&[0])?;
             }
             Err(failure) => {
-                tell(&failure);
+                report(&failure);
                 terminal::inform("nothing is started before the next change");
             }
         }
@@ -90,8 +90,8 @@ fn build_at_changes(
 }
 
 /// Prints the reason of a failure, unless the user knows it.
-fn tell(failure: &Failure) {
+fn report(failure: &Failure) {
     if let Failure::Message(text) = failure {
-        terminal::remark(format_args!("error: {text}"));
+        terminal::report(format_args!("error: {text}"));
     }
 }

@@ -61,7 +61,7 @@ pub(super) fn test(arguments: &TestArgs) -> Result<ExitCode, Failure> {
             let word = if outcome.failure.is_none() { "ok" } else { "FAILED" };
             terminal::print(format_args!("{} ... {word} ({:.1} s)", outcome.name, outcome.took.as_secs_f64()))?;
             if let Some(output) = &outcome.failure {
-                terminal::remark(output);
+                terminal::report(output);
             }
             outcomes.push(outcome);
         }

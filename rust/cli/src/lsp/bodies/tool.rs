@@ -186,8 +186,8 @@ impl Tool {
         self.later(note("workspace/didChangeWorkspaceFolders", change));
     }
 
-    /// Tells the text of a file.
-    pub(super) fn tell(&mut self, uri: &str, file: &str, text: &str) {
+    /// Sends the text of a file.
+    pub(super) fn send_text(&mut self, uri: &str, file: &str, text: &str) {
         let message = match self.open.get_mut(uri) {
             None => {
                 self.open.insert(uri.to_owned(), (1, text.to_owned()));

@@ -42,10 +42,10 @@ pub(in crate::lsp) enum BodyReply {
     Answer(u64, Option<Value>),
     /// The diagnostics that tools have for LF files, all of them.
     Diagnostics(Vec<(String, Diagnostic)>),
-    /// A sentence for the user.
-    Remark(String),
-    /// A sentence for the editor's log.
-    Note(String),
+    /// A message that the editor shows.
+    ShowMessage(String),
+    /// A message for the editor's log.
+    LogMessage(String),
 }
 
 /// A question that a tool has not answered yet.
@@ -144,7 +144,7 @@ impl ToolKeeper {
         self.projects.insert(main.to_owned(), project.clone());
         let project = project?;
         if let Err(error) = project.write() {
-            self.reply(BodyReply::Note(format!("the generated code cannot be written: {error}")));
+            self.reply(BodyReply::LogMessage(format!("the generated code cannot be written: {error}")));
             return None;
         }
         for tool in self.tools.values_mut().flatten() {
@@ -152,7 +152,7 @@ impl ToolKeeper {
                 if let Some(file) = file_of(&project, &uri)
                     && let Some(text) = project.text(&file)
                 {
-                    tool.tell(&uri, &file, text);
+                    tool.send_text(&uri, &file, text);
                 }
             }
         }
@@ -190,7 +190,7 @@ impl ToolKeeper {
         let of = ToolKind::of(&file)?;
         let text = project.text(&file)?.to_owned();
         let tool = self.tool(of, &project)?;
-        tool.tell(&uri, &file, &text);
+        tool.send_text(&uri, &file, &text);
         if !tool.is_ready {
             return None;
         }
@@ -221,7 +221,7 @@ impl ToolKeeper {
             let cargo_folder = cargo_folder.and_then(Result::ok);
             let started = Tool::start(kind, folder, cargo_folder.as_deref(), &self.events);
             if let Err(error) = &started {
-                self.reply(BodyReply::Remark(missing(kind, &error.to_string())));
+                self.reply(BodyReply::ShowMessage(missing(kind, &error.to_string())));
             } else if kind == ToolKind::RustAnalyzer {
                 self.folders.insert(folder.to_owned());
             }
@@ -278,7 +278,7 @@ impl ToolKeeper {
                     let message = params["message"].as_str().unwrap_or_default();
                     if !is_well && !message.is_empty() {
                         let (program, message) = (kind.program(), message.trim());
-                        self.reply(BodyReply::Remark(format!("{program} does not know everything: {message}")));
+                        self.reply(BodyReply::ShowMessage(format!("{program} does not know everything: {message}")));
                     }
                 }
             }
@@ -287,7 +287,7 @@ impl ToolKeeper {
     }
 
     fn ready(&self, kind: ToolKind) {
-        self.reply(BodyReply::Note(format!("{} answers in bodies", kind.program())));
+        self.reply(BodyReply::LogMessage(format!("{} answers in bodies", kind.program())));
     }
 
     /// Tells the diagnostics of a generated file with all others.
@@ -325,7 +325,7 @@ impl ToolKeeper {
         if !std::mem::take(&mut self.diagnostics).is_empty() {
             self.reply(BodyReply::Diagnostics(Vec::new()));
         }
-        self.reply(BodyReply::Remark(missing(kind, words)));
+        self.reply(BodyReply::ShowMessage(missing(kind, words)));
     }
 }
 
