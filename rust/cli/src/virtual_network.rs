@@ -14,7 +14,7 @@ use lf_linux::model::time::Interval;
 use lf_linux::virtual_network::{VARIABLE, participant, serve};
 use lf_testkit::network::Medium;
 use lf_testkit::random::{Random, combine};
-use lf_testkit::world::{Pace, Side, Threads, Trouble, Virtual};
+use lf_testkit::world::{ComputerSpeed, LivenessViolation, Side, Threads, Virtual};
 use tempfile::TempDir;
 
 /// The latest beginning of a participant.
@@ -62,8 +62,8 @@ impl VirtualNetwork {
             let [offset, drift] = [CLOCK_OFFSET_NS_MAX, CLOCK_DRIFT_PPB_MAX].map(|most| random.time(-most, most));
             let side = if clocks_differ { Side::keep(offset, drift) } else { Side::keep(0, 0) };
             let begins = Interval::from_nanos(random.time(0, BEGINS_NS_MAX));
-            let pace = Pace { turn_ns: TURN_NS, wake_ns: WAKE_NS_MAX };
-            world.add(begins, side, pace)
+            let speed = ComputerSpeed { turn_ns: TURN_NS, wake_ns: WAKE_NS_MAX };
+            world.add(begins, side, speed)
         };
         let platforms: Vec<_> = (0..participants).map(add).collect();
         let begun = world.clone();
@@ -87,12 +87,14 @@ impl VirtualNetwork {
     }
 
     /// Returns why the participants were interrupted, if they were.
-    pub(crate) fn trouble(&self) -> Option<String> {
-        let trouble = self.world.trouble()?;
+    pub(crate) fn violation(&self) -> Option<String> {
+        let violation = self.world.violation()?;
         let after = Duration::from_nanos(self.world.now().as_nanos().unsigned_abs()).as_secs_f64();
-        Some(match trouble {
-            Trouble::Stuck => format!("after {after:.3} s of virtual time, all participants wait for what never comes"),
-            Trouble::Busy => format!("after {after:.3} s of virtual time, the participants find no end"),
+        Some(match violation {
+            LivenessViolation::Deadlock => {
+                format!("after {after:.3} s of virtual time, all participants wait for what never comes")
+            }
+            LivenessViolation::Livelock => format!("after {after:.3} s of virtual time, the participants find no end"),
         })
     }
 }

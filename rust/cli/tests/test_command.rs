@@ -289,7 +289,7 @@ fn what_has_no_virtual_time_is_refused_by_name() {
     assert_eq!(lines(&output).last().map(String::as_str), Some("0 passed, 2 failed"));
     let reasons = text(&output.stderr);
     assert!(reasons.contains("--seed: a virtual network has no TLS"), "{reasons}");
-    assert!(reasons.contains("--seed: transient federates come when somebody starts them"), "{reasons}");
+    assert!(reasons.contains("--seed: transient federates come when the user starts them"), "{reasons}");
     let output = run(folder.path(), &["endless", "--seed", "1"]);
     let reasons = text(&output.stderr);
     assert!(reasons.contains("of virtual time, all participants wait for what never comes"), "{reasons}");

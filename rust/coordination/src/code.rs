@@ -16,7 +16,7 @@ use lf_model::time::{EventTag, Instant, Interval, Microstep, Tag};
 use lf_model::{DeliverError, ModelError, PayloadError};
 use lf_wire::{DecodeError, MessageType, RejectCode};
 
-use crate::clock_sync::{Line, Trouble};
+use crate::clock_sync::{ClockFault, Line};
 use crate::federate::{ClockSyncReport, ConfigError, FederateError, Phase};
 use crate::rti::{Cause, Outcome, Progress, RtiEvent, SetupError, SuspectedViolation, Violation, Waits};
 use crate::{Endpoint, FederateId, IpAddress, Times};
@@ -352,7 +352,7 @@ coded!(Phase {
     Ended,
     Failed,
 });
-coded!(Trouble { Drift(ppb), Unsteady(off), OtherPort { port, other }, FarOff(off) });
+coded!(ClockFault { Drift(ppb), Unsteady(off), OtherPort { port, other }, FarOff(off) });
 coded!(ConfigError { FederationIdTooLong { bytes }, NoTrials, AdvanceInterval });
 coded!(FederateError {
     Rejected(code), RtiNotAuthentic, NoAnswer, NoClockSync, TrialsDiffer { trials }, PeerUnreachable { federate },

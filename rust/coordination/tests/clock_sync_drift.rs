@@ -5,7 +5,7 @@
 
 use std::fmt::Write;
 
-use lf_coordination::clock_sync::{ClockCorrection, DRIFT_PPB_MAX, Exchange, Line, Round, Tracker, Trouble};
+use lf_coordination::clock_sync::{ClockCorrection, ClockFault, DRIFT_PPB_MAX, Exchange, Line, Round, Tracker};
 use lf_model::time::{Instant, Interval};
 use lf_testkit::random::Random;
 use proptest::prelude::*;
@@ -126,8 +126,8 @@ proptest! {
         let (seen, unused, _) = watched.tracker.counts();
         prop_assert!(unused * 20 <= seen, "{unused} of {seen} of no use");
         let is_large = gains.abs() > 12 * MS;
-        let told = watched.tracker.trouble();
-        prop_assert!(matches!(told, Some(Trouble::Drift(_))) == is_large || gains.abs() > 8 * MS, "{told:?}");
+        let told = watched.tracker.fault();
+        prop_assert!(matches!(told, Some(ClockFault::Drift(_))) == is_large || gains.abs() > 8 * MS, "{told:?}");
     }
 
     /// A rate that changes all the time is followed within a few exchanges.
@@ -155,15 +155,15 @@ proptest! {
     ) {
         let watched = Board { gains, wanders: 0, period, jitter, is_busy: false, seed }.watch();
         let expected = -gains * SEC / (SEC + gains);
-        let told = watched.tracker.trouble();
-        let Some(Trouble::Drift(found)) = told else { return Err(TestCaseError::fail(format!("{told:?}"))) };
+        let told = watched.tracker.fault();
+        let Some(ClockFault::Drift(found)) = told else { return Err(TestCaseError::fail(format!("{told:?}"))) };
         prop_assert!((i64::from(found) - expected).abs() < 2 * MS, "{found}, but it is {expected}");
         prop_assert!(found.abs() > DRIFT_PPB_MAX);
     }
 
-    /// A board with a quartz is no trouble, on whatever network.
+    /// A board with a quartz has no fault, on whatever network.
     #[test]
-    fn a_quartz_is_no_trouble(
+    fn a_quartz_has_no_fault(
         gains in -100 * US..100 * US,
         period in periods(),
         jitter in US..5 * MS,
@@ -171,7 +171,7 @@ proptest! {
         seed in any::<u64>(),
     ) {
         let watched = Board { gains, wanders: 0, period, jitter, is_busy, seed }.watch();
-        prop_assert_eq!(watched.tracker.trouble(), None);
+        prop_assert_eq!(watched.tracker.fault(), None);
     }
 }
 
@@ -193,8 +193,8 @@ fn what_is_learnt_changes_on_purpose_only() {
     for (name, board) in boards {
         let watched = board.watch();
         let (seen, unused, pure) = watched.tracker.counts();
-        let trouble = watched.tracker.trouble();
-        writeln!(table, "{name}: {unused} of {seen} unused, {pure} pure, {trouble:?}").unwrap();
+        let fault = watched.tracker.fault();
+        writeln!(table, "{name}: {unused} of {seen} unused, {pure} pure, {fault:?}").unwrap();
         writeln!(table, "{:>9} {:>12} {:>12} {:>12}", "exchanges", "error, ns", "drift, ppb", "width, ns").unwrap();
         let lines = watched.lines.iter().zip(&watched.errors).zip(1_usize..);
         for ((line, (_, error)), count) in lines.filter(|(_, count)| count.is_power_of_two() || count % 4_000 == 0) {
@@ -228,13 +228,16 @@ fn an_absurd_beginning_is_forgotten() {
     assert_eq!(found, Some(Interval::from_nanos(-own)));
 }
 
-/// Each kind of trouble is a sentence that says what is to be done.
+/// Each kind of fault is a sentence that says what is to be done.
 #[test]
-fn trouble_is_told_in_words() {
-    let all =
-        [Trouble::Drift(-40_000_000), Trouble::Drift(230_769_000), Trouble::Unsteady(Interval::from_nanos(12_345_678))];
+fn faults_are_described_in_words() {
+    let all = [
+        ClockFault::Drift(-40_000_000),
+        ClockFault::Drift(230_769_000),
+        ClockFault::Unsteady(Interval::from_nanos(12_345_678)),
+    ];
     assert_eq!(
-        all.map(|trouble| trouble.to_string()),
+        all.map(|fault| fault.to_string()),
         [
             "the own clock gains 40000 us in a second, more than any oscillator; it is corrected as long as this \
              federate runs: check the frequency that it is configured with (CONFIG_SYS_CLOCK_HW_CYCLES_PER_SEC)",

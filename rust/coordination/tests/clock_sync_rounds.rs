@@ -4,8 +4,8 @@
 use std::net::Ipv4Addr;
 
 use lf_coordination::clock_sync::{
-    ClockCorrection, DRIFT_PPB_MAX, Exchange, Poll, ROUND_TIME_OUT, RTI_UDP_PORT, Responder, Round, SLEW_PPB_MAX,
-    Tracker, Trouble,
+    ClockCorrection, ClockFault, DRIFT_PPB_MAX, Exchange, Poll, ROUND_TIME_OUT, RTI_UDP_PORT, Responder, Round,
+    SLEW_PPB_MAX, Tracker,
 };
 use lf_coordination::{Endpoint, IpAddress};
 use lf_model::time::{Instant, Interval};
@@ -30,7 +30,7 @@ struct Follower {
     responder: Responder,
     /// The RTI's clock, if that is known.
     physical: Option<Instant>,
-    troubles: Vec<Trouble>,
+    faults: Vec<ClockFault>,
     rounds: Vec<Round>,
 }
 
@@ -39,7 +39,7 @@ impl Follower {
     fn hear_from(&mut self, from: Endpoint, own: i64, message: &Message<'_>) -> bool {
         let heard = self.responder.handle(Instant::from_nanos(own), self.physical, from, &bytes(message));
         self.rounds.extend(heard.round);
-        self.troubles.extend(heard.trouble);
+        self.faults.extend(heard.fault);
         if heard.answer {
             self.responder.answered(Instant::from_nanos(own));
         }
@@ -116,8 +116,8 @@ fn rounds_of_another_port_are_told_and_count_only_when_the_first_is_silent() {
         follower.hear(now + 4, &Message::CodedProbe(now + 4));
     }
     assert_eq!(follower.rounds.len(), 100, "none is lost");
-    let told = Trouble::OtherPort { port: RTI_UDP_PORT, other: 4711 };
-    assert!(follower.troubles.iter().all(|trouble| *trouble == told) && follower.troubles.len() == 400);
+    let told = ClockFault::OtherPort { port: RTI_UDP_PORT, other: 4711 };
+    assert!(follower.faults.iter().all(|fault| *fault == told) && follower.faults.len() == 400);
     assert!(!follower.hear_from(other, now + 9_000 * MS, &Message::T1(now + 9_000 * MS)));
     assert!(follower.hear_from(other, now + 11_000 * MS, &Message::T1(now + 11_000 * MS)));
 }
@@ -128,8 +128,8 @@ fn times_that_are_far_off_the_own_clock_are_told_and_ignored() {
     for time in [i64::MAX - 1, i64::MIN, 0, AHEAD + 3_600_000 * MS, AHEAD - 61_000 * MS] {
         assert!(!follower.hear(7, &Message::T1(time)), "{time}");
     }
-    assert_eq!(follower.troubles.len(), 5);
-    assert_eq!(follower.troubles[3], Trouble::FarOff(Interval::from_secs(3_600)));
+    assert_eq!(follower.faults.len(), 5);
+    assert_eq!(follower.faults[3], ClockFault::FarOff(Interval::from_secs(3_600)));
     assert!(follower.hear(8, &Message::T1(AHEAD)), "they do not cost a round");
     follower.hear(9, &Message::T4(i64::MAX));
     follower.hear(9, &Message::T4(AHEAD + 2));

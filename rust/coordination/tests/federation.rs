@@ -74,7 +74,7 @@ fn run<N: Needs>(graph: &Graph, manner: Manner) -> Vec<Trace> {
                 if participant.outgoing.is_empty() {
                     participant.federate.handle_written(now);
                 }
-                participant.tell(now);
+                participant.announce(now);
                 rig.send(connection, &bytes);
             }
             _ if slow == Some(index) && random.below(40) > 0 => {}

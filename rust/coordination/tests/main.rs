@@ -12,7 +12,7 @@ mod federate_golden;
 mod federate_properties;
 mod federate_support;
 mod federation;
-mod federation_lives;
+mod federation_incarnations;
 mod federation_support;
 mod rti_barrier;
 mod rti_dialogue;

@@ -28,7 +28,7 @@ fn assert_given_up(rig: &mut Rig, left: ConnectionId, first: u16, missing: u16) 
     wait(rig, Interval::from_nanos(1));
     assert_eq!(rig.rti.status(), Status::Finished(Outcome::NotStarted { first: first.into(), missing }));
     let words = format!("federate {first} is missing: the federation ends without having started");
-    assert!(rig.outlet.notices.contains(&words), "{:?}", rig.outlet.notices);
+    assert!(rig.outlet.log_events.contains(&words), "{:?}", rig.outlet.log_events);
     assert_eq!(read(rig, left), ["FAILED"]);
     assert_eq!(rig.rti.poll_timeout(), Deadline::Never);
 }
@@ -38,7 +38,7 @@ fn all_that_are_missing_are_named_when_the_time_is_over() {
     let (mut rig, [first, second]) = waiting(config());
     rig.close(first);
     assert_given_up(&mut rig, second, 0, 2);
-    let named = |id| rig.outlet.notices.iter().any(|notice| notice.starts_with(&format!("federate {id} is missing")));
+    let named = |id| rig.outlet.log_events.iter().any(|event| event.starts_with(&format!("federate {id} is missing")));
     assert_eq!([0, 1, 2].map(named), [true, false, true]);
 }
 

@@ -14,7 +14,7 @@ fn a_lost_federate_holds_nobody_up() {
     rig.message(connections[1], &Message::NextEventTag(at(5)));
     rig.close(connections[0]);
     assert_eq!(read(&mut rig, connections[1]), ["TAG FOREVER"]);
-    assert!(rig.outlet.notices.contains(&"federate 0 is lost: its connection ended without a word".to_owned()));
+    assert!(rig.outlet.log_events.contains(&"federate 0 is lost: its connection ended without a word".to_owned()));
     for connection in &connections[1..] {
         rig.message(*connection, &Message::Resign);
     }
@@ -52,7 +52,7 @@ fn a_federate_that_is_lost_before_the_start_can_come_again() {
     rig.message(first, &Message::Timestamp(1_000_000));
     rig.close(first);
     let lost = "federate 0 is lost before the start, its place is free again: its connection ended without a word";
-    assert!(rig.outlet.notices.contains(&lost.to_owned()));
+    assert!(rig.outlet.log_events.contains(&lost.to_owned()));
 
     let second = hello(&mut rig, 1, &[]);
     rig.message(second, &Message::Timestamp(0));
@@ -110,7 +110,7 @@ fn a_federate_that_does_not_answer_a_stop_request_is_expelled_and_the_others_sto
     assert_eq!(read(&mut rig, connections[2]), ["STOP_REQUEST", "FAILED"]);
     assert_eq!(read(&mut rig, connections[1]), ["STOP_REQUEST", "STOP_GRANTED"]);
     assert_eq!(read(&mut rig, connections[0]), ["STOP_GRANTED"]);
-    assert!(rig.outlet.notices.contains(&"the federation stops at (1000000007, 0)".to_owned()));
+    assert!(rig.outlet.log_events.contains(&"the federation stops at (1000000007, 0)".to_owned()));
 }
 
 #[test]
@@ -138,7 +138,7 @@ fn a_federate_that_breaks_the_protocol_is_told_and_the_others_go_on() {
         assert!(!rig.outlet.list[connections[0].0].open);
         assert_eq!(read(&mut rig, connections[1]), ["TAG FOREVER"]);
         let expected = format!("federate 0 is lost: it broke the protocol: {reason}");
-        assert_eq!(rig.outlet.notices.last(), Some(&expected));
+        assert_eq!(rig.outlet.log_events.last(), Some(&expected));
     }
 }
 
@@ -161,7 +161,7 @@ fn neighbors_that_cannot_be_are_refused() {
         assert_eq!(read(&mut rig, connection), ["ACK", "REJECT"]);
         let code = RejectCode::UnexpectedMessage;
         let expected = format!("a connection was refused that claims to be federate 0: {code}; {reason}");
-        assert_eq!(rig.outlet.notices.last(), Some(&expected));
+        assert_eq!(rig.outlet.log_events.last(), Some(&expected));
     }
 }
 
@@ -218,7 +218,7 @@ fn a_sender_whose_destination_leaves_need_not_wait() {
         }
         assert_eq!(rig.outlet.list[connections[0].0].blocked, None);
         let dropped = "a message from federate 0 was dropped, because federate 1 has left".to_owned();
-        assert_eq!(rig.outlet.notices.last(), Some(&dropped));
+        assert_eq!(rig.outlet.log_events.last(), Some(&dropped));
     }
 }
 

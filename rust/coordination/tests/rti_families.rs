@@ -70,7 +70,7 @@ fn a_federate_that_cannot_be_told_an_address_is_named_once_with_advice() {
     let far = "fd00::7".parse::<Ipv6Addr>().expect("an address");
     let (rig, bytes) = reply(IpAddress::V4(Ipv4Addr::LOCALHOST), IpAddress::v6(far, 0), 5);
     assert_eq!(bytes, encoded(&UNKNOWN).repeat(5));
-    let said: Vec<_> = rig.outlet.notices.iter().filter(|notice| notice.contains("IPv6")).collect();
+    let said: Vec<_> = rig.outlet.log_events.iter().filter(|event| event.contains("IPv6")).collect();
     let expected = "federate 0 sends to federate 1 directly, but cannot be told its IPv6 address over IPv4: start both \
                     with the RTI's address in the same family, `--rti` or `at`";
     assert_eq!(said, [expected]);

@@ -203,7 +203,7 @@ fn a_federate_that_leaves_behind_held_messages_agrees_to_a_stop() {
 fn assert_passed_on(rig: &mut Rig, receiver: ConnectionId, tags: impl IntoIterator<Item = i64>) {
     for ns in tags {
         assert!(read(rig, receiver).contains(&"message []".to_owned()), "at {ns}");
-        assert!(!rig.outlet.notices.iter().any(|notice| notice.contains("is lost")), "{:?}", rig.outlet.notices);
+        assert!(!rig.outlet.log_events.iter().any(|event| event.contains("is lost")), "{:?}", rig.outlet.log_events);
         rig.message(receiver, &Message::LatestTagComplete(at(ns)));
     }
 }
@@ -224,10 +224,10 @@ fn a_federate_lost_behind_held_messages_agrees_to_a_stop_and_its_messages_count(
             rig.message(other, &Message::StopRequest(at(50)));
         }
         rig.message(receiver, &Message::StopReply(at(50)));
-        assert!(read(&mut rig, other).contains(&"STOP_GRANTED".to_owned()), "{:?}", rig.outlet.notices);
+        assert!(read(&mut rig, other).contains(&"STOP_GRANTED".to_owned()), "{:?}", rig.outlet.log_events);
         assert_passed_on(&mut rig, receiver, [10, 20, 30]);
         assert_eq!(read(&mut rig, receiver).iter().filter(|said| *said == "message []").count(), 1);
-        assert!(rig.outlet.notices.last().is_some_and(|notice| notice.contains("federate 0 is lost")));
+        assert!(rig.outlet.log_events.last().is_some_and(|event| event.contains("federate 0 is lost")));
         for connection in [receiver, other] {
             rig.message(connection, &Message::Resign);
         }

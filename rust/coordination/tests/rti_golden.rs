@@ -12,7 +12,7 @@ fn play(name: &str) {
     for piece in [usize::MAX, 1, 7] {
         let mut rti = Recorded::new(setup, piece);
         if let Err(difference) = replay(&recording, &mut rti) {
-            panic!("{difference}\n{:#?}", rti.rig.outlet.notices);
+            panic!("{difference}\n{:#?}", rti.rig.outlet.log_events);
         }
         let lost = matches!(rti.rig.rti.status(), Status::Finished(Outcome::Lost { .. }));
         let finished = matches!(rti.rig.rti.status(), Status::Finished(_));

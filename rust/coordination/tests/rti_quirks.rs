@@ -30,7 +30,7 @@ fn play(recording: &Recording) -> Recorded {
 fn play_in_pieces(recording: &Recording, piece: usize) -> Recorded {
     let mut rti = Recorded::new(recording.rti().expect("it is the recording of an RTI"), piece);
     if let Err(difference) = replay(recording, &mut rti) {
-        panic!("{difference}\n{:#?}", rti.rig.outlet.notices);
+        panic!("{difference}\n{:#?}", rti.rig.outlet.log_events);
     }
     rti
 }
@@ -75,7 +75,7 @@ fn a_prefix_of_the_federation_id_is_another_federation() {
     let rti = play(&recording);
     let refused = "a connection was refused that claims to be federate 0 of federation \"abc\": \
                    the federation id does not match (code 1)";
-    assert!(rti.rig.outlet.notices.iter().any(|notice| notice.starts_with(refused)));
+    assert!(rti.rig.outlet.log_events.iter().any(|event| event.starts_with(refused)));
 }
 
 /// 39: in the recorded RTI the id stays taken, and the federation can never be complete.
@@ -109,7 +109,7 @@ fn a_wrong_key_is_rejected_and_the_right_one_is_accepted_afterwards() {
     recording.steps.extend_from_slice(&accepted.steps[..=acknowledged]);
     let rti = play(&recording);
     let refused = "a connection was refused that claims to be federate 0: the HMAC does not match (code 6)";
-    assert_eq!(rti.rig.outlet.notices[0], refused);
+    assert_eq!(rti.rig.outlet.log_events[0], refused);
 }
 
 /// 29b: the recorded RTI does not answer and ends. Ours says with code 4 that it expects another message, also to a
@@ -129,8 +129,8 @@ fn a_federate_that_does_not_authenticate_is_rejected_and_others_are_accepted_aft
     ]);
     recording.steps.extend_from_slice(&accepted.steps[..=received_again(&accepted, 0)]);
     let rti = play(&recording);
-    let notices = &rti.rig.outlet.notices;
-    assert!(notices[..2].iter().all(|notice| notice.contains("auth: true")), "{notices:#?}");
+    let log_events = &rti.rig.outlet.log_events;
+    assert!(log_events[..2].iter().all(|event| event.contains("auth: true")), "{log_events:#?}");
 }
 
 /// A transient federate learns at once that it cannot join.
@@ -151,7 +151,7 @@ fn a_transient_federate_is_refused_and_named() {
     let rti = play(&recording);
     let told = "a connection was refused that claims to be federate 0: the message was not expected (code 4); it is a \
                 transient federate";
-    assert!(rti.rig.outlet.notices[0].starts_with(told), "{:#?}", rti.rig.outlet.notices);
+    assert!(rti.rig.outlet.log_events[0].starts_with(told), "{:#?}", rti.rig.outlet.log_events);
 }
 
 /// Returns the position at which the federate closes this connection.

@@ -26,7 +26,7 @@ fn the_oldest_stranger_makes_way() {
     for stranger in [older, newer] {
         assert!(rig.rti.can_evict());
         assert_eq!(rig.rti.evict(&mut rig.outlet), Some(stranger));
-        assert!(rig.outlet.notices.pop().is_some_and(|notice| notice.starts_with(CROWDED)));
+        assert!(rig.outlet.log_events.pop().is_some_and(|event| event.starts_with(CROWDED)));
     }
     assert!(!rig.rti.can_evict());
     assert_eq!(rig.rti.evict(&mut rig.outlet), None);
@@ -50,7 +50,7 @@ fn a_federate_that_does_not_tell_its_clock_loses_its_place() {
     assert_eq!(rig.rti.poll_timeout(), Deadline::At(rig.now + CLOCK_TIME_OUT));
     wait(&mut rig, CLOCK_TIME_OUT);
     assert_eq!(read(&mut rig, squatter), ["FAILED"]);
-    assert!(rig.outlet.notices.contains(
+    assert!(rig.outlet.log_events.contains(
         &"federate 0 is lost before the start, its place is free again: it has joined, but was silent for too long \
           before it was ready to start"
             .to_owned()
@@ -89,6 +89,6 @@ fn no_federate_comes_back_to_a_running_federation_and_the_log_says_why() {
         let again = rig.connect();
         rig.message(again, &ids);
         assert_eq!(read(&mut rig, again), ["REJECT"]);
-        assert!(rig.outlet.notices.last().is_some_and(|notice| notice.contains(end)), "{:?}", rig.outlet.notices);
+        assert!(rig.outlet.log_events.last().is_some_and(|event| event.contains(end)), "{:?}", rig.outlet.log_events);
     }
 }

@@ -13,7 +13,7 @@ const APART: Interval = Interval::from_secs(2);
 
 fn suspected(rig: &Rig, federate: u16) -> Vec<&str> {
     let begin = format!("federate {federate} ");
-    let said = rig.outlet.notices.iter().filter_map(|notice| notice.strip_prefix(&begin));
+    let said = rig.outlet.log_events.iter().filter_map(|event| event.strip_prefix(&begin));
     said.filter(|words| ["says that", "announces", "has a clock"].iter().any(|begin| words.starts_with(begin)))
         .collect()
 }
@@ -26,7 +26,7 @@ fn a_clock_at_either_end_of_time_is_refused() {
         rig.message(federates[0], &Message::Timestamp(clock));
         assert_eq!(read(&mut rig, federates[0]), ["FAILED"]);
         let words = format!("its clock shows {clock} ns since 1970, and no time of the years 1900 to 2199");
-        assert!(rig.outlet.notices.iter().any(|notice| notice.ends_with(&words)), "{:?}", rig.outlet.notices);
+        assert!(rig.outlet.log_events.iter().any(|event| event.ends_with(&words)), "{:?}", rig.outlet.log_events);
         assert_eq!(rig.rti.start_time(), None);
     }
 }

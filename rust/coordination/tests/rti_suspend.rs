@@ -84,13 +84,13 @@ fn play(script: &[(usize, Vec<u8>)], suspended: bool) -> (Vec<Vec<u8>>, Vec<Stri
         }
         state = rti.suspend();
     }
-    (outlet.list.into_iter().map(|wire| wire.outgoing).collect(), uncounted(outlet.notices), memory, state)
+    (outlet.list.into_iter().map(|wire| wire.outgoing).collect(), uncounted(outlet.log_events), memory, state)
 }
 
 /// Removes the counts, because a suspended RTI forgets how often an event has been logged.
-fn uncounted(notices: Vec<String>) -> Vec<String> {
-    let without = |notice: String| notice.rsplit_once(" (").map_or(notice.clone(), |(words, _)| words.to_owned());
-    notices.into_iter().filter(|notice| !notice.contains(" in all:")).map(without).collect()
+fn uncounted(log_events: Vec<String>) -> Vec<String> {
+    let without = |event: String| event.rsplit_once(" (").map_or(event.clone(), |(words, _)| words.to_owned());
+    log_events.into_iter().filter(|event| !event.contains(" in all:")).map(without).collect()
 }
 
 proptest! {

@@ -201,7 +201,7 @@ fn who_takes_part_can_be_told_to_leave() {
     rig.message(middle, &Message::Resign);
     assert_eq!(read(&mut rig, last), ["UPSTREAM_DISCONNECTED"]);
     assert!(!dismiss(&mut rig, 1), "it has left");
-    // Its next life is not concerned.
+    // Its next incarnation is not concerned.
     rig.close(middle);
     let next = introduce(&mut rig, 1, &[(0, DELAY_NONE)]);
     assert!(!dismiss(&mut rig, 1), "it is not there yet");
@@ -245,11 +245,11 @@ fn a_federate_that_is_not_ready_cannot_act() {
 }
 
 #[test]
-fn each_life_has_the_same_connections() {
+fn each_incarnation_has_the_same_connections() {
     let (mut rig, [_, old, _]) = chain();
     let other = introduce(&mut rig, 1, &[(2, DELAY_NONE)]);
     assert_eq!(heard(&mut rig, other), ["ACK", "REJECT 4"]);
-    assert!(rig.outlet.notices.last().is_some_and(|notice| notice.contains("its connections are not those")));
+    assert!(rig.outlet.log_events.last().is_some_and(|event| event.contains("its connections are not those")));
     let twice = introduce(&mut rig, 1, &[(0, DELAY_NONE), (0, 5)]);
     assert_eq!(heard(&mut rig, twice), ["ACK"], "the shorter of parallel connections counts");
     assert_eq!(heard(&mut rig, old), ["STOP"]);
@@ -336,7 +336,7 @@ fn who_joins_while_a_stop_is_asked_for_is_asked_too() {
 #[test]
 fn who_has_left_and_returned_has_left() {
     let (mut rig, [_, old, last]) = chain();
-    // The message leaves no room for a notice.
+    // The message leaves no room for a notification.
     rig.outlet.capacity = 22;
     rig.message(old, &message(2, 1, b""));
     rig.message(old, &Message::Resign);
@@ -349,8 +349,8 @@ fn who_has_left_and_returned_has_left() {
     while !rig.outlet.list[last.0].outgoing.is_empty() {
         all.extend(read(&mut rig, last));
     }
-    let notices: Vec<_> = all.iter().filter(|message| message.starts_with("UPSTREAM")).collect();
-    assert_eq!(notices, ["UPSTREAM_DISCONNECTED", "UPSTREAM_CONNECTED"]);
+    let notifications: Vec<_> = all.iter().filter(|message| message.starts_with("UPSTREAM")).collect();
+    assert_eq!(notifications, ["UPSTREAM_DISCONNECTED", "UPSTREAM_CONNECTED"]);
 }
 
 #[test]

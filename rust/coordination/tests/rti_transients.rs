@@ -101,7 +101,7 @@ fn play(recording: &Recording) -> Vec<Recorded> {
     let played = pieces.map(|piece| {
         let mut rti = Recorded::new(recording.rti().expect("it is the recording of an RTI"), piece);
         if let Err(difference) = replay(recording, &mut rti) {
-            panic!("{difference}\n{:#?}", rti.rig.outlet.notices);
+            panic!("{difference}\n{:#?}", rti.rig.outlet.log_events);
         }
         rti
     });
@@ -189,7 +189,7 @@ fn who_vanishes_has_left() {
     play_edited("42-outbound-notices", vec![After(46, 0, Message::OutboundDisconnected { federate: 1 })]);
 }
 
-/// FAILED ends a life as RESIGN does, and frees the place for the next instance.
+/// FAILED ends an incarnation as RESIGN does, and frees the place for the next instance.
 #[test]
 fn who_fails_leaves_nothing_behind() {
     let dnet = Message::DownstreamNextEventTag;

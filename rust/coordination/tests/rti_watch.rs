@@ -13,9 +13,9 @@ use lf_wire::{DELAY_NONE, Message};
 fn next_report(rig: &mut Rig) -> (Interval, Vec<String>) {
     let before = rig.now;
     let Deadline::At(due) = rig.rti.poll_timeout() else { panic!("nothing is due") };
-    rig.outlet.notices.clear();
+    rig.outlet.log_events.clear();
     wait(rig, due.since(before));
-    (due.since(before), std::mem::take(&mut rig.outlet.notices))
+    (due.since(before), std::mem::take(&mut rig.outlet.log_events))
 }
 
 #[test]

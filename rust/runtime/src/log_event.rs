@@ -5,7 +5,7 @@
 use core::fmt::{self, Write};
 use core::time::Duration;
 
-use lf_coordination::clock_sync::Trouble;
+use lf_coordination::clock_sync::ClockFault;
 use lf_coordination::code::{Decode, Encode, Reader, Writer};
 use lf_coordination::federate::ClockSyncReport;
 use lf_coordination::rti::RtiEvent;
@@ -16,7 +16,7 @@ use lf_wire::RejectCode;
 use log::Level;
 
 use crate::error::{PeerFault, RunError};
-use crate::federate::{Advice, Reason, Words};
+use crate::federate::{Advice, Reason, ReasonText};
 use crate::image::{ImageError, RtiError, SettingsError};
 use crate::platform::{NetError, RandomError};
 #[cfg(feature = "security")]
@@ -83,16 +83,16 @@ pub enum FederateEvent {
     /// The system has no buffers for sending.
     NoBuffers,
     /// Its clock has a problem.
-    ClockTrouble(Trouble),
+    ClockFault(ClockFault),
 }
 
 impl fmt::Display for FederateEvent {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             // There are no rounds over UDP, and the sentences are long.
-            Self::Stranger(_) | Self::ClockSync(_) | Self::ClockTrouble(_) if !cfg!(feature = "datagrams") => Ok(()),
+            Self::Stranger(_) | Self::ClockSync(_) | Self::ClockFault(_) if !cfg!(feature = "datagrams") => Ok(()),
             Self::Waits { reason, start, lasts } => {
-                let (words, advice) = (Words(*reason, *start), Advice(*reason));
+                let (words, advice) = (ReasonText(*reason, *start), Advice(*reason));
                 say!(f, "waiting for {words}, for {} ms{advice}", lasts.as_nanos() / 1_000_000)
             }
             Self::GuessableKey => say!(
@@ -107,7 +107,7 @@ impl fmt::Display for FederateEvent {
                 say!(f, "datagrams from {from}, which is not the RTI, are ignored")
             }
             Self::ClockSync(report) => say!(f, "clock synchronization: {report}"),
-            Self::ClockTrouble(trouble) => trouble.fmt(f),
+            Self::ClockFault(fault) => fault.fmt(f),
             Self::NoBuffers => say!(
                 f,
                 "out of network buffers: what is to be sent waits for them; more of them make it quicker \
@@ -119,7 +119,7 @@ impl fmt::Display for FederateEvent {
 
 coded!(FederateEvent {
     Waits { reason, start, lasts }, GuessableKey, NoDatagrams, Stranger(from), ClockSync(report), NoBuffers,
-    ClockTrouble(trouble),
+    ClockFault(fault),
 });
 
 /// A log event of a device.

@@ -8,16 +8,16 @@ use lf_model::{Engine, EngineStorage as _, Program as _, Settings};
 use lf_runtime::platform::Endpoint;
 use lf_runtime::{Buffers, FederateLoop, Join, RunError, UnfederatedLoop};
 use lf_testkit::network::address_of;
-use lf_testkit::world::{Conditions, Fault, Threads, Trouble};
+use lf_testkit::world::{Conditions, Fault, LivenessViolation, Threads};
 
 const MS: fn(i64) -> Interval = Interval::from_millis;
 
-/// Runs a program alone; returns its outcome, when it ended, whether it shut down, and the world's trouble.
+/// Runs a program alone; returns its outcome, when it ended, whether it shut down, and the violation of liveness.
 fn run(
     behavior: Behavior,
     settings: Settings,
     interrupt: Option<i64>,
-) -> (Result<(), RunError>, Interval, bool, Option<Trouble>) {
+) -> (Result<(), RunError>, Interval, bool, Option<LivenessViolation>) {
     let world = Threads::new(Conditions::seeded(3));
     let mut platform = world.join(Interval::ZERO, Interval::ZERO);
     if let Some(at) = interrupt {
@@ -36,7 +36,7 @@ fn run(
     };
     world.start();
     let (result, ended, shut_down) = thread.join().unwrap();
-    (result, ended, shut_down, world.trouble())
+    (result, ended, shut_down, world.violation())
 }
 
 fn timer(period: i64) -> Behavior {
@@ -55,9 +55,9 @@ fn a_time_out_is_waited_for() {
 fn without_events_it_ends_unless_it_is_kept_alive() {
     assert_eq!(run(timer(0), Settings::DEFAULT, None), (Ok(()), MS(10), true, None));
     let keepalive = Settings { keepalive: true, ..Settings::DEFAULT };
-    let (result, _, shut_down, trouble) = run(timer(0), keepalive, None);
+    let (result, _, shut_down, violation) = run(timer(0), keepalive, None);
     // It waits for nothing, which the world notes, and interrupts it.
-    assert_eq!((result, shut_down, trouble), (Err(RunError::Interrupted), true, Some(Trouble::Stuck)));
+    assert_eq!((result, shut_down, violation), (Err(RunError::Interrupted), true, Some(LivenessViolation::Deadlock)));
 }
 
 #[test]

@@ -32,7 +32,7 @@ fn any_conditions() -> impl Strategy<Value = Conditions> {
 }
 
 fn assert_complete(report: &Report) {
-    assert_eq!(report.trouble, None, "{:?}", report.results);
+    assert_eq!(report.violation, None, "{:?}", report.results);
     assert!(report.results.iter().all(Result::is_ok), "{:?}", report.results);
     assert_eq!(report.outcome, Some(Ok(Outcome::Complete)));
 }
@@ -203,7 +203,7 @@ proptest! {
         let fault = if interrupted { Fault::Interrupt } else { Fault::Kill };
         plan.faults.push((MS(at), usize::from(who) + 1, fault));
         let report = run(&plan, conditions);
-        prop_assert_eq!(report.trouble, None);
+        prop_assert_eq!(report.violation, None);
         for other in (0..3).filter(|other| *other != usize::from(who)) {
             prop_assert_eq!(&report.results[other], &Ok(()));
             prop_assert!(report.shut_down[other]);
@@ -228,7 +228,7 @@ proptest! {
         let fault = if interrupted { Fault::Interrupt } else { Fault::Kill };
         plan.faults.push((MS(at), 2, fault));
         let report = run(&plan, conditions);
-        prop_assert_eq!(report.trouble, None);
+        prop_assert_eq!(report.violation, None);
         for other in [0, 2] {
             prop_assert_eq!(&report.results[other], &Ok(()));
             prop_assert!(report.shut_down[other]);

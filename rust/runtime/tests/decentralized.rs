@@ -88,7 +88,7 @@ fn unfederated(plan: &Plan, last: Interval) -> Vec<Log> {
 }
 
 fn assert_complete(report: &Report) {
-    assert_eq!(report.trouble, None, "{:?}", report.results);
+    assert_eq!(report.violation, None, "{:?}", report.results);
     assert!(report.results.iter().all(Result::is_ok), "{:?}", report.results);
     assert_eq!(report.outcome, Some(Ok(Outcome::Complete)));
 }
@@ -367,7 +367,7 @@ fn messages_to_one_that_has_left_are_counted_by_their_sender() {
         let plan =
             Plan { timeout: Some(MS(3_000)), faults, after_loss: AfterLoss::GoOn, ..decentralized(nodes, edges) };
         let report = run(&plan, Conditions::seeded(seed));
-        assert_eq!(report.trouble, None);
+        assert_eq!(report.violation, None);
         assert_eq!((&report.results[0], &report.results[2]), (&Ok(()), &Ok(())));
         assert!((10..301).contains(&report.lost_messages[0]), "{:?}", report.lost_messages);
     }
@@ -397,6 +397,6 @@ fn a_wait_that_would_last_for_ever_is_an_error() {
     }
     let plan = Plan { capacity: 1, timeout: Some(MS(20_000)), ..decentralized(nodes, edges) };
     let report = run(&plan, Conditions::seeded(1));
-    assert_eq!(report.trouble, None, "{:?}", report.results);
+    assert_eq!(report.violation, None, "{:?}", report.results);
     assert_eq!(report.results[1], Err(RunError::InputFull { input: "node.in" }));
 }

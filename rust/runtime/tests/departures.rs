@@ -51,7 +51,7 @@ proptest! {
         let faults = vec![(MS(START + at), 1 + who, Fault::Kill)];
         let plan = Plan { after_loss: AfterLoss::StopAll, faults, ..chain(is_physical, waits, capacity) };
         let report = run(&plan, Conditions { latency_ns_max, ..Conditions::seeded(seed) });
-        prop_assert_eq!(report.trouble, None, "{:?}", report.results);
+        prop_assert_eq!(report.violation, None, "{:?}", report.results);
         for (federate, result) in report.results.iter().enumerate().filter(|(federate, _)| *federate != who) {
             prop_assert_eq!(result, &Err(RunError::Federate(FederateError::RtiFailed)), "{}", federate);
         }
@@ -72,7 +72,7 @@ proptest! {
         let chain = chain(is_physical, waits, capacity);
         let plan = Plan { timeouts, timeout: timeout.map(MS), after_loss: AfterLoss::StopAll, ..chain };
         let report = run(&plan, Conditions { pipe_bytes, latency_ns_max, ..Conditions::seeded(seed) });
-        prop_assert_eq!(report.trouble, None, "{:?}", report.results);
+        prop_assert_eq!(report.violation, None, "{:?}", report.results);
         prop_assert!(report.results.iter().all(Result::is_ok), "{:?}", report.results);
         prop_assert_eq!(report.outcome, Some(Ok(Outcome::Complete)));
     }
@@ -83,7 +83,7 @@ proptest! {
         let faults = vec![(MS(START + at), 1, Fault::Kill)];
         let plan = Plan { after_loss: AfterLoss::GoOn, faults, ..chain(is_physical, waits, 2) };
         let report = run(&plan, Conditions::seeded(seed));
-        prop_assert_eq!(report.trouble, None, "{:?}", report.results);
+        prop_assert_eq!(report.violation, None, "{:?}", report.results);
         prop_assert_eq!((&report.results[1], &report.results[2]), (&Ok(()), &Ok(())));
     }
 }

@@ -21,7 +21,7 @@ fn direct(from: u16, to: u16) -> Edge {
 }
 
 fn assert_complete(report: &Report) {
-    assert_eq!(report.trouble, None, "{:?}", report.results);
+    assert_eq!(report.violation, None, "{:?}", report.results);
     assert!(report.results.iter().all(Result::is_ok), "{:?}", report.results);
     assert_eq!(report.outcome, Some(Ok(Outcome::Complete)));
 }
@@ -86,7 +86,7 @@ proptest! {
         let busy = Behavior { timer: Some((Interval::ZERO, MS(2))), work: MS(1), ..Behavior::default() };
         let plan = Plan { capacity: 1, fast: true, ..Plan::new(vec![sender, busy], vec![direct(0, 1)]) };
         let report = run(&plan, Conditions { pipe_bytes: 40, ..Conditions::seeded(seed) });
-        prop_assert_eq!(report.trouble, None);
+        prop_assert_eq!(report.violation, None);
         let values = values(&report, 1);
         prop_assert!(values.iter().copied().eq((1..).take(values.len())), "{:?}", values);
     }
@@ -115,7 +115,7 @@ proptest! {
             ..Plan::new(vec![timer(5), relay, Behavior::default()], edges)
         };
         let report = run(&plan, Conditions::seeded(seed));
-        prop_assert_eq!(report.trouble, None);
+        prop_assert_eq!(report.violation, None);
         for (federate, result) in report.results.iter().enumerate().filter(|(federate, _)| *federate != who) {
             prop_assert_eq!(result, &Ok(()), "{}", federate);
         }

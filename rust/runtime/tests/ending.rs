@@ -35,7 +35,7 @@ fn endless() -> Plan {
 }
 
 fn assert_complete(report: &Report) {
-    assert_eq!(report.trouble, None, "{:?}", report.results);
+    assert_eq!(report.violation, None, "{:?}", report.results);
     assert!(report.results.iter().all(Result::is_ok), "{:?}", report.results);
     assert_eq!(report.outcome, Some(Ok(Outcome::Complete)));
     assert!(report.shut_down.iter().all(|shut_down| *shut_down));
@@ -90,7 +90,7 @@ proptest! {
         };
         if key { &mut plan.strangers } else { &mut plan.otherwise }.insert(1);
         let report = run(&plan, Conditions { pipe_bytes, ..Conditions::seeded(seed) });
-        prop_assert_eq!(report.trouble, None);
+        prop_assert_eq!(report.violation, None);
         prop_assert_eq!(cause(&report.results[1]), Some(expected));
         prop_assert!(report.ended[1] < MS(START));
     }
@@ -118,7 +118,7 @@ proptest! {
         // The last one never ends by itself.
         let plan = Plan { faults: vec![(MS(START + 100), 4, Fault::Interrupt)], ..plan };
         let report = run(&plan, Conditions::seeded(seed));
-        prop_assert_eq!(report.trouble, None);
+        prop_assert_eq!(report.violation, None);
         for result in &report.results[..3] {
             prop_assert_eq!(result, &Ok(()));
         }
@@ -131,7 +131,7 @@ proptest! {
     fn a_lost_rti_ends_all(seed: u64, at in 300..2_000i64, capacity in prop_oneof![Just(1usize), Just(2)]) {
         let plan = Plan { capacity, faults: vec![(MS(at), RTI, Fault::Kill)], ..endless() };
         let report = run(&plan, Conditions::seeded(seed));
-        prop_assert_eq!(report.trouble, None);
+        prop_assert_eq!(report.violation, None);
         for (result, ended) in report.results.iter().zip(&report.ended) {
             let lost = matches!(cause(result), Some(FederateError::RtiLost { .. }));
             let never_there = matches!(result, Err(RunError::RtiUnreachable { .. }));
@@ -147,7 +147,7 @@ proptest! {
         let faults = vec![(MS(START + 200), 1 + who, Fault::Kill)];
         let plan = Plan { capacity, faults, after_loss: AfterLoss::StopAll, ..endless() };
         let report = run(&plan, Conditions::seeded(seed));
-        prop_assert_eq!(report.trouble, None);
+        prop_assert_eq!(report.violation, None);
         let federate = FederateId(u16::try_from(who).unwrap());
         let lost = Outcome::Lost { federate, cause: Cause::ConnectionLost };
         prop_assert_eq!(&report.outcome, &Some(Ok(lost)));
@@ -163,7 +163,7 @@ proptest! {
         let faults = vec![(MS(START + 200), 1, Fault::Kill)];
         let plan = Plan { capacity, faults, after_loss: AfterLoss::GoOn, ..endless() };
         let report = run(&plan, Conditions::seeded(seed));
-        prop_assert_eq!(report.trouble, None);
+        prop_assert_eq!(report.violation, None);
         prop_assert_eq!(&report.results[1..], &[Ok(()), Ok(())]);
         let lost = Outcome::Lost { federate: FederateId(0), cause: Cause::ConnectionLost };
         prop_assert_eq!(&report.outcome, &Some(Ok(lost)));
@@ -177,7 +177,7 @@ proptest! {
         let faults = vec![(MS(at), 1 + who, Fault::Interrupt), (MS(20_000), RTI, Fault::Interrupt)];
         let plan = Plan { faults, after_loss: AfterLoss::StopAll, ..endless() };
         let report = run(&plan, Conditions::seeded(seed));
-        prop_assert_eq!(report.trouble, None);
+        prop_assert_eq!(report.violation, None);
         prop_assert_eq!(&report.results[who], &Err(RunError::Interrupted));
         prop_assert!(report.ended[who] <= MS(at + FINAL_SEND_TIME_OUT));
         if at > START + 200 {
@@ -194,7 +194,7 @@ proptest! {
     fn an_interrupted_rti_tells_the_federates(seed: u64, at in 0..500i64, pipe_bytes in 10usize..100) {
         let plan = Plan { faults: vec![(MS(START + at), RTI, Fault::Interrupt)], ..endless() };
         let report = run(&plan, Conditions { pipe_bytes, ..Conditions::seeded(seed) });
-        prop_assert_eq!(report.trouble, None);
+        prop_assert_eq!(report.violation, None);
         prop_assert_eq!(&report.outcome, &Some(Ok(Outcome::Aborted)));
         for (result, ended) in report.results.iter().zip(&report.ended) {
             prop_assert_eq!(cause(result), Some(FederateError::RtiFailed));
@@ -222,7 +222,7 @@ fn without_an_rti_a_federate_gives_up() {
         assert!(*ended >= MS(60_000) && *ended <= MS(61_000));
         assert!(result.as_ref().unwrap_err().to_string().contains("start the RTI"));
     }
-    assert_eq!(report.trouble, None);
+    assert_eq!(report.violation, None);
 }
 
 /// The rejected one learns the reason, and the RTI waits for the right one. No host has the address, so no attempt to
@@ -235,7 +235,7 @@ fn without_an_answer_a_federate_gives_up() {
         assert!(matches!(result, Err(RunError::RtiUnreachable { last: None, .. })), "{result:?}");
         assert!(*ended >= MS(60_000) && *ended <= MS(61_000));
     }
-    assert_eq!(report.trouble, None);
+    assert_eq!(report.violation, None);
 }
 
 #[test]
@@ -244,7 +244,7 @@ fn a_stranger_is_told_why_it_is_refused() {
         let faults = vec![(MS(3_000), RTI, Fault::Interrupt)];
         let plan = Plan { strangers: BTreeSet::from([1]), faults, ..endless() };
         let report = run(&plan, Conditions::seeded(seed));
-        assert_eq!(report.trouble, None);
+        assert_eq!(report.violation, None);
         assert!(matches!(cause(&report.results[1]), Some(FederateError::Rejected(_))), "{:?}", report.results);
         assert!(report.results[1].as_ref().unwrap_err().to_string().contains("same federation id"));
         assert!(report.ended[1] <= MS(FINAL_SEND_TIME_OUT));
@@ -282,7 +282,7 @@ fn a_message_that_there_is_no_memory_for_costs_one_federate() {
         let pair = Plan::new(vec![timer(10), Behavior::default()], vec![edge(0, 1)]);
         let plan = Plan { rti_memory, after_loss: AfterLoss::StopAll, ..pair };
         let report = run(&plan, Conditions::seeded(1));
-        assert_eq!(report.trouble, None, "{:?}", report.results);
+        assert_eq!(report.violation, None, "{:?}", report.results);
         let cause = Cause::NoMemory { bytes: 25 };
         assert_eq!(report.outcome, Some(Ok(Outcome::Lost { federate: FederateId(lost), cause })));
         assert!(report.results.iter().all(Result::is_err), "{:?}", report.results);

@@ -37,19 +37,19 @@ fn answer_all(tester: &mut Tester, connections: &[usize]) {
 }
 
 /// Returns the connections on which T1 and T4 were sent, each with the length of its uninterrupted sequence.
-fn stretches(moves: &[Move]) -> Vec<(usize, usize)> {
-    let mut stretches: Vec<(usize, usize)> = Vec::new();
+fn runs(moves: &[Move]) -> Vec<(usize, usize)> {
+    let mut runs: Vec<(usize, usize)> = Vec::new();
     for one in moves {
         let Move::Said(connection, bytes) = one else { continue };
         // Messages at once, or in pieces, are this many bytes of times.
         let bytes = bytes.len();
-        match stretches.last_mut() {
+        match runs.last_mut() {
             _ if bytes < 9 => {}
             Some((last, count)) if last == connection => *count += bytes / 9,
-            _ => stretches.push((*connection, bytes / 9)),
+            _ => runs.push((*connection, bytes / 9)),
         }
     }
-    stretches
+    runs
 }
 
 #[test]
@@ -66,12 +66,12 @@ fn federates_that_come_at_once_have_their_exchanges_one_after_the_other() {
                 tester.say(connection, &Message::Resign);
             }
         });
-        let mut stretches = stretches(&ended.moves);
+        let mut runs = runs(&ended.moves);
         // At the end each receives the start time, which is as long.
-        stretches.truncate(4);
+        runs.truncate(4);
         let whole = 2 * usize::try_from(TRIALS).unwrap();
-        stretches.sort_unstable();
-        assert_eq!(stretches, [(0, whole), (1, whole), (2, whole), (3, whole)], "seed {seed}");
+        runs.sort_unstable();
+        assert_eq!(runs, [(0, whole), (1, whole), (2, whole), (3, whole)], "seed {seed}");
     }
 }
 
@@ -92,7 +92,7 @@ fn a_federate_that_does_not_answer_holds_the_others_up_for_a_moment_only() {
         tester.say(silent, &Message::T3 { federate: 0 });
         tester.hear(silent, |message| matches!(message, Message::T4(_)));
     });
-    assert_eq!(ended.trouble, None);
+    assert_eq!(ended.violation, None);
 }
 
 /// A federate that has joined asks again and again; another one is at its exchanges.

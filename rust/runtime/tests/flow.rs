@@ -17,7 +17,7 @@ fn timer(period: i64) -> Behavior {
 }
 
 fn assert_complete(report: &Report) {
-    assert_eq!(report.trouble, None, "{:?}", report.results);
+    assert_eq!(report.violation, None, "{:?}", report.results);
     assert!(report.results.iter().all(Result::is_ok), "{:?}", report.results);
     assert_eq!(report.outcome, Some(Ok(Outcome::Complete)));
 }
@@ -112,7 +112,7 @@ proptest! {
     fn a_burst_that_nothing_can_hold_is_an_error(seed: u64, capacity in any_capacity(), work in 0i64..25, fast: bool) {
         let plan = Plan { capacity, fast, after_loss: AfterLoss::StopAll, ..fan_in(None, MS(work)) };
         let report = run(&plan, Conditions::seeded(seed));
-        prop_assert_eq!(report.trouble, None);
+        prop_assert_eq!(report.violation, None);
         match &report.results[2] {
             Ok(()) => assert_complete(&report),
             error => prop_assert_eq!(error, &Err(RunError::InputFull { input: "node.in" })),
@@ -139,7 +139,7 @@ proptest! {
             ..Plan::new(vec![relay, relay, timer(1)], edges.collect())
         };
         let report = run(&plan, Conditions { pipe_bytes, ..Conditions::seeded(seed) });
-        prop_assert_eq!(report.trouble, None, "{:?}", report.results);
+        prop_assert_eq!(report.violation, None, "{:?}", report.results);
         let full = Err(RunError::InputFull { input: "node.in" });
         prop_assert!(report.results.iter().all(|result| result.is_ok() || *result == full), "{:?}", report.results);
     }

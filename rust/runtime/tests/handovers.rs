@@ -70,14 +70,14 @@ impl Played<'_> {
         })
     }
 
-    /// Begins the life of the federate, 10 ms after the start of the federation, which is returned.
+    /// Begins the incarnation of the federate, 10 ms after the start of the federation, which is returned.
     fn begin(&mut self) -> i64 {
         let start = self.me.now().as_nanos();
         self.say(&Message::EffectiveStart { start, tag: Tag::new(start + 10 * MS, 0) });
         start
     }
 
-    /// Ends the life of the federate. Returns its first value and the states that it hands over.
+    /// Ends the incarnation of the federate. Returns its first value and the states that it hands over.
     fn end(&mut self) -> (Vec<u8>, Vec<Vec<u8>>) {
         let value = self.hear_value();
         self.say(&Message::Stop);
@@ -174,7 +174,7 @@ fn a_state_that_comes_back_changes_nothing() {
 /// Others in a cycle without delay wait at a tag before the first one for the word that nothing comes, and the federate
 /// takes part afterwards as if nobody had asked.
 #[test]
-fn what_is_asked_before_the_first_tag_is_answered_and_the_life_goes_on() {
+fn what_is_asked_before_the_first_tag_is_answered_and_the_federate_goes_on() {
     let (_, (absent, value)) = with_rti(&[edge(0, 1), edge(1, 0)], |rti| {
         let start = rti.begin();
         rti.say(&Message::ProvisionalTagGrant(Tag::new(start + MS, 0)));

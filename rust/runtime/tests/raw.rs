@@ -58,7 +58,7 @@ fn held_messages_of_a_lost_sender_arrive_while_a_stop_is_pending() {
             assert_eq!(take_all(tester, receiver), 20, "seed {seed}");
         });
         let lost = Outcome::Lost { federate: FederateId(0), cause: Cause::ConnectionLost };
-        assert_eq!((ended.outcome, ended.trouble), (Ok(lost), None), "{:?}", ended.notices);
+        assert_eq!((ended.outcome, ended.violation), (Ok(lost), None), "{:?}", ended.log_events);
     }
 }
 
@@ -74,6 +74,6 @@ fn the_sender_of_a_message_for_the_end_of_time_is_named() {
             assert!(tester.hear(receiver, |message| *message == Message::Failed));
         });
         let said = "federate 0 is lost: it broke the protocol: it sent federate 1 a message for the end of time";
-        assert!(ended.notices.iter().any(|notice| notice.starts_with(said)), "{:?}", ended.notices);
+        assert!(ended.log_events.iter().any(|event| event.starts_with(said)), "{:?}", ended.log_events);
     }
 }

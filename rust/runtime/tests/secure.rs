@@ -45,7 +45,7 @@ fn encrypted(plan: Plan) -> Plan {
 }
 
 fn assert_complete(report: &Report) {
-    assert_eq!(report.trouble, None, "{:?}", report.results);
+    assert_eq!(report.violation, None, "{:?}", report.results);
     assert!(report.results.iter().all(Result::is_ok), "{:?} {:?}", report.results, report.lines);
     assert_eq!(report.outcome, Some(Ok(Outcome::Complete)));
 }
@@ -77,11 +77,11 @@ proptest! {
         let mut plan = ended(encrypted(chain()));
         plan.keys.remove(&1);
         let report = run(&plan, Conditions::seeded(seed));
-        prop_assert_eq!(report.trouble, None);
+        prop_assert_eq!(report.violation, None);
         let refused = RunError::Federate(FederateError::Rejected(RejectCode::Insecure));
         prop_assert_eq!(report.results[0], Err(refused));
         prop_assert!(refused.to_string().contains("give this end its keys"), "{}", refused);
-        prop_assert!(report.notices.iter().all(|notice| !notice.contains("federate 0 has joined")));
+        prop_assert!(report.log_events.iter().all(|event| !event.contains("federate 0 has joined")));
     }
 
     /// A federate with keys does not speak with an RTI that has none, and both say why.
@@ -90,12 +90,12 @@ proptest! {
         let mut plan = ended(encrypted(chain()));
         plan.keys.remove(&RTI);
         let report = run(&plan, Conditions::seeded(seed));
-        prop_assert_eq!(report.trouble, None);
+        prop_assert_eq!(report.violation, None);
         for federate in 0..3 {
             prop_assert_eq!(report.results[federate], Err(RunError::Interrupted));
             prop_assert!(has_line(&report, federate, &["not secure", "does not encrypt"]), "{:?}", report.lines);
         }
-        prop_assert!(report.notices.iter().any(|notice| notice.contains("the other end encrypts")));
+        prop_assert!(report.log_events.iter().any(|event| event.contains("the other end encrypts")));
     }
 
     /// A board whose keys were stolen is only itself: the RTI refuses it as another federate, and the true one joins.
@@ -107,8 +107,8 @@ proptest! {
         let report = run(&plan, Conditions::seeded(seed));
         let refused = RunError::Federate(FederateError::Rejected(RejectCode::Insecure));
         prop_assert_eq!(report.results[1], Err(refused));
-        prop_assert!(report.notices.iter().any(|notice| notice.contains("claimed to be federate 0, which it is not")));
-        prop_assert!(report.notices.iter().any(|notice| notice.contains("federate 0 has joined")));
+        prop_assert!(report.log_events.iter().any(|event| event.contains("claimed to be federate 0, which it is not")));
+        prop_assert!(report.log_events.iter().any(|event| event.contains("federate 0 has joined")));
     }
 
     /// A federate that has the keys of another one cannot be the receiver of direct connections.
@@ -118,7 +118,7 @@ proptest! {
         plan.keys.insert(3, 1);
         let report = run(&plan, Conditions::seeded(seed));
         prop_assert!(report.results.iter().all(Result::is_err), "{:?}", report.results);
-        prop_assert!(report.notices.iter().any(|notice| notice.contains("claimed to be federate 2, which it is not")));
+        prop_assert!(report.log_events.iter().any(|event| event.contains("claimed to be federate 2, which it is not")));
     }
 
     /// More connections than there are slots, at the RTI or at a federate, with handshakes that nobody finishes: they

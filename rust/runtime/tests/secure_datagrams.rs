@@ -9,7 +9,7 @@ use lf_runtime::{SecurePlatform, SecureSlot};
 use lf_secure::{FederationSecret, HANDSHAKE_BYTES, Keyring, Member};
 use lf_testkit::network::{Medium, address_of};
 use lf_testkit::random::Random;
-use lf_testkit::world::{Pace, Shared, Side, Virtual, World};
+use lf_testkit::world::{ComputerSpeed, Shared, Side, Virtual, World};
 
 const RTI: usize = 0;
 const FEDERATE: usize = 1;
@@ -81,7 +81,7 @@ fn datagrams_of_strangers_and_repeated_ones_change_nothing() {
     let members = [Member { federate: 7, key: secret(FEDERATE).public() }];
     let world = Shared::new(World::new(Twice(Random::new(1)), Random::new(1)));
     for _ in 0..3 {
-        world.lock().join(Side::keep(0, 0), 0, Pace::INSTANT);
+        world.lock().join(Side::keep(0, 0), 0, ComputerSpeed::INSTANT);
     }
     let keyring = |own| Keyring::new(secret(own), FederationSecret::new([3; 32]), secret(RTI).public(), &members);
     let slots = || [(); 2].map(|()| SecureSlot::new(vec![0; HANDSHAKE_BYTES], vec![0; HANDSHAKE_BYTES]));

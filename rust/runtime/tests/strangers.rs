@@ -41,7 +41,7 @@ proptest! {
     fn idle_connections_make_way(seed: u64, connections in 1..12usize, says in 0..5usize) {
         let says = introduction(0)[..says].to_vec();
         let report = run(&plan(vec![Intruder { to: Some(2), connections, says }]), Conditions::seeded(seed));
-        prop_assert_eq!(report.trouble, None);
+        prop_assert_eq!(report.violation, None);
         prop_assert!(report.results.iter().all(Result::is_ok), "{:?}", report.results);
         prop_assert_eq!(report.outcome, Some(Ok(Outcome::Complete)));
         prop_assert_eq!(report.logs[2].len(), 20);
@@ -54,7 +54,7 @@ proptest! {
     fn a_peer_that_takes_the_place_of_a_federate_is_noticed(seed: u64) {
         let intruder = Intruder { to: Some(2), connections: 1, says: introduction(1) };
         let report = run(&plan(vec![intruder]), Conditions::seeded(seed));
-        prop_assert_eq!(report.trouble, None);
+        prop_assert_eq!(report.violation, None);
         let refused = RunError::Peer { federate: 2, fault: PeerFault::Refuses(RejectCode::IdInUse) };
         prop_assert_eq!(report.results[1], Err(refused));
         prop_assert!(report.results.iter().all(Result::is_err), "{:?}", report.results);

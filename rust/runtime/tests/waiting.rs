@@ -38,7 +38,7 @@ fn assert_says(lines: &[String], begin: &str, end: &str) {
 }
 
 fn assert_ends(report: &Report) {
-    assert_eq!(report.trouble, None, "{:?}", report.results);
+    assert_eq!(report.violation, None, "{:?}", report.results);
 }
 
 #[test]
@@ -93,8 +93,8 @@ fn the_start_says_who_is_missing_on_both_sides() {
     let plan = Plan { begins: [(1, Interval::from_secs(12))].into(), ..pair(sender()) };
     let report = run(&plan, Conditions::seeded(1));
     assert_ends(&report);
-    assert_says(&report.notices, "the start waits for 1 of 2 federates", "");
-    assert_says(&report.notices, "federate 1 has not connected", "");
+    assert_says(&report.log_events, "the start waits for 1 of 2 federates", "");
+    assert_says(&report.log_events, "federate 1 has not connected", "");
     assert_says(&report.lines[0], "waiting for the other federates, of which the RTI says which are missing, for ", "");
     assert!(report.results.iter().all(Result::is_ok), "{:?}", report.results);
 }
@@ -116,10 +116,10 @@ fn a_wait_for_a_grant_is_told_where_it_is_asked_for() {
     let report = run(&asked, Conditions::seeded(1));
     assert_ends(&report);
     assert_says(&report.lines[1], "waiting for the RTI to grant (T0 + ", "ms");
-    assert_says(&report.notices, "federate 1 has been waiting for ", "");
+    assert_says(&report.log_events, "federate 1 has been waiting for ", "");
     let report = run(&pair(busy), Conditions::seeded(1));
     assert_ends(&report);
-    assert!(!says(&report.lines[1], "waiting for", "") && !says(&report.notices, "federate 1 has been", ""));
+    assert!(!says(&report.lines[1], "waiting for", "") && !says(&report.log_events, "federate 1 has been", ""));
 }
 
 #[test]
@@ -148,15 +148,15 @@ fn messages_that_wait_for_their_receiver_are_told() {
     assert_ends(&report);
     assert!(
         says(
-            &report.notices,
+            &report.log_events,
             "messages of federate 0 have been waiting for ",
             "federate 1 does not take what it is sent"
         ) || says(
-            &report.notices,
+            &report.log_events,
             "messages of federate 0 have been waiting for ",
             "federate 1 is too many tags behind"
         ),
         "{:#?}",
-        report.notices
+        report.log_events
     );
 }

@@ -59,7 +59,7 @@ impl Coverage {
     }
 
     /// Counts the comings and goings of a run.
-    pub(crate) fn count_lives(&mut self, scenario: &Scenario, report: &Report) {
+    pub(crate) fn count_incarnations(&mut self, scenario: &Scenario, report: &Report) {
         let instances = (0..scenario.instances.len()).filter(|instance| scenario.is_transient(*instance));
         for instance in instances {
             let struck = |kind| report.struck.contains(&(instance + 1, kind));

@@ -128,7 +128,7 @@ fn judge(scenario: &Scenario, plan: Result<Plan, String>) -> Trial {
     }
     let scenario = &scenario;
     trial.coverage.count(scenario, &report);
-    trial.coverage.count_lives(scenario, &report);
+    trial.coverage.count_incarnations(scenario, &report);
     trial.events = report.traces.iter().map(|trace| trace.len() as u64).sum();
     trial.messages = report.counts.messages;
     trial.digest = report.digest;
@@ -151,7 +151,7 @@ fn judge(scenario: &Scenario, plan: Result<Plan, String>) -> Trial {
         trial.violation = check::reasons(scenario, &report);
     }
     if trial.violation.is_none() {
-        trial.violation = lives_as_alone(scenario, &plan, &report);
+        trial.violation = incarnations_as_alone(scenario, &plan, &report);
     }
     if trial.violation.is_none() && scenario.decentralized.is_none_or(|it| it.is_safe) {
         trial.violation = same_as_alone(scenario, &plan, &report);
@@ -232,7 +232,7 @@ fn add_received(
 }
 
 /// Compares each instance of a transient federate with the same federate alone.
-fn lives_as_alone(scenario: &Scenario, federated: &Plan, report: &Report) -> Option<Violation> {
+fn incarnations_as_alone(scenario: &Scenario, federated: &Plan, report: &Report) -> Option<Violation> {
     let start = report.started()?;
     for federate in (0..scenario.federates.len()).filter(|federate| scenario.federates[*federate].transient) {
         let plan = match compile_text(&source(scenario, Form::Only(federate))) {
@@ -256,7 +256,7 @@ fn lives_as_alone(scenario: &Scenario, federated: &Plan, report: &Report) -> Opt
             match run_alone(scenario, &plan, &decided, Runs::OneByOne) {
                 Ok(None) => {}
                 Ok(Some(alone)) => {
-                    if let Some(violation) = check::life(instance, trace, &alone) {
+                    if let Some(violation) = check::incarnation(instance, trace, &alone) {
                         return Some(violation);
                     }
                 }

@@ -3,30 +3,30 @@
 
 use lf_testkit::network::{Event, Medium};
 use lf_testkit::random::Random;
-use lf_testkit::world::{Pace, Shared, Side};
+use lf_testkit::world::{ComputerSpeed, Shared, Side};
 
 use crate::check::Watch;
 use crate::scenario::{Conditions, Fault, FaultKind, Host, Scenario, Wire};
 
-pub(crate) type World = lf_testkit::world::World<Cables>;
+pub(crate) type World = lf_testkit::world::World<SimulatedMedium>;
 /// One participant's view of the world.
-pub(crate) type Virtual = lf_testkit::world::Virtual<Cables>;
+pub(crate) type Virtual = lf_testkit::world::Virtual<SimulatedMedium>;
 
 /// Returns the world of a scenario; the seed decides all that it leaves open.
-pub(crate) fn world(scenario: &Scenario, seed: u64) -> Shared<Cables> {
+pub(crate) fn world(scenario: &Scenario, seed: u64) -> Shared<SimulatedMedium> {
     let conditions = &scenario.conditions;
     let mut random = Random::new(seed);
     let keep = |host: &Host| Side::keep(host.clock_offset, host.clock_drift_ppb);
     let sides: Vec<_> = conditions.hosts.iter().map(keep).collect();
     let watch = Watch::new(scenario);
-    let cables = Cables::new(conditions, watch, sides.clone(), random.number());
-    let mut world = World::new(cables, random);
+    let medium = SimulatedMedium::new(conditions, watch, sides.clone(), random.number());
+    let mut world = World::new(medium, random);
     for (participant, (side, host)) in sides.into_iter().zip(&conditions.hosts).enumerate() {
-        let pace = Pace { turn_ns: (100, host.turn_ns), wake_ns: host.wake_ns };
+        let computer = ComputerSpeed { turn_ns: (100, host.turn_ns), wake_ns: host.wake_ns };
         if participant > 0 && scenario.begins_later(participant - 1) {
-            world.add(side, pace);
+            world.add(side, computer);
         } else {
-            world.join(side, u64::try_from(host.begins).unwrap_or(0), pace);
+            world.join(side, u64::try_from(host.begins).unwrap_or(0), computer);
         }
     }
     Shared::new(world)
@@ -50,9 +50,9 @@ pub(crate) fn strike(world: &mut World, fault: &Fault, at: u64) {
 const LOST_PERCENT: u64 = 5;
 const DOUBLE_PERCENT: u64 = 2;
 
-/// The wires of the participants.
+/// The medium between the participants: their links, chance, and the observer.
 #[derive(Debug)]
-pub(crate) struct Cables {
+pub(crate) struct SimulatedMedium {
     wires: Vec<Wire>,
     pieces: bool,
     random: Random,
@@ -68,7 +68,7 @@ pub(crate) struct Cables {
     pub(crate) datagram_turns: u64,
 }
 
-impl Cables {
+impl SimulatedMedium {
     fn new(conditions: &Conditions, watch: Watch, sides: Vec<&'static Side>, seed: u64) -> Self {
         Self {
             wires: conditions.hosts.iter().map(|host| host.link.clone()).collect(),
@@ -83,7 +83,7 @@ impl Cables {
     }
 }
 
-impl Medium for Cables {
+impl Medium for SimulatedMedium {
     fn latency_ns(&mut self, owner: usize, bytes: usize) -> u64 {
         let wire = &self.wires[owner];
         let jitter = self.random.time(0, wire.jitter);

@@ -278,10 +278,10 @@ fn a_seed_is_a_run_bit_for_bit() {
     }
 }
 
-/// Messages of an earlier life filled the queue of an input, of which a later life had made unknown what came before
-/// its own message. That was held, and nothing made room.
+/// Messages of an earlier incarnation filled the queue of an input, of which a later incarnation had made unknown what
+/// came before its own message. That was held, and nothing made room.
 #[test]
-fn a_held_message_of_a_later_life_lets_those_of_the_earlier_one_happen() {
+fn a_held_message_of_a_later_incarnation_lets_those_of_the_earlier_one_happen() {
     hold(DECENTRALIZED_COMINGS, &[14185]);
 }
 
@@ -314,13 +314,13 @@ fn what_a_federate_says_before_its_first_tag_does_not_end_it() {
 
 /// A federate schedules more events for after its last tag than its queue holds, which nobody stores.
 #[test]
-fn what_a_life_schedules_for_after_its_end_takes_no_room() {
+fn what_an_incarnation_schedules_for_after_its_end_takes_no_room() {
     hold(COMINGS, &[58751]);
 }
 
 /// An instance that was ahead of the clock has vanished, and its successor sends for the same tags: its messages are
 /// handled after all that the first one had sent, or between them.
 #[test]
-fn lives_ahead_of_the_clock_overlap_in_tags() {
+fn incarnations_ahead_of_the_clock_overlap_in_tags() {
     hold(DECENTRALIZED_COMINGS, &[66521, 90117]);
 }

@@ -11,7 +11,9 @@ use lf_model::time::{Instant, Interval};
 use lf_runtime::platform::{Endpoint, Interest, Platform as _, Transfer};
 use lf_testkit::network::address_of;
 use lf_testkit::random::Random;
-use lf_testkit::world::{Conditions, Fault, Pace, Side, Thread, Threads, Trouble, Virtual, Wires, World};
+use lf_testkit::world::{
+    ComputerSpeed, Conditions, Fault, LivenessViolation, Side, Thread, Threads, Virtual, Wires, World,
+};
 
 const MS: fn(i64) -> Interval = Interval::from_millis;
 const PORT: u16 = 7;
@@ -24,7 +26,7 @@ fn world(seed: u64) -> World<Wires> {
 fn order(seed: u64) -> Vec<usize> {
     let mut world = world(seed);
     for begins in [10, 10, 10, 20] {
-        world.join(Side::keep(0, 0), begins, Pace::INSTANT);
+        world.join(Side::keep(0, 0), begins, ComputerSpeed::INSTANT);
     }
     std::iter::from_fn(|| world.next_turn(None)).collect()
 }
@@ -40,7 +42,7 @@ fn the_seed_decides_who_comes_first_at_one_time_and_nothing_else() {
 #[test]
 fn time_goes_on_to_the_next_turn_but_not_beyond_the_limit() {
     let mut world = world(1);
-    let me = world.join(Side::keep(0, 0), 10, Pace::INSTANT);
+    let me = world.join(Side::keep(0, 0), 10, ComputerSpeed::INSTANT);
     assert_eq!((world.next_turn(Some(9)), world.now()), (None, 0));
     assert_eq!((world.next_turn(Some(10)), world.now()), (Some(me), 10));
     world.after_turn(me, None);
@@ -57,8 +59,8 @@ fn time_goes_on_to_the_next_turn_but_not_beyond_the_limit() {
 fn a_participant_that_computes_sees_nothing_meanwhile_and_is_late_for_its_next_turn() {
     let mut world = world(1);
     let side = Side::keep(0, 0);
-    let pace = Pace { turn_ns: (5, 5), wake_ns: 0 };
-    let me = world.join(side, 0, pace);
+    let speed = ComputerSpeed { turn_ns: (5, 5), wake_ns: 0 };
+    let me = world.join(side, 0, speed);
     world.next_turn(None);
     assert_eq!((side.now(), world.now()), (5, 0), "its turn takes time, which is its own");
     side.work(100);
@@ -172,7 +174,7 @@ fn bytes_wake_who_waits_for_them_when_they_have_come() {
             pass(platform, MS(1));
         };
         run(&threads, vec![Box::new(server), Box::new(client)]);
-        assert_eq!(threads.trouble(), None);
+        assert_eq!(threads.violation(), None);
         assert!(threads.now() >= MS(52) && threads.now() < MS(53), "{:?}", threads.now());
     }
 }
@@ -192,14 +194,14 @@ fn a_participant_learns_at_once_that_it_is_interrupted_or_killed() {
         assert!(platform.listen(PORT).is_err(), "its system is off");
     };
     run(&threads, vec![Box::new(interrupted), Box::new(killed)]);
-    assert_eq!((threads.trouble(), threads.now()), (None, MS(70)));
+    assert_eq!((threads.violation(), threads.now()), (None, MS(70)));
 }
 
 #[test]
 fn a_world_in_which_nothing_happens_or_too_much_interrupts_all() {
     let stuck = Threads::new(Conditions::seeded(1));
     run(&stuck, vec![Box::new(wait_for_interruption), Box::new(|platform| pass(platform, MS(9)))]);
-    assert_eq!((stuck.trouble(), stuck.now()), (Some(Trouble::Stuck), MS(9)));
+    assert_eq!((stuck.violation(), stuck.now()), (Some(LivenessViolation::Deadlock), MS(9)));
     let busy = Threads::new(Conditions::seeded(1));
     let restless = |platform: &mut Virtual| {
         while !platform.interrupted() {
@@ -207,5 +209,5 @@ fn a_world_in_which_nothing_happens_or_too_much_interrupts_all() {
         }
     };
     run(&busy, vec![Box::new(restless)]);
-    assert_eq!((busy.trouble(), busy.now()), (Some(Trouble::Busy), Interval::ZERO));
+    assert_eq!((busy.violation(), busy.now()), (Some(LivenessViolation::Livelock), Interval::ZERO));
 }

@@ -28,7 +28,7 @@ pub enum Message<'a> {
     EffectiveStart {
         /// The start time of the federation.
         start: i64,
-        /// The first tag of this life of the federate.
+        /// The first tag of this incarnation of the federate.
         tag: Tag,
     },
     /// RESIGN (4), federate to RTI: the federate leaves in order.

@@ -97,7 +97,7 @@ const BACKWARDS: &str = "select count(*) from flow join slice a on slice_out = a
     where b.ts < a.ts - 1000000";
 const WAITS: &str = "select distinct s.name from slice s where s.category = 'wait' order by 1";
 /// The data that the trace processor could not interpret.
-const TROUBLE: &str = "select name, value from stats where value > 0 and severity != 'info'";
+const ERRORS: &str = "select name, value from stats where value > 0 and severity != 'info'";
 
 fn text(rows: &str) -> Value {
     serde_json::from_str(rows).expect("it is JSON")
@@ -109,8 +109,8 @@ fn a_federation_is_one_trace_with_arrows_for_messages_and_grants() {
     for words in ["source: ", "relay.reaction_1 (Recorded.lf:", "waiting for the time of a tag", "RTI: ", "at most"] {
         assert!(recorded.table.contains(words), "{words}: {}", recorded.table);
     }
-    let queries = [PROCESSES, REACTIONS, TRACKS, VALUES, GRANTS, BACKWARDS, TROUBLE];
-    let Some([processes, reactions, tracks, values, grants, backwards, trouble]) = recorded.ask(queries) else {
+    let queries = [PROCESSES, REACTIONS, TRACKS, VALUES, GRANTS, BACKWARDS, ERRORS];
+    let Some([processes, reactions, tracks, values, grants, backwards, errors]) = recorded.ask(queries) else {
         return;
     };
     assert_eq!(processes, text(r#"[["RTI"], ["relay"], ["sink"], ["source"]]"#));
@@ -123,7 +123,7 @@ fn a_federation_is_one_trace_with_arrows_for_messages_and_grants() {
     assert_eq!(values, text("[[40]]"));
     assert!(grants[0][0].as_u64() > Some(10) && grants[0][0] == grants[0][1], "{grants}");
     assert_eq!(backwards, text("[[0]]"));
-    assert_eq!(trouble, text("[]"));
+    assert_eq!(errors, text("[]"));
 }
 
 #[test]
@@ -131,10 +131,10 @@ fn a_federation_without_grants_says_for_which_input_it_waited() {
     let recorded = Recorded::of("RecordedAlone");
     let wait = "waiting for relay.out -> sink.far";
     assert!(recorded.table.contains(wait), "{}", recorded.table);
-    let Some([values, waits, trouble]) = recorded.ask([VALUES, WAITS, TROUBLE]) else { return };
+    let Some([values, waits, errors]) = recorded.ask([VALUES, WAITS, ERRORS]) else { return };
     assert_eq!(values, text("[[20]]"));
     assert!(waits.to_string().contains("relay.out -> sink.far"), "{waits}");
-    assert_eq!(trouble, text("[]"));
+    assert_eq!(errors, text("[]"));
 }
 
 /// With values, each federate's inputs are recorded, and the RTI's messages are converted to other formats, too.

@@ -95,7 +95,7 @@ fn a_federation_runs_from_start_to_end_in_static_memory() {
         });
         world.start();
     });
-    assert_eq!((world.trouble(), outcomes.into_inner().unwrap()), (None, vec!["Ok(())".to_owned(); 3]));
+    assert_eq!((world.violation(), outcomes.into_inner().unwrap()), (None, vec!["Ok(())".to_owned(); 3]));
     assert_eq!(*RECEIVED.lock().unwrap(), [1, 2, 3, 4, 5]);
 }
 

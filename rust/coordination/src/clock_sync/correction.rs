@@ -32,7 +32,7 @@ const PPB: i32 = 1_000_000_000;
 /// rounding never makes it run backwards either, and [`ClockCorrection::local`] is exact.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub struct ClockCorrection {
-    /// The beginning of the present stretch of constant rate, by the own clock.
+    /// The beginning of the present period of constant rate, by the own clock.
     local: i64,
     /// The same instant in physical time.
     physical: i64,
@@ -119,7 +119,7 @@ impl ClockCorrection {
     ///
     /// Removes it at the rate [`SLEW_PPB_MAX`]; the rest of an earlier error is dropped.
     pub fn slew(&mut self, now: Instant, error: Interval) {
-        self.begin_stretch(now);
+        self.begin_period(now);
         self.error = error.as_nanos();
     }
 
@@ -127,12 +127,12 @@ impl ClockCorrection {
     ///
     /// Limits the rate to ±[`DRIFT_PPB_MAX`].
     pub fn set_drift(&mut self, now: Instant, ppb: i32) {
-        self.begin_stretch(now);
+        self.begin_period(now);
         self.drift_ppb = ppb.clamp(-DRIFT_PPB_MAX, DRIFT_PPB_MAX);
     }
 
-    /// Moves the beginning of the stretch to `now` without a change of physical time there.
-    fn begin_stretch(&mut self, now: Instant) {
+    /// Moves the beginning of the period to `now` without a change of physical time there.
+    fn begin_period(&mut self, now: Instant) {
         let elapsed = now.as_nanos().saturating_sub(self.local);
         let physical = self.physical(now).as_nanos();
         self.error = self.error.saturating_sub(self.made_up(elapsed));
@@ -140,13 +140,13 @@ impl ClockCorrection {
         self.physical = physical;
     }
 
-    /// Returns the part of the error that is removed after `elapsed` of this stretch.
+    /// Returns the part of the error that is removed after `elapsed` of this period.
     fn made_up(&self, elapsed: i64) -> i64 {
         let most = scale(elapsed.max(0), SLEW_PPB_MAX);
         self.error.clamp(most.saturating_neg(), most)
     }
 
-    /// Returns whether the error is removed completely after `elapsed` of this stretch.
+    /// Returns whether the error is removed completely after `elapsed` of this period.
     fn is_made_up(&self, elapsed: i64) -> bool {
         self.error == 0 || elapsed < 0 || self.made_up(elapsed) == self.error
     }

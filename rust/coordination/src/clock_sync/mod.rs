@@ -13,23 +13,23 @@
 //!
 //! This module neither reads a clock nor knows the socket of an exchange.
 
+mod clock_fault;
 mod correction;
 mod estimator;
 mod line;
 mod poll;
 mod responder;
 mod tracker;
-mod trouble;
 
 use lf_model::time::Interval;
 
+pub use clock_fault::ClockFault;
 pub use correction::{ClockCorrection, DRIFT_PPB_MAX, SLEW_PPB_MAX};
 pub use estimator::{Estimate, Estimator, Exchange};
 pub use line::Line;
 pub use poll::Poll;
 pub use responder::{Responder, Response, Round};
 pub use tracker::Tracker;
-pub use trouble::Trouble;
 
 /// Whether a correction can change while the federation runs. Otherwise it is an offset, and small.
 pub(crate) const DATAGRAMS: bool = cfg!(feature = "datagrams");

@@ -14,7 +14,7 @@
 use lf_model::time::{Instant, Interval};
 use lf_wire::{Decoded, Limits, Message, decode};
 
-use super::trouble::Trouble;
+use super::clock_fault::ClockFault;
 use super::{Exchange, ROUND_TIME_OUT};
 use crate::Endpoint;
 
@@ -36,7 +36,7 @@ pub struct Response {
     /// Whether to send T3 at once to the source of the datagram; call [`Responder::answered`] then.
     pub answer: bool,
     /// The reason why it was ignored, if that should be logged.
-    pub trouble: Option<Trouble>,
+    pub fault: Option<ClockFault>,
 }
 
 /// A complete round: its exchange, and what the coded probe showed about the network.
@@ -89,8 +89,8 @@ impl Responder {
             Ok(Decoded::Complete { message, len }) if len == datagram.len() => message,
             _ => return Response::default(),
         };
-        if let Some(trouble) = self.check(now, physical, from, &message) {
-            return Response { trouble: Some(trouble), ..Response::default() };
+        if let Some(fault) = self.check(now, physical, from, &message) {
+            return Response { fault: Some(fault), ..Response::default() };
         }
         match message {
             Message::T1(t1) => self.begin(now, Instant::from_nanos(t1), from),
@@ -110,16 +110,22 @@ impl Responder {
 
     /// Returns the reason to ignore a datagram: it is from another port than the rounds, or its time cannot be the
     /// RTI's.
-    fn check(&self, now: Instant, physical: Option<Instant>, from: Endpoint, message: &Message<'_>) -> Option<Trouble> {
+    fn check(
+        &self,
+        now: Instant,
+        physical: Option<Instant>,
+        from: Endpoint,
+        message: &Message<'_>,
+    ) -> Option<ClockFault> {
         let (Message::T1(time) | Message::T4(time) | Message::CodedProbe(time)) = *message else { return None };
         if let Some((_, came, sender)) = self.last
             && sender != from
             && now.since(came) < PORT_SILENCE
         {
-            return Some(Trouble::OtherPort { port: sender.port, other: from.port });
+            return Some(ClockFault::OtherPort { port: sender.port, other: from.port });
         }
         let off = Instant::from_nanos(time).since(physical?);
-        (off.as_nanos().saturating_abs() > OFF_MAX.as_nanos()).then_some(Trouble::FarOff(off))
+        (off.as_nanos().saturating_abs() > OFF_MAX.as_nanos()).then_some(ClockFault::FarOff(off))
     }
 
     fn begin(&mut self, now: Instant, t1: Instant, from: Endpoint) -> Response {
@@ -140,7 +146,7 @@ impl Responder {
         };
         self.stage = Stage::Asked;
         self.last = Some((t1, now, from));
-        Response { round, answer: true, trouble: None }
+        Response { round, answer: true, fault: None }
     }
 
     fn complete(&mut self, now: Instant, t4: Instant, from: Endpoint) -> Response {

@@ -3,47 +3,47 @@
 //!
 //! Each exchange proves two bounds. T1 cannot have come before it was sent, so the RTI's clock is ahead of the
 //! federate's by at least T1 − T2; and likewise for T3, by at most T4 − T3. The distance from the truth is the time in
-//! the network, and among many messages in one direction one was fast. So a stretch of time keeps the highest lower
+//! the network, and among many messages in one direction one was fast. So a batch of exchanges keeps the highest lower
 //! bound and the lowest upper bound, which may come from different exchanges, and its point lies between them: jitter
 //! in one direction does not need a calm opposite direction at the same time, and more exchanges reduce it further.
 //! This assumes, as every method has to, that the fastest messages take equally long in both directions.
 //!
-//! A line goes through the points of the last stretches, and its slope is the drift: the median of the slopes between
-//! any two points, so that a few wrong ones change nothing. Stretches with distant bounds do not count.
+//! A line goes through the points of the last batches, and its slope is the drift: the median of the slopes between
+//! any two points, so that a few wrong ones change nothing. Batches with distant bounds do not count.
 //!
 //! The distance of the bounds and the length of the points determine the *uncertainty* of the drift. At the beginning
-//! any drift is possible. A stretch is over when the uncertainty makes a larger difference within it than its bounds
+//! any drift is possible. A batch is over when the uncertainty makes a larger difference within it than its bounds
 //! leave open: while the drift is unknown, each exchange is a point, and two of them prove a large drift. A slope that
 //! differs from the line's by less than the uncertainty counts only when the uncertainty is small.
 //!
 //! A clock that stood still for a while, like that of a simulated board on a busy computer, makes bounds that exclude
-//! each other. Then the stretch's fastest exchange counts by itself. The tracker leaves out an exchange that
+//! each other. Then the batch's fastest exchange counts by itself. The tracker leaves out an exchange that
 //! contradicts the line. When many do, or all do for some time, the line is wrong: the tracker restarts and keeps only
-//! the slope, with full uncertainty. The more often this happens, the shorter the stretches become, because old
+//! the slope, with full uncertainty. The more often this happens, the shorter the batches become, because old
 //! exchanges say nothing about a rate that changes quickly.
 
 use lf_derive::outlined;
 use lf_model::time::{Instant, Interval};
 
+use super::clock_fault::ClockFault;
 use super::estimator::Exchange;
 use super::line::{Line, scale};
 use super::responder::Round;
-use super::trouble::Trouble;
 
-/// The number of stretches that the line goes through.
-const STRETCHES: usize = 16;
-/// The number of pairs of points, with that of the current stretch.
-const PAIRS: usize = (STRETCHES + 1) * STRETCHES / 2;
-/// The length of a stretch.
-const STRETCH: Interval = Interval::from_secs(1);
-/// The minimum length of a stretch that the uncertainty ends.
-const STRETCH_MIN: Interval = Interval::from_millis(125);
-/// The number of exchanges in a stretch, because only among several can a fast one be told from a slow one.
+/// The number of batches that the line goes through.
+const BATCHES: usize = 16;
+/// The number of pairs of points, with that of the current batch.
+const PAIRS: usize = (BATCHES + 1) * BATCHES / 2;
+/// The duration of a batch.
+const BATCH: Interval = Interval::from_secs(1);
+/// The minimum duration of a batch that the uncertainty ends.
+const BATCH_MIN: Interval = Interval::from_millis(125);
+/// The number of exchanges in a batch, because only among several can a fast one be told from a slow one.
 const EXCHANGES: u16 = 8;
 /// The maximum number of halvings of both.
-const HASTE_MAX: u8 = 3;
-/// After this many stretches without a restart, one halving is undone.
-const CALM: u8 = 32;
+const HALVINGS_MAX: u8 = 3;
+/// After this many batches without a restart, one halving is undone.
+const STABLE_BATCHES: u8 = 32;
 /// The tolerance by which T4 and the coded probe of a calm network come as far apart as they were sent: the stock
 /// federate's guard band. Such an exchange is good by itself, without others to compare it with.
 const GUARD_BAND: Interval = Interval::from_micros(100);
@@ -55,7 +55,7 @@ const CONTRADICTION_NS: i64 = 100_000;
 const DRIFT_SLACK_PPB: i32 = 50_000;
 /// If this many more exchanges contradict the line than agree with it, the line is wrong.
 const CONTRADICTIONS_MAX: u8 = 16;
-/// The same number if none has agreed for the length of a stretch.
+/// The same number if none has agreed for the duration of a batch.
 const CONTRADICTIONS_LONG: u8 = 4;
 /// Without information, the clock may as well stand still.
 const ANY_DRIFT_PPB: i32 = 1_000_000_000;
@@ -64,9 +64,9 @@ const UNCERTAINTY_SMALL_PPB: i32 = 100_000;
 /// More drift than that of any oscillator: 10 ms in a second.
 const DRIFT_LARGE_PPB: i32 = 10_000_000;
 /// An error below this is not reported.
-const ASTRAY_NS: i64 = 1_000_000;
+const REPORTED_ERROR_NS: i64 = 1_000_000;
 /// This many points prove a drift, though the clock stood still between some of them.
-const POINTS_SURE: usize = STRETCHES / 2;
+const POINTS_SURE: usize = BATCHES / 2;
 /// Points closer together than this are not compared.
 const PAIR_MIN_NS: i64 = 400_000_000;
 
@@ -77,9 +77,9 @@ struct Bound {
     offset: i64,
 }
 
-/// The exchanges of a stretch of time.
+/// The exchanges that make one point of the line.
 #[derive(Clone, Copy, Debug)]
-struct Stretch {
+struct Batch {
     begun: i64,
     lower: Bound,
     upper: Bound,
@@ -90,7 +90,7 @@ struct Stretch {
     pure: u16,
 }
 
-/// The result of a stretch.
+/// The result of a batch.
 #[derive(Clone, Copy, Debug)]
 struct Point {
     at: i64,
@@ -105,22 +105,22 @@ pub struct Tracker {
     /// The origin of own clock and offset: offsets between a clock since boot and one since 1970 leave no room for sums
     /// of them.
     origin: Option<(i64, i64)>,
-    points: heapless::Deque<Point, STRETCHES>,
-    open: Option<Stretch>,
+    points: heapless::Deque<Point, BATCHES>,
+    open: Option<Batch>,
     line: Option<Line>,
     /// The line's slope, which survives a restart.
     drift_ppb: i32,
     /// The possible error of the slope, by the points that it was found from.
     uncertainty_ppb: i32,
-    /// The number of halvings of a stretch's length.
-    haste: u8,
-    /// The number of stretches since that changed.
-    calm: u8,
+    /// The number of halvings of a batch's duration.
+    halvings: u8,
+    /// The number of batches since that changed.
+    stable_batches: u8,
     contradictions: u8,
     /// The time at which an exchange last agreed with the line.
     agreed: i64,
     /// The error of the line at the last restart.
-    astray: i64,
+    restart_error_ns: i64,
     seen: u32,
     unused: u32,
     pure: u32,
@@ -142,11 +142,11 @@ impl Tracker {
             line: None,
             drift_ppb: 0,
             uncertainty_ppb: ANY_DRIFT_PPB,
-            haste: 0,
-            calm: 0,
+            halvings: 0,
+            stable_batches: 0,
             contradictions: 0,
             agreed: 0,
-            astray: 0,
+            restart_error_ns: 0,
             seen: 0,
             unused: 0,
             pure: 0,
@@ -165,13 +165,13 @@ impl Tracker {
     }
 
     /// Returns what is wrong with the federate's clock, as far as that is known.
-    pub fn trouble(&self) -> Option<Trouble> {
+    pub fn fault(&self) -> Option<ClockFault> {
         let is_sure = self.points.len() >= POINTS_SURE && self.uncertainty_ppb <= DRIFT_LARGE_PPB;
         if is_sure && self.drift_ppb.saturating_abs() > DRIFT_LARGE_PPB {
-            return Some(Trouble::Drift(self.drift_ppb));
+            return Some(ClockFault::Drift(self.drift_ppb));
         }
-        let is_unsteady = self.haste == HASTE_MAX && self.astray >= ASTRAY_NS;
-        is_unsteady.then_some(Trouble::Unsteady(Interval::from_nanos(self.astray)))
+        let is_unsteady = self.halvings == HALVINGS_MAX && self.restart_error_ns >= REPORTED_ERROR_NS;
+        is_unsteady.then_some(ClockFault::Unsteady(Interval::from_nanos(self.restart_error_ns)))
     }
 
     /// Records one exchange, in a bounded number of steps.
@@ -186,25 +186,25 @@ impl Tracker {
             return;
         }
         let drift_ppb = self.drift_ppb;
-        if let Some(stretch) = self.open {
-            let (lasts, point) = (lower.at.saturating_sub(stretch.begun), stretch.point(drift_ppb));
-            if lasts >= STRETCH_MIN.as_nanos() && scale(lasts, self.uncertainty_ppb) > point.width.saturating_abs() {
+        if let Some(batch) = self.open {
+            let (lasts, point) = (lower.at.saturating_sub(batch.begun), batch.point(drift_ppb));
+            if lasts >= BATCH_MIN.as_nanos() && scale(lasts, self.uncertainty_ppb) > point.width.saturating_abs() {
                 self.close(point);
             }
         }
-        let fresh = Stretch { begun: lower.at, lower, upper, best: (lower, upper), count: 0, pure: 0 };
-        let stretch = self.open.get_or_insert(fresh);
-        stretch.add(lower, upper, pure, drift_ppb);
-        let (Stretch { begun, count, pure, .. }, point) = (*stretch, stretch.point(drift_ppb));
-        let enough = EXCHANGES >> self.haste;
-        if upper.at.saturating_sub(begun) >= STRETCH.as_nanos() >> self.haste && count >= enough {
+        let fresh = Batch { begun: lower.at, lower, upper, best: (lower, upper), count: 0, pure: 0 };
+        let batch = self.open.get_or_insert(fresh);
+        batch.add(lower, upper, pure, drift_ppb);
+        let (Batch { begun, count, pure, .. }, point) = (*batch, batch.point(drift_ppb));
+        let enough = EXCHANGES >> self.halvings;
+        if upper.at.saturating_sub(begun) >= BATCH.as_nanos() >> self.halvings && count >= enough {
             self.close(point);
         } else if count.is_power_of_two() && (count >= enough || pure > 0) {
             self.fit(Some(point));
         }
     }
 
-    /// Ends the current stretch with this point.
+    /// Ends the current batch with this point.
     fn close(&mut self, point: Point) {
         self.open = None;
         if self.points.is_full() {
@@ -212,10 +212,10 @@ impl Tracker {
         }
         // There is a free entry now.
         let _ = self.points.push_back(point);
-        self.calm = self.calm.saturating_add(1);
-        if self.calm >= CALM {
-            self.calm = 0;
-            self.haste = self.haste.saturating_sub(1);
+        self.stable_batches = self.stable_batches.saturating_add(1);
+        if self.stable_batches >= STABLE_BATCHES {
+            self.stable_batches = 0;
+            self.halvings = self.halvings.saturating_sub(1);
         }
         self.fit(None);
     }
@@ -250,7 +250,7 @@ impl Tracker {
             return false;
         }
         self.contradictions += 1;
-        let is_long = upper.at.saturating_sub(self.agreed) >= STRETCH.as_nanos();
+        let is_long = upper.at.saturating_sub(self.agreed) >= BATCH.as_nanos();
         if self.contradictions >= CONTRADICTIONS_MAX || is_long && self.contradictions >= CONTRADICTIONS_LONG {
             self.begin_anew(off);
         }
@@ -262,17 +262,17 @@ impl Tracker {
         self.points.clear();
         (self.origin, self.open, self.line) = (None, None, None);
         self.uncertainty_ppb = ANY_DRIFT_PPB;
-        (self.haste, self.calm) = ((self.haste + 1).min(HASTE_MAX), 0);
-        (self.contradictions, self.agreed, self.astray) = (0, 0, off);
+        (self.halvings, self.stable_batches) = ((self.halvings + 1).min(HALVINGS_MAX), 0);
+        (self.contradictions, self.agreed, self.restart_error_ns) = (0, 0, off);
     }
 
-    /// Fits the line to the points, and to that of the current stretch.
+    /// Fits the line to the points, and to that of the current batch.
     fn fit(&mut self, under_way: Option<Point>) {
         let Some((own, offset)) = self.origin else { return };
-        let all: heapless::Vec<Point, { STRETCHES + 1 }> = self.points.iter().copied().chain(under_way).collect();
+        let all: heapless::Vec<Point, { BATCHES + 1 }> = self.points.iter().copied().chain(under_way).collect();
         let Some(width) = median(all.iter().map(|point| point.width.saturating_abs())) else { return };
         let limit = width.saturating_mul(2).saturating_add(TOLERANCE_NS);
-        let near: heapless::Vec<Point, { STRETCHES + 1 }> =
+        let near: heapless::Vec<Point, { BATCHES + 1 }> =
             all.iter().copied().filter(|point| point.width.saturating_abs() <= limit).collect();
         let (Some(first), Some(last)) = (near.first(), near.last()) else { return };
         if let Some(found) = slope_ppb(&near) {
@@ -300,7 +300,7 @@ impl Tracker {
     }
 }
 
-impl Stretch {
+impl Batch {
     fn add(&mut self, lower: Bound, upper: Bound, pure: bool, drift_ppb: i32) {
         // Bounds of different times are compared as if they were of one time.
         let level = |bound: Bound| bound.offset.saturating_sub(scale(bound.at.saturating_sub(self.begun), drift_ppb));
@@ -355,8 +355,8 @@ fn rate_ppb(rise: i64, run: i64) -> i32 {
     i32::try_from(ppb.clamp(-limit, limit)).unwrap_or(ANY_DRIFT_PPB)
 }
 
-fn sorted(values: impl Iterator<Item = i64>) -> heapless::Vec<i64, { STRETCHES + 1 }> {
-    let mut values: heapless::Vec<i64, { STRETCHES + 1 }> = values.collect();
+fn sorted(values: impl Iterator<Item = i64>) -> heapless::Vec<i64, { BATCHES + 1 }> {
+    let mut values: heapless::Vec<i64, { BATCHES + 1 }> = values.collect();
     values.sort_unstable();
     values
 }

@@ -11,7 +11,9 @@ use lf_wire::Message;
 use super::config::{ClockSync, Config};
 use super::needs::Needs;
 use crate::Endpoint;
-use crate::clock_sync::{ClockCorrection, DATAGRAMS, Estimate, Estimator, Exchange, Line, Responder, Tracker, Trouble};
+use crate::clock_sync::{
+    ClockCorrection, ClockFault, DATAGRAMS, Estimate, Estimator, Exchange, Line, Responder, Tracker,
+};
 
 /// The outcome of a datagram.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
@@ -26,7 +28,7 @@ pub struct Received {
     /// Whether the datagram came from a sender other than the RTI, and was ignored.
     pub stranger: bool,
     /// A problem of the federate's own clock, or of the times that it receives.
-    pub trouble: Option<Trouble>,
+    pub fault: Option<ClockFault>,
 }
 
 /// The results of clock synchronization.
@@ -109,17 +111,17 @@ impl Clock {
         }
         let Some(Rounds { responder, tracker }) = self.rounds.first_mut() else { return Received::default() };
         let heard = responder.handle(now, Some(self.correction.physical(now)), from, datagram);
-        let (mut corrected, mut trouble) = (false, heard.trouble);
+        let (mut corrected, mut fault) = (false, heard.fault);
         if let Some(round) = heard.round {
             tracker.record(round);
-            trouble = trouble.or(tracker.trouble());
+            fault = fault.or(tracker.fault());
             if let Some(line) = tracker.line() {
                 self.correction.steer(now, &line, attenuation);
                 corrected = true;
             }
         }
         let answer = heard.answer.then_some(Message::T3 { federate: config.id.0 });
-        Received { answer, corrected, stranger: false, trouble }
+        Received { answer, corrected, stranger: false, fault }
     }
 
     /// Records that the answer to a datagram is sent at `now`, the time right before.

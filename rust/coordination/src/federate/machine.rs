@@ -13,15 +13,15 @@ use super::config::{Config, Coordination};
 use super::departure::Departure;
 use super::error::{ConfigError, FederateError};
 use super::event::{Disconnected, Event};
-#[cfg(feature = "transients")]
-use super::life::Transients;
+use super::flow_control::FlowControl;
 use super::needs::{All, Needs};
-use super::pace::Pace;
 use super::phase::Phase;
 use super::physical::PhysicalActions;
 use super::session::Session;
 use super::stop::Stop;
 use super::tags::{Arrival, Tags};
+#[cfg(feature = "transients")]
+use super::transient_state::Transients;
 use crate::auth::Nonce;
 use crate::tag::{from_wire, to_wire};
 use crate::{Deadline, Endpoint, FederateId, IpAddress};
@@ -34,7 +34,7 @@ pub struct Federate<'a, N: Needs = All> {
     pub(super) clock: Clock,
     pub(super) tags: Tags<N>,
     physical: PhysicalActions,
-    pace: Pace,
+    flow_control: FlowControl,
     pub(super) departure: Departure,
     #[cfg(feature = "transients")]
     pub(super) transients: Transients,
@@ -58,7 +58,7 @@ impl<'a, N: Needs> Federate<'a, N> {
             clock: Clock::new(config.test_offset),
             tags: Tags::new(has_upstream, has_downstream),
             physical: PhysicalActions::new(physical_delay, config.advance_interval),
-            pace: Pace::default(),
+            flow_control: FlowControl::default(),
             departure: Departure::default(),
             #[cfg(feature = "transients")]
             transients: Transients::new(),
@@ -76,7 +76,7 @@ impl<'a, N: Needs> Federate<'a, N> {
     ///
     /// Physical time does not matter here. A federate that has sent much must also wait until the RTI has taken it.
     pub fn may_advance(&self, tag: Tag) -> bool {
-        let paced = !N::CENTRALIZED || self.pace.allows();
+        let paced = !N::CENTRALIZED || self.flow_control.allows();
         self.phase() == Phase::Running && self.tags.allows(tag) && self.stop.allows(tag) && paced
     }
 
@@ -122,8 +122,8 @@ impl<'a, N: Needs> Federate<'a, N> {
         let is_decentralized = self.config.coordination() == Coordination::Decentralized;
         let unexpected = Err(FederateError::unexpected(&message, self.phase()));
         Ok(match message {
-            ref answer if !is_decentralized && Pace::is_answer(answer, self.config.id) => {
-                self.pace.answered();
+            ref answer if !is_decentralized && FlowControl::is_answer(answer, self.config.id) => {
+                self.flow_control.answered();
                 Event::None
             }
             Message::TaggedMessage { .. } | Message::PortAbsent { .. } if !N::INPUTS || is_decentralized => {
@@ -290,7 +290,7 @@ impl<'a, N: Needs> Federate<'a, N> {
             Message::LatestTagComplete(_) => self.tags.ltc_transmitted(),
             Message::NextEventTag(_) => self.tags.net_transmitted(),
             Message::StopRequest(_) | Message::StopReply(_) => self.stop.transmitted(),
-            Message::PortAbsent { .. } => self.pace.asked(),
+            Message::PortAbsent { .. } => self.flow_control.asked(),
             Message::AddressAdvertisement { .. } | Message::AddressQuery { .. }
                 if N::PEERS_IN && self.asks().is_some() =>
             {
@@ -336,7 +336,9 @@ impl<'a, N: Needs> Federate<'a, N> {
             #[cfg(feature = "transients")]
             Phase::Running if self.searches().is_some() => self.searches(),
             // The question comes last, so that it follows everything that the federate has to send.
-            Phase::Running if N::CENTRALIZED && self.pace.is_question_due() => Some(Pace::question(self.config.id)),
+            Phase::Running if N::CENTRALIZED && self.flow_control.is_question_due() => {
+                Some(FlowControl::question(self.config.id))
+            }
             _ => None,
         }
     }
@@ -344,7 +346,7 @@ impl<'a, N: Needs> Federate<'a, N> {
     /// Returns the question for the RTI about a federate that may have left. An answer does not name its question, so
     /// only one question is open at a time.
     fn asks(&self) -> Option<Message<'static>> {
-        let waits = self.phase() != Phase::Running || self.pace.is_asked();
+        let waits = self.phase() != Phase::Running || self.flow_control.is_asked();
         #[cfg(feature = "transients")]
         let waits = waits || self.transients.is_asked();
         self.departure.due(self.config.id).filter(|_| !waits)
@@ -420,7 +422,7 @@ impl<'a, N: Needs> Federate<'a, N> {
     pub fn complete(&mut self, had_network_input: bool) {
         if self.phase() == Phase::Running {
             if N::CENTRALIZED {
-                self.pace.completed();
+                self.flow_control.completed();
             }
             self.tags
                 .complete(N::INPUTS && had_network_input && self.config.coordination() == Coordination::Centralized);
@@ -430,7 +432,7 @@ impl<'a, N: Needs> Federate<'a, N> {
     /// Records that a tagged message has been put into the out-buffer.
     pub fn sent(&mut self) {
         self.tags.message_sent();
-        self.pace.message_sent();
+        self.flow_control.message_sent();
     }
 
     /// Sets whether anything outside of the program can cause physical actions. Until the first call the answer is yes.
@@ -464,7 +466,7 @@ impl<'a, N: Needs> Federate<'a, N> {
                 if N::CENTRALIZED {
                     #[cfg(feature = "transients")]
                     if self.config.is_transient() && !self.misses(self.tags.current()) {
-                        // The next life begins after this tag.
+                        // The next incarnation begins after this tag.
                         self.tags.confirm_last();
                     }
                     self.tags.finish();

@@ -44,8 +44,8 @@
 //! [`Federate`] consists of parts, each with a state of its own: the way to the start and the end (`session`, with its
 //! due messages in `outbox` and the connections to others in `peers`), the clock (`clock_sync`), the state of tags
 //! (`tags`, with the rules for NETs in `net_rules`), physical actions (`physical`), how far the federate may run ahead
-//! of the RTI (`pace`), whether others have left in order (`departure`), federates that come and go (`life`) and
-//! stops (`stop`). No part knows the whole;
+//! of the RTI (`flow_control`), whether others have left in order (`departure`), federates that come and go
+//! (`transient_state`) and stops (`stop`). No part knows the whole;
 //! `machine` passes calls to them.
 
 mod awaited;
@@ -56,19 +56,19 @@ mod decentralized;
 mod departure;
 mod error;
 mod event;
-#[cfg(feature = "transients")]
-mod life;
+mod flow_control;
 mod machine;
 mod needs;
 mod net_rules;
 mod outbox;
-mod pace;
 mod peers;
 mod phase;
 mod physical;
 mod session;
 mod stop;
 mod tags;
+#[cfg(feature = "transients")]
+mod transient_state;
 #[cfg(feature = "transients")]
 mod transients;
 mod view;
@@ -83,8 +83,8 @@ pub use connect::{ConnectRetry, ConnectStep};
 pub use decentralized::Pause;
 pub use error::{ConfigError, FederateError, SAME_PROGRAM, before_start, late};
 pub use event::{Disconnected, Event};
+pub use flow_control::TAGS_AHEAD_MAX;
 pub use machine::Federate;
 pub use needs::{All, Needs};
-pub use pace::TAGS_AHEAD_MAX;
 pub use peers::ADDRESS_RETRY;
 pub use phase::Phase;

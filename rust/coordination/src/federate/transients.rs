@@ -2,8 +2,8 @@
 //! Transient federates: this one or its neighbors come and go while the federation runs.
 //!
 //! **This one.** The RTI answers the clock of a transient federate with its *effective start*, the first tag of this
-//! life. The RTI drops messages before it, apart from some that a stock RTI lets through, which this part drops. A
-//! transient federate can stop alone, and has to when another instance takes its place.
+//! incarnation. The RTI drops messages before it, apart from some that a stock RTI lets through, which this part drops.
+//! A transient federate can stop alone, and has to when another instance takes its place.
 //!
 //! **Neighbors.** A transient federate is absent until the RTI says that it has come, and again when it has left. One
 //! to which this federate sends directly is connected before the start if it is there, and otherwise each time that it

@@ -42,7 +42,7 @@ pub struct Node {
     /// Whether it may come and go while the federation runs.
     #[cfg(feature = "transients")]
     pub(super) is_transient: bool,
-    /// The first tag of its current life, if it has joined the running federation.
+    /// The first tag of its current incarnation, if it has joined the running federation.
     #[cfg(feature = "transients")]
     pub(super) begin: Tag,
     /// Its grants and completed tags.

@@ -270,7 +270,7 @@ impl Handshake<'_, '_> {
             slot.membership = Membership::Joining(connection);
             slot.address = known.address;
             #[cfg(feature = "transients")]
-            slot.life.join(is_transient);
+            slot.incarnation.join(is_transient);
         }
         Ok(HandshakeStep::Done)
     }
@@ -304,7 +304,7 @@ impl Handshake<'_, '_> {
             return Err(Violation::NoSuchFederate(id).into());
         }
         #[cfg(feature = "transients")]
-        if self.members.slots[usize::from(federate)].life.has_neighbors {
+        if self.members.slots[usize::from(federate)].incarnation.has_neighbors {
             // Others rely on the connections, also while it is absent.
             if !self.graph.has_upstream(federate.into(), &neighbors.upstream()) {
                 return Err(Violation::OtherNeighbors.into());
@@ -321,7 +321,7 @@ impl Handshake<'_, '_> {
         self.members.connections[connection.0].phase = Phase::UdpPort;
         #[cfg(feature = "transients")]
         {
-            self.members.slots[usize::from(federate)].life.has_neighbors = true;
+            self.members.slots[usize::from(federate)].incarnation.has_neighbors = true;
         }
         Ok(HandshakeStep::Done)
     }

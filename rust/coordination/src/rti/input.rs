@@ -142,7 +142,7 @@ impl Rti<'_> {
             }
             #[cfg(feature = "transients")]
             Message::Timestamp(clock) if !takes_part => {
-                self.begin_life(now, federate, Instant::from_nanos(clock), outlet)?;
+                self.begin_incarnation(now, federate, Instant::from_nanos(clock), outlet)?;
             }
             Message::AddressAdvertisement { port: ADDRESS_PORT_UNKNOWN } => slot.ordered_stop = true,
             Message::AddressAdvertisement { port } => slot.port = port,
@@ -247,7 +247,7 @@ impl Rti<'_> {
         let receiver = usize::from(receiver);
         let connection = self.members.running(receiver)?;
         #[cfg(feature = "transients")]
-        if self.members.slots[receiver].life.misses(from_wire(tag)) {
+        if self.members.slots[receiver].incarnation.misses(from_wire(tag)) {
             return None;
         }
         if !self.tags.is_behind(receiver, sender, self.stop.granted(), self.config.window) {

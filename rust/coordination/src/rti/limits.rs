@@ -34,8 +34,8 @@ impl Tags<'_> {
         before.filter(|tag| *tag != Tag::NEVER).map(earliest_after).fold(earliest, Tag::max)
     }
 
-    /// Begins the life of a federate at its effective start.
-    pub(super) fn begin_life(&mut self, federate: usize, begin: Tag) {
+    /// Begins the incarnation of a federate at its effective start.
+    pub(super) fn begin_incarnation(&mut self, federate: usize, begin: Tag) {
         let node = &mut self.graph.nodes[federate];
         node.tags = TagState::EMPTY;
         (node.next_event, node.begin) = (begin, begin);

@@ -322,7 +322,7 @@ impl fmt::Display for RtiEvent<'_> {
                 times.fmt(f)
             }
             Self::RejectedBy { federate, code, times } => {
-                say!(f, "whoever claims to be federate {federate} refuses this RTI: {code}{times}")
+                say!(f, "a program that claims to be federate {federate} refuses this RTI: {code}{times}")
             }
             Self::HandshakeAbandoned { federate, timed_out, times } => {
                 match federate {

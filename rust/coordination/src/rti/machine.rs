@@ -321,7 +321,7 @@ impl<'s> Rti<'s> {
         if let Some(federate) = self.members.release(connection) {
             #[cfg(feature = "transients")]
             if self.tags.start.is_some() {
-                return self.members.slots[federate].end_life();
+                return self.members.slots[federate].end_incarnation();
             }
             self.barrier.vacate(&mut self.members.slots[federate]);
         }

@@ -35,7 +35,7 @@
 //! (`watch`). A step that concerns several parts borrows them: `handshake` those that admit a federate, `sending` the
 //! members, their tags and the outlet. `machine` handles what concerns all of them: how federates leave. Flow control
 //! (`window`) has no state of its own. `transients` handles federates that come and go; `admission` decides which ids
-//! may join, `limits` has effective starts and the limits of grants, and `notices` informs the neighbors.
+//! may join, `limits` has effective starts and the limits of grants, and `notifications` informs the neighbors.
 
 #![cfg_attr(
     not(feature = "transients"),
@@ -57,16 +57,16 @@ mod handshake;
 mod horizon;
 mod idle;
 mod in_transit;
-mod input;
 #[cfg(feature = "transients")]
-mod life;
+mod incarnation;
+mod input;
 #[cfg(feature = "transients")]
 mod limits;
 mod log_event;
 mod machine;
 mod members;
 #[cfg(feature = "transients")]
-mod notices;
+mod notifications;
 mod outcome;
 mod outlet;
 mod path;

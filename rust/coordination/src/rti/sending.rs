@@ -157,7 +157,7 @@ impl<O: Outlet> Sending<'_, '_, O> {
             return;
         }
         #[cfg(feature = "transients")]
-        if !self.send_notices(federate, connection) {
+        if !self.send_notifications(federate, connection) {
             return;
         }
         if core::mem::take(&mut self.members.slots[federate].pending.grant) {
@@ -254,7 +254,7 @@ impl<O: Outlet> Sending<'_, '_, O> {
             return Ok(step);
         }
         #[cfg(feature = "transients")]
-        self.record_in_lives(from, to, tag);
+        self.record_in_incarnations(from, to, tag);
         let (late, is_full) = self.tags.message_forwarded(to, tag);
         if late {
             let times = self.members.slots[from].tallies.late.count();

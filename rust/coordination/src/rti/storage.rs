@@ -7,7 +7,7 @@ use lf_wire::{ADDRESS_PORT_UNKNOWN, QueryEnd};
 use super::config::SetupError;
 use super::graph::Node;
 #[cfg(feature = "transients")]
-use super::life::{Life, Notices};
+use super::incarnation::{Incarnation, Notifications};
 use super::outlet::ConnectionId;
 use super::path::PathWords;
 use crate::auth::Nonce;
@@ -83,9 +83,9 @@ pub(super) struct Pending {
     pub(super) stop_granted: bool,
     /// The range of ids of federates upstream that may have left since the last message about that.
     pub(super) left: Option<(u16, u16)>,
-    /// The notices about transient federates.
+    /// The notifications about transient federates.
     #[cfg(feature = "transients")]
-    pub(super) notices: Notices,
+    pub(super) notifications: Notifications,
     pub(super) grant: bool,
     pub(super) dnet: bool,
 }
@@ -98,7 +98,7 @@ impl Pending {
         stop_granted: false,
         left: None,
         #[cfg(feature = "transients")]
-        notices: Notices::NONE,
+        notifications: Notifications::NONE,
         grant: false,
         dnet: false,
     };
@@ -111,7 +111,7 @@ impl Pending {
     /// Returns whether something has to go out before any grant or forwarded message.
     pub(super) fn comes_first(self) -> bool {
         #[cfg(feature = "transients")]
-        if self.notices != Notices::NONE {
+        if self.notifications != Notifications::NONE {
             return true;
         }
         self.start || self.stop_request || self.revoked || self.stop_granted || self.left.is_some()
@@ -165,9 +165,9 @@ pub struct Slot {
     pub(super) ahead: Interval,
     /// Whether the last byte of its last question for an address may still come.
     pub(super) query_end: QueryEnd,
-    /// The knowledge about it that is not of one life only, if it is transient.
+    /// The knowledge about it that is not of one incarnation only, if it is transient.
     #[cfg(feature = "transients")]
-    pub(super) life: Life,
+    pub(super) incarnation: Incarnation,
     /// Whether it wants to be granted the stop tag like any other tag.
     pub(super) ordered_stop: bool,
     /// Whether it has asked to stop, or has agreed to.
@@ -198,7 +198,7 @@ impl Slot {
         ahead: Interval::ZERO,
         query_end: QueryEnd::NONE,
         #[cfg(feature = "transients")]
-        life: Life::NONE,
+        incarnation: Incarnation::NONE,
         ordered_stop: false,
         stop_agreed: false,
         address: IpAddress::UNSPECIFIED,
@@ -213,7 +213,7 @@ impl Slot {
     /// Returns whether the federate may come and go while the federation runs.
     pub(super) const fn is_transient(&self) -> bool {
         #[cfg(feature = "transients")]
-        return self.life.is_transient;
+        return self.incarnation.is_transient;
         #[cfg(not(feature = "transients"))]
         return false;
     }
@@ -221,10 +221,10 @@ impl Slot {
 
 #[cfg(feature = "transients")]
 impl Slot {
-    /// Forgets everything that belongs to the life of a transient federate in the running federation.
-    pub(super) fn end_life(&mut self) {
-        let life = Life { begin: Tag::NEVER, ..self.life };
-        *self = Self { membership: Membership::Departed, life, ..Self::EMPTY };
+    /// Forgets everything that belongs to the incarnation of a transient federate in the running federation.
+    pub(super) fn end_incarnation(&mut self) {
+        let incarnation = Incarnation { begin: Tag::NEVER, ..self.incarnation };
+        *self = Self { membership: Membership::Departed, incarnation, ..Self::EMPTY };
     }
 }
 

@@ -3,10 +3,10 @@
 //!
 //! A transient federate is *absent* until it has sent its clock, and again when it has left. No path leads through an
 //! absent one, it holds nobody up, and messages to it are dropped. When its clock comes, the RTI chooses its *effective
-//! start*: the first tag of this life, after everything that it did before, after every message that it has missed, and
-//! after every tag that was granted downstream of it, because what it sends must not come into the past of others.
-//! Delays of connections are not taken into account, which is late but safe. From then on it counts with its effective
-//! start as its next event.
+//! start*: the first tag of this incarnation, after everything that it did before, after every message that it has
+//! missed, and after every tag that was granted downstream of it, because what it sends must not come into the past of
+//! others. Delays of connections are not taken into account, which is late but safe. From then on it counts with its
+//! effective start as its next event.
 //!
 //! **Grants.** The farther the federates downstream are ahead, the later one can join. So while it is absent, they are
 //! granted no tag before the RTI's clock has reached its time, and FOREVER never: what they need is granted instead.
@@ -55,10 +55,10 @@ impl Rti<'_> {
             let slot = &mut self.members.slots[federate];
             let takes_part = matches!(slot.membership, Membership::Joined(_)) && slot.clock.is_some();
             let is_surplus = !takes_part && !slot.is_transient();
-            slot.life.is_transient |= !takes_part;
-            self.tags.graph.nodes[federate].is_transient = slot.life.is_transient;
+            slot.incarnation.is_transient |= !takes_part;
+            self.tags.graph.nodes[federate].is_transient = slot.incarnation.is_transient;
             if takes_part {
-                slot.life.begin = Tag::at(start);
+                slot.incarnation.begin = Tag::at(start);
                 continue;
             }
             let connection = match slot.membership {
@@ -69,7 +69,7 @@ impl Rti<'_> {
                 // There are more persistent federates than the RTI was told.
                 Some(connection) if is_surplus => self.refuse_late(federate, connection, outlet),
                 Some(_) => {}
-                None => slot.end_life(),
+                None => slot.end_incarnation(),
             }
             self.tags.be_absent(federate);
         }
@@ -86,7 +86,7 @@ impl Rti<'_> {
     }
 
     /// Handles the clock of a transient federate that joins the running federation.
-    pub(super) fn begin_life(
+    pub(super) fn begin_incarnation(
         &mut self,
         now: Instant,
         federate: usize,
@@ -98,22 +98,22 @@ impl Rti<'_> {
         if !slot.is_transient() {
             return Err(Violation::Unexpected(MessageType::Timestamp));
         }
-        let begin = self.tags.effective_start(federate, clock, slot.life.past);
+        let begin = self.tags.effective_start(federate, clock, slot.incarnation.past);
         if !self.tags.horizon.is_open || self.stop.granted().is_some() || !begin.is_finite() {
             self.refuse_late(federate, connection, outlet);
             return Ok(());
         }
         barrier::take_clock(slot, now, clock)?;
-        (slot.life.begin, slot.life.sent) = (begin, Tag::NEVER);
+        (slot.incarnation.begin, slot.incarnation.sent) = (begin, Tag::NEVER);
         slot.pending.start = true;
         slot.pending.stop_request = self.stop.is_requested();
         outlet.log(RtiEvent::Begins { federate: id(federate), tag: begin });
-        self.tags.begin_life(federate, begin);
+        self.tags.begin_incarnation(federate, begin);
         self.tags.record_next_event(begin);
         self.rounds.resume();
         for index in 0..self.tags.graph.upstreams(federate) {
             let (from, _) = self.tags.graph.upstream(federate, index);
-            let came = &mut self.members.slots[federate].pending.notices.upstream_came;
+            let came = &mut self.members.slots[federate].pending.notifications.upstream_came;
             *came = Some(extended(*came, id(from).0));
         }
         let stop_tag = self.stop.tag();
@@ -141,7 +141,7 @@ impl Rti<'_> {
         let (federate_id, times) = (Some(id(federate)), self.strangers.rejected.count());
         outlet.log(RtiEvent::Rejected { code, federate: federate_id, federation_id: None, violation: None, times });
         self.close(connection, outlet);
-        self.members.slots[federate].end_life();
+        self.members.slots[federate].end_incarnation();
     }
 
     /// Handles that a transient federate leaves out of order. The federation has not failed if its connection has just
@@ -153,18 +153,18 @@ impl Rti<'_> {
             self.end.loss = self.end.loss.or(Some((id(federate), cause)));
         }
         // It may have sent messages of a tag that it has not completed, or not reported.
-        let life = &mut self.members.slots[federate].life;
-        life.record(life.sent);
+        let incarnation = &mut self.members.slots[federate].incarnation;
+        incarnation.record(incarnation.sent);
         self.depart(federate, outlet);
     }
 
     /// Handles that a transient federate has left the running federation.
     pub(super) fn depart_transient(&mut self, federate: usize, outlet: &mut impl Outlet) {
         let took_part = self.members.slots[federate].clock.is_some();
-        self.members.slots[federate].end_life();
+        self.members.slots[federate].end_incarnation();
         self.members.forget_registrations(federate);
         if took_part {
-            self.members.slots[federate].life.record(self.tags.state(federate).completed);
+            self.members.slots[federate].incarnation.record(self.tags.state(federate).completed);
             self.tags.depart(federate);
             let stop_tag = self.stop.tag();
             let mut sending = Sending { members: &mut self.members, tags: &mut self.tags, outlet };
@@ -204,7 +204,7 @@ impl Rti<'_> {
     pub(super) fn replace(&mut self, connection: ConnectionId, outlet: &mut impl Outlet) {
         if let Some(federate) = self.replaced_by(connection) {
             outlet.log(RtiEvent::Replaced(id(federate)));
-            self.members.slots[federate].pending.notices.stop = true;
+            self.members.slots[federate].pending.notifications.stop = true;
             let stop_tag = self.stop.tag();
             self.sending(outlet).flush(federate, stop_tag);
         }
@@ -217,7 +217,7 @@ impl Rti<'_> {
         let takes_part = |slot: &Slot| slot.is_transient() && slot.clock.is_some();
         let is_there = self.tags.start.is_some() && self.members.slots.get(index).is_some_and(takes_part);
         if is_there && self.members.running(index).is_some() {
-            self.members.slots[index].pending.notices.stop = true;
+            self.members.slots[index].pending.notifications.stop = true;
             let stop_tag = self.stop.tag();
             self.sending(outlet).flush(index, stop_tag);
             return true;

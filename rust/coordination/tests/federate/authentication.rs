@@ -61,7 +61,7 @@ fn a_federate_with_the_same_key_is_accepted() {
     let connection = rti.connect();
     assert_eq!(talk(&mut federate, &mut rti, connection), Ok(()));
     assert_eq!(federate.phase(), Phase::Running);
-    assert_eq!(rti.outlet.notices[0], "federate 0 has joined");
+    assert_eq!(rti.outlet.log_events[0], "federate 0 has joined");
 }
 
 #[test]
@@ -70,8 +70,8 @@ fn a_federate_refuses_an_rti_with_another_key_and_both_say_so() {
     let connection = rti.connect();
     assert_eq!(talk(&mut federate, &mut rti, connection), Err(FederateError::RtiNotAuthentic));
     assert_eq!(federate.handle_disconnected(), Ok(Disconnected::Ended));
-    let refused = "whoever claims to be federate 0 refuses this RTI: the HMAC does not match (code 6)";
-    assert_eq!(rti.outlet.notices, [refused]);
+    let refused = "a program that claims to be federate 0 refuses this RTI: the HMAC does not match (code 6)";
+    assert_eq!(rti.outlet.log_events, [refused]);
     assert!(rti.outlet.list[connection.0].ended);
 }
 
@@ -82,7 +82,7 @@ fn an_rti_without_authentication_says_so_to_a_federate_that_has_it() {
     let error = talk(&mut federate, &mut rti, connection).unwrap_err();
     assert_eq!(error, FederateError::Rejected(RejectCode::NotInAuthenticationMode));
     assert!(error.to_string().contains("`auth: false`"), "{error}");
-    assert!(rti.outlet.notices[0].contains("does not use authentication"), "{:?}", rti.outlet.notices);
+    assert!(rti.outlet.log_events[0].contains("does not use authentication"), "{:?}", rti.outlet.log_events);
 }
 
 #[test]
@@ -92,7 +92,7 @@ fn an_rti_with_authentication_says_so_to_a_federate_that_has_it_not() {
     let error = talk(&mut federate, &mut rti, connection).unwrap_err();
     assert_eq!(error, FederateError::Rejected(RejectCode::UnexpectedMessage));
     assert!(error.to_string().contains("`auth: true`"), "{error}");
-    assert!(rti.outlet.notices[0].contains("`auth: true`"), "{:?}", rti.outlet.notices);
+    assert!(rti.outlet.log_events[0].contains("`auth: true`"), "{:?}", rti.outlet.log_events);
 }
 
 /// An attacker has recorded a handshake, and repeats the federate's part: the RTI's nonce differs then.
@@ -148,7 +148,7 @@ fn a_federate_that_has_authenticated_cannot_join_as_another_one() {
     rig.send(connection, &drain(&mut federate)[0]);
     rig.message(connection, &Message::FedIds { federate: 1, federation_id: KEY });
     assert_eq!(rig.take(connection, usize::MAX), encoded(&Message::Reject(RejectCode::UnexpectedMessage)));
-    assert!(rig.outlet.notices[0].contains("claimed to be federate 1"), "{:?}", rig.outlet.notices);
+    assert!(rig.outlet.log_events[0].contains("claimed to be federate 1"), "{:?}", rig.outlet.log_events);
 }
 
 #[test]
@@ -165,8 +165,8 @@ fn a_handshake_that_ends_or_stops_in_the_middle_of_a_proof_is_given_up_and_the_i
         } else {
             rig.close(connection);
         }
-        let notice = &rig.outlet.notices[0];
-        assert!(notice.ends_with("before its handshake was complete"), "{length}: {notice}");
+        let event = &rig.outlet.log_events[0];
+        assert!(event.ends_with("before its handshake was complete"), "{length}: {event}");
         let next = rig.connect();
         assert_eq!(talk(&mut federate(KEY, true), &mut rig, next), Ok(()));
     }

@@ -29,13 +29,13 @@ fn started<N: Needs>() -> Federate<'static, N> {
 }
 
 /// Does one of the things that can happen to such a program, and says all that can be seen of it afterwards.
-fn step<N: Needs>(federate: &mut Federate<'static, N>, deed: u8, at: i64) -> String {
+fn step<N: Needs>(federate: &mut Federate<'static, N>, operation: u8, at: i64) -> String {
     let (now, tag) = (START + Interval::from_millis(at), ms(at));
-    let message = match deed {
+    let message = match operation {
         0..=3 => return format!("{} {:?}", federate.next_event(now, tag), drain(federate)),
         4..=7 => return format!("{:?} {:?}", federate.begin(tag), drain(federate)),
         8..=10 => {
-            if deed > 8 {
+            if operation > 8 {
                 federate.sent();
             }
             federate.complete(false);
@@ -54,8 +54,8 @@ proptest! {
     #[test]
     fn capabilities_without_use_make_no_difference(steps in prop::collection::vec((0..17u8, 0..30i64), 0..80)) {
         let (mut whole, mut part) = (started::<All>(), started::<CentralizedSource>());
-        for (deed, at) in steps {
-            prop_assert_eq!(step(&mut whole, deed, at), step(&mut part, deed, at));
+        for (operation, at) in steps {
+            prop_assert_eq!(step(&mut whole, operation, at), step(&mut part, operation, at));
             prop_assert_eq!(whole.phase(), part.phase());
         }
     }

@@ -48,7 +48,7 @@ fn it_begins_with_the_tag_that_the_rti_has_chosen() {
     let first = ms(50).next_microstep();
     let mut federate = joined(transient(), first);
     assert_eq!((federate.phase(), federate.start_time()), (Phase::Running, Some(START)));
-    // Messages that a stock RTI lets through are not for this life.
+    // Messages that a stock RTI lets through are not for this incarnation.
     assert_eq!(federate.handle_message(NOW, message(ms(50))), Ok(Event::None));
     assert!(!federate.next_event(NOW, first));
     assert_eq!(drain(&mut federate), [net(first)]);

@@ -151,7 +151,7 @@ impl<N: Needs> Participant<N> {
                 _ => {}
             }
             rest = &rest[len..];
-            self.tell(now);
+            self.announce(now);
         }
         self.incoming = rest.to_vec();
         Ok(true)
@@ -216,7 +216,7 @@ impl<N: Needs> Participant<N> {
     }
 
     /// Announces the next event, and moves control messages to the out-buffer as far as there is room.
-    pub(crate) fn tell(&mut self, now: Instant) {
+    pub(crate) fn announce(&mut self, now: Instant) {
         let next = self.next();
         self.federate.next_event(now, next);
         while let Some(message) = self.federate.poll_transmit(self.room.saturating_sub(self.outgoing.len())) {
@@ -241,7 +241,7 @@ impl<N: Needs> Participant<N> {
     pub(crate) fn run(&mut self, now: Instant, stop_at: Option<i64>) -> bool {
         if self.open.is_none() {
             // Announcements about a tag go before the messages of the next one.
-            self.tell(now);
+            self.announce(now);
             let next = self.next();
             let tag = self.federate.demanded_tag().map_or(next, |demanded| demanded.min(next));
             if self.federate.has_transmit() || !self.federate.may_advance(tag) {
@@ -270,7 +270,7 @@ impl<N: Needs> Participant<N> {
         } else {
             self.complete(open, stop_at);
         }
-        self.tell(now);
+        self.announce(now);
         goes_on
     }
 

@@ -165,7 +165,7 @@ impl Plain {
         self.advance_downstream(federate);
         for upstream in 0..self.federates.len() {
             if self.dnet && upstream != federate && self.paths.contains_key(&(upstream, federate)) {
-                self.tell_needed(upstream);
+                self.send_dnet(upstream);
             }
         }
     }
@@ -349,7 +349,7 @@ impl Plain {
         earliest
     }
 
-    fn tell_needed(&mut self, federate: usize) {
+    fn send_dnet(&mut self, federate: usize) {
         let others = (0..self.federates.len()).filter(|other| *other != federate);
         let paths: Vec<_> = others.filter_map(|other| Some((other, *self.paths.get(&(federate, other))?))).collect();
         let all_matter = self.cyclic(federate) || paths.iter().any(|(other, _)| self.cyclic(*other));

@@ -167,9 +167,9 @@ impl Run {
 
     fn check_that_all_is_done(&self) {
         for peer in &self.peers {
-            assert!(peer.left, "federate {} waits for ever; {:#?}", peer.id, self.rig.outlet.notices);
+            assert!(peer.left, "federate {} waits without end; {:#?}", peer.id, self.rig.outlet.log_events);
         }
-        let late = self.rig.outlet.notices.iter().find(|notice| notice.contains(" late"));
+        let late = self.rig.outlet.log_events.iter().find(|event| event.contains(" late"));
         assert_eq!(late, None);
     }
 }
@@ -208,7 +208,7 @@ proptest! {
         run.check_that_all_is_done();
         let lost = matches!(run.rig.rti.status(), Status::Finished(Outcome::Lost { federate, .. })
             if federate.index() == who);
-        prop_assert!(lost, "{:?} {:#?}", run.rig.rti.status(), run.rig.outlet.notices);
+        prop_assert!(lost, "{:?} {:#?}", run.rig.rti.status(), run.rig.outlet.log_events);
     }
 
     /// Whatever comes on connections, and whenever they come and go, the RTI neither panics nor sends beyond its room.

@@ -3,7 +3,7 @@
 
 use core::mem::replace;
 
-use lf_coordination::clock_sync::{ClockCorrection, Trouble};
+use lf_coordination::clock_sync::{ClockCorrection, ClockFault};
 use lf_coordination::federate::{ClockSync, Federate, Needs};
 
 use crate::datagram::{DatagramPort, send};
@@ -18,8 +18,8 @@ pub(super) struct ClockSyncPort {
     pub(super) port: DatagramPort,
     /// Whether strangers have been logged.
     stranger: bool,
-    /// The kinds of clock trouble that have been logged, by their bits.
-    troubles: u8,
+    /// The kinds of clock fault that have been logged, by their bits.
+    faults: u8,
 }
 
 impl ClockSyncPort {
@@ -45,7 +45,7 @@ impl ClockSyncPort {
         if !P::DATAGRAMS {
             return;
         }
-        let Self { port, stranger, troubles } = self;
+        let Self { port, stranger, faults } = self;
         port.receive(platform, |platform, socket, now, from, datagram| {
             let heard = machine.handle_datagram(now, from, datagram);
             if let Some(answer) = heard.answer {
@@ -66,16 +66,16 @@ impl ClockSyncPort {
             if heard.stranger && !replace(stranger, true) {
                 report(Level::Warn, &FederateEvent::Stranger(from));
             }
-            if let Some(trouble) = heard.trouble {
-                let kind = match trouble {
-                    Trouble::Drift(_) => 1,
-                    Trouble::Unsteady(_) => 2,
-                    Trouble::OtherPort { .. } => 4,
-                    Trouble::FarOff(_) => 8,
+            if let Some(fault) = heard.fault {
+                let kind = match fault {
+                    ClockFault::Drift(_) => 1,
+                    ClockFault::Unsteady(_) => 2,
+                    ClockFault::OtherPort { .. } => 4,
+                    ClockFault::FarOff(_) => 8,
                 };
-                let told = *troubles;
-                if replace(troubles, told | kind) & kind == 0 {
-                    report(Level::Warn, &FederateEvent::ClockTrouble(trouble));
+                let told = *faults;
+                if replace(faults, told | kind) & kind == 0 {
+                    report(Level::Warn, &FederateEvent::ClockFault(fault));
                 }
             }
         });

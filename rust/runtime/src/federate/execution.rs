@@ -257,15 +257,15 @@ impl<'a, 's, N: Needs> Execution<'a, 's, N> {
         max_level: Option<u16>,
         limit: Advance,
     ) -> Result<Option<Advance>, Failed> {
-        let mut gate = TagEnv { machine: &mut self.machine, silent: self.silent, outlet };
-        match self.engine.advance(self.program, &mut gate, max_level) {
+        let mut env = TagEnv { machine: &mut self.machine, silent: self.silent, outlet };
+        match self.engine.advance(self.program, &mut env, max_level) {
             Progress::Complete => {}
             Progress::OutputFull { .. } => return Ok(Some(Advance::OutputFull)),
             Progress::LevelLimit { .. } => return Ok(Some(limit)),
             Progress::Failed(error) => return Err(self.fail(error.into())),
         }
         #[cfg(feature = "traces")]
-        gate.outlet.note(None, Event::TagEnds(self.engine.current_tag()));
+        env.outlet.note(None, Event::TagEnds(self.engine.current_tag()));
         self.machine.complete(self.engine.had_network_input());
         self.take_stop_request();
         if !self.engine.is_done() {
@@ -501,16 +501,16 @@ mod tests {
     };
 
     /// A program whose queues never have room.
-    struct Crowded;
+    struct FullProgram;
 
-    impl Program for Crowded {
+    impl Program for FullProgram {
         fn tables(&self) -> &'static Tables {
             &TABLES
         }
     }
 
     fn with_execution(test: impl FnOnce(&mut Execution<'_, '_, All>)) {
-        let (mut storage, mut known, mut program) = (Storage::<1, 1, 1, 1>::new(), [Tag::NEVER; 3], Crowded);
+        let (mut storage, mut known, mut program) = (Storage::<1, 1, 1, 1>::new(), [Tag::NEVER; 3], FullProgram);
         let engine = Engine::new(&TABLES, &mut storage, Settings::DEFAULT);
         let config = Config { coordination: Coordination::Decentralized, ..Config::new(0.into(), b"federation") };
         let machine = Federate::new(config).expect("the configuration is in order");

@@ -46,7 +46,7 @@ impl<P: Platform, N: Needs> Policy for FromRti<'_, '_, '_, P, N> {
     fn expects(message_type: MessageType) -> bool {
         match message_type {
             MessageType::TaggedMessage => N::INPUTS || N::TRANSIENTS,
-            // This is also the answer to the question by which the federate limits its pace.
+            // This is also the answer to the question by which the federate limits its flow.
             MessageType::PortAbsent => N::CENTRALIZED,
             MessageType::RtiResponse => N::AUTHENTICATION,
             MessageType::T1 | MessageType::T4 => N::CLOCK_SYNC,

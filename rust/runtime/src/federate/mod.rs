@@ -39,4 +39,4 @@ pub use join::Join;
 pub use memory::Buffers;
 pub use outbound::Outbound;
 pub use reason::Reason;
-pub(crate) use reason::{Advice, Words};
+pub(crate) use reason::{Advice, ReasonText};

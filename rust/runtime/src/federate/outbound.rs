@@ -30,7 +30,7 @@ pub struct Outbound<'s> {
     /// The end of the wait for the other federate's answer.
     answer_due: Instant,
     /// The fault of the last attempt to connect.
-    pub(super) trouble: Option<PeerFault>,
+    pub(super) fault: Option<PeerFault>,
     /// The time since which a message has had no room.
     pub(super) blocked_since: Option<Instant>,
     /// The minimum number of messages that the other federate cannot have received, because it has left.
@@ -68,7 +68,7 @@ impl<'s> Outbound<'s> {
             stage: ConnectStage::Absent,
             says_transient: Some(false),
             answer_due: Instant::NEVER,
-            trouble: None,
+            fault: None,
             blocked_since: None,
             lost: 0,
             left_early: false,
@@ -152,7 +152,7 @@ impl<'s> Outbound<'s> {
                 let _ = federate;
                 self.stage = ConnectStage::Connecting(socket, false);
             }
-            Err(error) => self.trouble = Some(PeerFault::Unreachable(error)),
+            Err(error) => self.fault = Some(PeerFault::Unreachable(error)),
         }
         self.answer_due = platform.now() + ANSWER_TIME_OUT;
     }
@@ -195,8 +195,8 @@ impl<'s> Outbound<'s> {
             Ok(connected) => connected.then_some(true),
             Err(fault) => {
                 // A refusal says more than the silence that ends the other form.
-                if !matches!((self.trouble, fault), (Some(PeerFault::Refuses(_)), PeerFault::Unanswered)) {
-                    self.trouble = Some(fault);
+                if !matches!((self.fault, fault), (Some(PeerFault::Refuses(_)), PeerFault::Unanswered)) {
+                    self.fault = Some(fault);
                 }
                 self.end(platform);
                 Some(false)
@@ -232,7 +232,7 @@ impl<'s> Outbound<'s> {
             }
         }
         if self.stage == ConnectStage::Ended {
-            return Err(self.trouble.unwrap_or(PeerFault::Unanswered));
+            return Err(self.fault.unwrap_or(PeerFault::Unanswered));
         }
         if self.is_attempt() && platform.now() < self.answer_due { Ok(false) } else { Err(PeerFault::Unanswered) }
     }

@@ -177,7 +177,7 @@ impl<'a, 's, N: Needs> Peers<'a, 's, N> {
         let is_transient = if is_transient { Some(true) } else { outbound.says_transient() };
         let introduction = Message::P2pSendingFedId { federate, is_transient, federation_id };
         let connected = outbound.establish(platform, &introduction)?;
-        let fault = outbound.trouble.unwrap_or(PeerFault::Unanswered);
+        let fault = outbound.fault.unwrap_or(PeerFault::Unanswered);
         self.meeting = None;
         let federate = self.federation.peers_out.get(index).copied().unwrap_or_default();
         Some(if connected { Ok(()) } else { Err((federate, fault)) })
@@ -186,7 +186,7 @@ impl<'a, 's, N: Needs> Peers<'a, 's, N> {
     /// Returns the federate to which a connection is being made, or else the one that is `next` among those to which
     /// this one sends, and the fault of the last attempt.
     pub(super) fn meets(&self, next: Option<usize>) -> Option<(u16, Option<PeerFault>)> {
-        self.receivers().nth(self.meeting.or(next)?).map(|(federate, outbound)| (federate, outbound.trouble))
+        self.receivers().nth(self.meeting.or(next)?).map(|(federate, outbound)| (federate, outbound.fault))
     }
 
     /// Accepts pending connections, and admits peers that send their id, as long as this federate has not `begun` with

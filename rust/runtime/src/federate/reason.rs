@@ -58,10 +58,10 @@ impl Reason {
 /// The identity of a wait.
 pub(super) type Key = (Tag, u8, usize);
 
-/// A reason in words: the text after "waiting for".
-pub(crate) struct Words(pub(crate) Reason, pub(crate) Instant);
+/// The text of a reason: after "waiting for".
+pub(crate) struct ReasonText(pub(crate) Reason, pub(crate) Instant);
 
-impl fmt::Display for Words {
+impl fmt::Display for ReasonText {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let Self(reason, start) = *self;
         let at = |tag| EventTag::relative(tag, start);

@@ -23,7 +23,7 @@ use super::keys::{Host, with_host};
 use super::lines;
 use super::node::{Behavior, Late, Log, Node, NodeStorage, TardyStorage};
 use super::profiles::{Parts, run_loop};
-use lf_testkit::world::{Blocking, Conditions, Fault, Threads, Trouble, Virtual};
+use lf_testkit::world::{Blocking, Conditions, Fault, LivenessViolation, Threads, Virtual};
 
 /// The port of the first listener of a federate.
 const FIRST_EPHEMERAL_PORT: u16 = 49_152;
@@ -232,8 +232,8 @@ pub(crate) struct Report {
     /// The log lines of each, at the level of information and above.
     pub lines: Vec<Vec<String>>,
     /// The log events of the RTI.
-    pub notices: Vec<String>,
-    pub trouble: Option<Trouble>,
+    pub log_events: Vec<String>,
+    pub violation: Option<LivenessViolation>,
     /// The records of the RTI, and then of each federate.
     pub records: Vec<Vec<Record>>,
 }
@@ -241,7 +241,7 @@ pub(crate) struct Report {
 #[derive(Default)]
 struct Results {
     outcome: Option<Result<Outcome, SetupError>>,
-    notices: Vec<String>,
+    log_events: Vec<String>,
     federates: BTreeMap<u16, (Ran, Interval)>,
 }
 
@@ -292,10 +292,10 @@ fn run_once(plan: &Plan, in_image: bool, conditions: Conditions) -> Report {
             let mut platform = rti;
             platform.begin();
             if plan.rti_begins.is_some() {
-                let mut notices = Vec::new();
-                let outcome = with_host(plan, platform, |host| run_the_rti(plan, host, &mut notices));
+                let mut log_events = Vec::new();
+                let outcome = with_host(plan, platform, |host| run_the_rti(plan, host, &mut log_events));
                 let mut results = results.lock().unwrap();
-                (results.outcome, results.notices) = (Some(outcome), notices);
+                (results.outcome, results.log_events) = (Some(outcome), log_events);
             }
         });
         for (id, mut platform) in federates {
@@ -320,7 +320,7 @@ fn run_once(plan: &Plan, in_image: bool, conditions: Conditions) -> Report {
         }
         world.start();
     });
-    Report { records: world.records(), ..report(results.into_inner().unwrap(), world.trouble()) }
+    Report { records: world.records(), ..report(results.into_inner().unwrap(), world.violation()) }
 }
 
 /// Runs one federate, on a computer and then in an image, which makes no difference, while `act` plays its RTI, which
@@ -364,8 +364,8 @@ fn run_once_with<const N: usize, T: Send>(
     })
 }
 
-fn report(results: Results, trouble: Option<Trouble>) -> Report {
-    let Results { outcome, notices, federates } = results;
+fn report(results: Results, violation: Option<LivenessViolation>) -> Report {
+    let Results { outcome, log_events, federates } = results;
     let mut report = Report {
         outcome,
         results: Vec::new(),
@@ -376,8 +376,8 @@ fn report(results: Results, trouble: Option<Trouble>) -> Report {
         ended: Vec::new(),
         shut_down: Vec::new(),
         lines: Vec::new(),
-        notices,
-        trouble,
+        log_events,
+        violation,
         records: Vec::new(),
     };
     for (ran, ended) in federates.into_values() {
@@ -429,7 +429,7 @@ impl Storage for Scarce {
     }
 }
 
-fn run_the_rti(plan: &Plan, platform: &mut Host<'_>, notices: &mut Vec<String>) -> Result<Outcome, SetupError> {
+fn run_the_rti(plan: &Plan, platform: &mut Host<'_>, log_events: &mut Vec<String>) -> Result<Outcome, SetupError> {
     let listener = platform.listen(PORT).unwrap();
     let count = plan.nodes.len();
     let connections = count + 2;
@@ -454,9 +454,9 @@ fn run_the_rti(plan: &Plan, platform: &mut Host<'_>, notices: &mut Vec<String>) 
         outgoings: &mut outgoings,
         datagrams: None,
     };
-    let (mut recorder, mut notice) =
-        (platform.inner().recorder(), |notice: RtiEvent<'_>| notices.push(notice.to_string()));
-    let mut rti = RtiLoop::new(platform, setup, listener, &mut notice)?;
+    let (mut recorder, mut log) =
+        (platform.inner().recorder(), |event: RtiEvent<'_>| log_events.push(event.to_string()));
+    let mut rti = RtiLoop::new(platform, setup, listener, &mut log)?;
     if let Some(values) = plan.records {
         rti.record(Recording::new(&mut recorder, values));
     }

@@ -14,7 +14,7 @@ use lf_testkit::network::address_of;
 use lf_wire::{Decoded, Limits, Message, MessageType, Tag, UDP_PORT_CLOCK_SYNC_OFF, decode};
 
 use super::federation::{PORT, RTI};
-use lf_testkit::world::{Blocking, Conditions, Move, Threads, Trouble, Virtual};
+use lf_testkit::world::{Blocking, Conditions, LivenessViolation, Move, Threads, Virtual};
 
 const ID: &[u8] = b"raw";
 /// The longest payload that the RTI accepts.
@@ -29,8 +29,8 @@ pub(crate) fn config() -> Config<'static> {
 #[derive(Debug)]
 pub(crate) struct Ended {
     pub outcome: Result<Outcome, SetupError>,
-    pub notices: Vec<String>,
-    pub trouble: Option<Trouble>,
+    pub log_events: Vec<String>,
+    pub violation: Option<LivenessViolation>,
     /// The writes and reads of the RTI, in order.
     pub moves: Vec<Move>,
 }
@@ -54,13 +54,13 @@ pub(crate) fn with_rti(
     let rti = world.join(Interval::ZERO, Interval::ZERO);
     // By then the RTI listens.
     let tester = world.join(Interval::from_millis(1), Interval::ZERO);
-    let notices = Mutex::new(Vec::new());
+    let log_events = Mutex::new(Vec::new());
     let outcome = std::thread::scope(|scope| {
-        let notices = &notices;
+        let log_events = &log_events;
         let outcome = scope.spawn(move || {
             let mut platform = rti;
             platform.begin();
-            run(&mut platform, config, federates, notices)
+            run(&mut platform, config, federates, log_events)
         });
         scope.spawn(move || {
             act(&mut Tester { me: Blocking::new(tester), connections: Vec::new(), start: 0 });
@@ -68,14 +68,14 @@ pub(crate) fn with_rti(
         world.start();
         outcome.join().unwrap()
     });
-    Ended { outcome, notices: notices.into_inner().unwrap(), trouble: world.trouble(), moves: world.moves() }
+    Ended { outcome, log_events: log_events.into_inner().unwrap(), violation: world.violation(), moves: world.moves() }
 }
 
 fn run(
     platform: &mut Virtual,
     config: Config<'static>,
     federates: usize,
-    notices: &Mutex<Vec<String>>,
+    log_events: &Mutex<Vec<String>>,
 ) -> Result<Outcome, SetupError> {
     let listener = platform.listen(PORT).unwrap();
     let (connections, bytes) = (federates + 2, config.message_bytes_max(federates));
@@ -85,8 +85,8 @@ fn run(
     let mut memory = Memory::new(Sizes { federates, connections, upstream: federates, in_transit: 64 });
     let setup =
         RtiSetup { config, storage: memory.storage(), inlets: &mut inlets, outgoings: &mut outgoings, datagrams: None };
-    let mut notice = |notice: RtiEvent<'_>| notices.lock().unwrap().push(notice.to_string());
-    RtiLoop::new(platform, setup, listener, &mut notice).map(|mut rti| rti.run())
+    let mut log = |event: RtiEvent<'_>| log_events.lock().unwrap().push(event.to_string());
+    RtiLoop::new(platform, setup, listener, &mut log).map(|mut rti| rti.run())
 }
 
 impl Tester {

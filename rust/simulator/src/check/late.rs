@@ -96,25 +96,25 @@ struct Before {
 
 /// The messages to an input, of each instance of the sender in the order in which it has sent them. One that does not
 /// wait for physical time can have sent messages for tags that the next one reaches, too, so either can be the first.
-struct Lives<'r> {
+struct Incarnations<'r> {
     messages: Vec<VecDeque<&'r Sent>>,
 }
 
-impl<'r> Lives<'r> {
+impl<'r> Incarnations<'r> {
     fn new(sent: impl Iterator<Item = &'r Sent>, first: impl Fn(&Sent) -> Option<Tag>) -> Self {
-        let mut lives: BTreeMap<_, VecDeque<&Sent>> = BTreeMap::new();
+        let mut incarnations: BTreeMap<_, VecDeque<&Sent>> = BTreeMap::new();
         for message in sent {
-            lives.entry((first(message), message.from)).or_default().push_back(message);
+            incarnations.entry((first(message), message.from)).or_default().push_back(message);
         }
-        Self { messages: lives.into_values().collect() }
+        Self { messages: incarnations.into_values().collect() }
     }
 
     /// Takes the message that was handled next, if one of the instances has sent that as its next one; else the next
     /// one of the first instance, which was not handled.
     fn next(&mut self, handled: Option<&Handled>) -> Option<(&'r Sent, Option<Handled>)> {
-        self.messages.retain(|life| !life.is_empty());
-        let is_handled = |life: &VecDeque<&Sent>| {
-            let number = life.front().map(|message| message.number);
+        self.messages.retain(|incarnation| !incarnation.is_empty());
+        let is_handled = |incarnation: &VecDeque<&Sent>| {
+            let number = incarnation.front().map(|message| message.number);
             handled.is_some_and(|handled| Some(handled.value.number()) == number)
         };
         let index = self.messages.iter().position(is_handled);
@@ -162,8 +162,8 @@ impl Receiver<'_> {
         let mut due = Due::default();
         let mut before: Option<Before> = None;
         let sent = report.sent.iter().filter(|sent| sent.to == federate && sent.port == port);
-        let mut lives = Lives::new(sent, |message| report.first[message.from]);
-        while let Some((message, found)) = lives.next(happened.as_slice().first()) {
+        let mut incarnations = Incarnations::new(sent, |message| report.first[message.from]);
+        while let Some((message, found)) = incarnations.next(happened.as_slice().first()) {
             let after_last = before.map(|before| before.expected).filter(|expected| *expected >= message.tag);
             let expected = after_last.map_or(message.tag, Tag::next_microstep);
             let is_fleeting = self.scenario.is_transient(federate) || self.scenario.is_transient(message.from);

@@ -4,8 +4,8 @@
 
 mod direct;
 mod ends;
+mod incarnations;
 mod late;
-mod lives;
 mod order;
 mod seen;
 mod traces;
@@ -17,11 +17,11 @@ use lf_model::time::Tag;
 
 pub(crate) use direct::Sent;
 pub(crate) use ends::{ends, is_endless, own_fault};
+pub(crate) use incarnations::{handed_over, passed, reasons};
 pub(crate) use late::{LateCounts, comings_are_in_time, late};
-pub(crate) use lives::{handed_over, passed, reasons};
 pub(crate) use order::order;
 pub(crate) use seen::{Introduction, Seen, Unpassed};
-pub(crate) use traces::{Difference, Expected, in_order, life, traces};
+pub(crate) use traces::{Difference, Expected, in_order, incarnation, traces};
 pub(crate) use wire::{Counts, Watch};
 
 /// A violation of an invariant.
@@ -110,7 +110,7 @@ impl Violation {
             Self::Unsent { .. } => "what-is-received-was-sent",
             Self::NotPassed { .. } => "nothing-is-lost-between-those-who-are-there",
             Self::TwoHeard { .. } => "one-instance-is-heard",
-            Self::Repeated { .. } => "lives-follow-each-other",
+            Self::Repeated { .. } => "incarnations-follow-each-other",
             Self::State { .. } => "state-is-handed-over",
             Self::Left { .. } => "nobody-leaves-without-a-reason",
             Self::Program(_) => "program",

@@ -75,7 +75,7 @@ pub(crate) fn traces(federates: &[Vec<Record>], alone: &[Record], expected: &[Op
 
 /// Compares the trace of an instance of a transient federate with that of the same federate alone, which begins with
 /// the same tag and receives the same: it is the beginning of that, apart from the last tag.
-pub(crate) fn life(instance: usize, trace: &[Record], alone: &[Record]) -> Option<Violation> {
+pub(crate) fn incarnation(instance: usize, trace: &[Record], alone: &[Record]) -> Option<Violation> {
     let expected = Expected { before: Tag::FOREVER, prefix: true };
     let alone = by_instance(alone);
     by_instance(trace).into_iter().find_map(|(of, found)| {

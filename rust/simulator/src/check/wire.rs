@@ -341,7 +341,7 @@ impl Watch {
     }
 
     /// Checks the first tag of an instance: no other one of its federate is heard, and those before have not had it.
-    fn begin_life(&mut self, instance: usize, first: Tag) {
+    fn begin_incarnation(&mut self, instance: usize, first: Tag) {
         let federate = self.instances[instance].0;
         for other in (0..self.instances.len()).filter(|it| *it != instance && self.instances[*it].0 == federate) {
             let seen = &self.seen[other];
@@ -364,7 +364,7 @@ impl Watch {
         self.counts.count(message);
         self.follow_passing(federate, message);
         if let Message::EffectiveStart { tag, .. } = *message {
-            self.begin_life(federate, from_wire(tag));
+            self.begin_incarnation(federate, from_wire(tag));
         }
         let Some(seen) = self.seen.get_mut(federate) else { return };
         let violation = match *message {

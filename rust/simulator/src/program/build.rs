@@ -12,8 +12,8 @@ use lf_testkit::random::mix;
 
 use super::Scripted;
 use super::cells::{self, CAPACITY_MAX, Cell, Replayed};
-use super::lent::{Body, Effect, Group, InstanceId, LentVariable, Memory, Place};
 use super::tables::{Runs, tables};
+use super::taken::{Body, Effect, Group, InstanceId, Memory, PortStorage, VariableId};
 use super::value::{Shape, Value};
 use crate::scenario::{Scenario, Script};
 use lf_testkit::world::Side;
@@ -46,8 +46,8 @@ impl Scripted {
     ) -> Result<Self, BuildError> {
         let planned = Tables::of(plan, federate);
         let port = |(id, port): (u16, &PortRow<'_>)| match port.filled_by {
-            Some(trigger) => Place::Queue(usize::from(trigger.0)),
-            None => Place::Own(Port::new(PortId(id))),
+            Some(trigger) => PortStorage::Queue(usize::from(trigger.0)),
+            None => PortStorage::Own(Port::new(PortId(id))),
         };
         let ports = (0..).zip(&planned.ports).map(port).collect();
         let sources = planned.triggers.iter().map(|trigger| trigger.captures.map(|port| usize::from(port.0)));
@@ -118,14 +118,14 @@ fn body(
     let (mut reads, mut effects) = (Vec::new(), Vec::new());
     for (parameter, argument) in declared.parameters.iter().zip(arguments) {
         let variables: Vec<_> = match argument {
-            Argument::Trigger(trigger) => vec![LentVariable::Trigger(trigger.0)],
+            Argument::Trigger(trigger) => vec![VariableId::Trigger(trigger.0)],
             Argument::Mode(mode) => {
                 let mode = ModeId(u16::try_from(mode.0).unwrap_or(u16::MAX));
                 let is_history = matches!(parameter.kind, VariableKind::Mode { history: true });
-                vec![LentVariable::Mode(if is_history { Transition::history(mode) } else { Transition::reset(mode) })]
+                vec![VariableId::Mode(if is_history { Transition::history(mode) } else { Transition::reset(mode) })]
             }
             Argument::Port(_) | Argument::Ports(_) | Argument::Bank { .. } => {
-                argument.ports().iter().map(|port| LentVariable::Port(port.0)).collect()
+                argument.ports().iter().map(|port| VariableId::Port(port.0)).collect()
             }
         };
         if parameter.triggers || parameter.uses {

@@ -7,8 +7,8 @@
 
 mod build;
 mod cells;
-mod lent;
 mod tables;
+mod taken;
 mod value;
 
 use std::mem;
@@ -26,8 +26,8 @@ pub(crate) use value::Value;
 
 pub(crate) use cells::{CAPACITY_MAX, Handled};
 use cells::{Cell, Queued};
-use lent::{Body, Effect, Group, Lent, LentVariable, Memory, Own, Place, current_tag};
-pub(crate) use lent::{InstanceId, Record};
+use taken::{Body, Effect, Group, Memory, PortStorage, TakenBodies, TakenVariable, VariableId, current_tag};
+pub(crate) use taken::{InstanceId, Record};
 
 /// A program with its memory.
 pub(crate) struct Scripted {
@@ -60,35 +60,35 @@ pub(crate) struct Scripted {
 
 impl Scripted {
     /// Takes the bodies of reactions of one instance out of the program; omits reactions without one.
-    fn lend(&mut self, reactions: &[ReactionId]) -> Lent {
+    fn take(&mut self, reactions: &[ReactionId]) -> TakenBodies {
         let taken = |id: &ReactionId| Some((*id, self.bodies.get_mut(usize::from(id.0)).and_then(Option::take)?));
         let bodies: Vec<_> = reactions.iter().filter_map(taken).collect();
-        let (memory, mut own) = (&mut self.memory, Vec::<(LentVariable, Own)>::new());
+        let (memory, mut own) = (&mut self.memory, Vec::<(VariableId, TakenVariable)>::new());
         for Effect { variable, .. } in bodies.iter().flat_map(|(_, body)| &body.effects) {
             match *variable {
                 _ if own.iter().any(|(taken, _)| taken == variable) => {}
-                LentVariable::Port(port) => {
-                    let place = mem::replace(&mut memory.ports[port], Place::Lent);
-                    own.push((*variable, Own::Port(place)));
+                VariableId::Port(port) => {
+                    let place = mem::replace(&mut memory.ports[port], PortStorage::Taken);
+                    own.push((*variable, TakenVariable::Port(place)));
                 }
-                LentVariable::Trigger(trigger) => {
+                VariableId::Trigger(trigger) => {
                     let cell = mem::replace(&mut memory.cells[trigger], Cell::None);
-                    own.push((*variable, Own::Trigger(cell)));
+                    own.push((*variable, TakenVariable::Trigger(cell)));
                 }
-                LentVariable::Mode(_) => {}
+                VariableId::Mode(_) => {}
             }
         }
         let state = bodies.first().map_or(0, |(_, body)| self.states[body.instance]);
-        Lent { bodies, state, own, record: None, stop: None, leaves: false }
+        TakenBodies { bodies, state, own, record: None, stop: None, leaves: false }
     }
 
     /// Puts the bodies back, and adds their records to the trace.
-    fn revoke(&mut self, lent: Lent) {
-        let Lent { bodies, state, own, record, stop, leaves } = lent;
+    fn put_back(&mut self, taken: TakenBodies) {
+        let TakenBodies { bodies, state, own, record, stop, leaves } = taken;
         for (variable, own) in own {
             match (variable, own) {
-                (LentVariable::Port(port), Own::Port(place)) => self.memory.ports[port] = place,
-                (LentVariable::Trigger(trigger), Own::Trigger(cell)) => self.memory.cells[trigger] = cell,
+                (VariableId::Port(port), TakenVariable::Port(place)) => self.memory.ports[port] = place,
+                (VariableId::Trigger(trigger), TakenVariable::Trigger(cell)) => self.memory.cells[trigger] = cell,
                 _ => {}
             }
         }
@@ -104,9 +104,9 @@ impl Scripted {
 
 impl Scripted {
     fn run(&mut self, reaction: ReactionId, ctx: &mut ReactionContext<'_>) {
-        let mut lent = self.lend(&[reaction]);
-        lent.run(reaction, &self.memory, ctx);
-        self.revoke(lent);
+        let mut taken = self.take(&[reaction]);
+        taken.run(reaction, &self.memory, ctx);
+        self.put_back(taken);
     }
 
     /// Returns the maximum length of each queue so far, with its capacity.
@@ -120,8 +120,8 @@ impl Scripted {
     /// Returns whether a reaction reads a tardy input directly.
     fn sees_tardy(&self, body: &Body) -> bool {
         body.reads.iter().any(|variable| {
-            let LentVariable::Port(port) = variable else { return false };
-            let Some(Place::Queue(trigger)) = self.memory.ports.get(*port) else { return false };
+            let VariableId::Port(port) = variable else { return false };
+            let Some(PortStorage::Queue(trigger)) = self.memory.ports.get(*port) else { return false };
             matches!(&self.memory.cells[*trigger], Cell::Queued(queued) if queued.is_tardy())
         })
     }
@@ -192,11 +192,11 @@ impl Program for Scripted {
 
     fn share(&mut self, number: u16, level: &mut Level<'_>) {
         let groups: Vec<_> = self.groups.iter().filter(|group| group.level == number).copied().collect();
-        let mut lent: Vec<_> = groups.iter().map(|group| self.lend(group.reactions)).collect();
+        let mut taken: Vec<_> = groups.iter().map(|group| self.take(group.reactions)).collect();
         let memory = &self.memory;
         let mut bodies = Vec::new();
-        for lent in &mut lent {
-            bodies.push(move |id: ReactionId, _: Part, ctx: &mut ReactionContext<'_>| lent.run(id, memory, ctx));
+        for taken in &mut taken {
+            bodies.push(move |id: ReactionId, _: Part, ctx: &mut ReactionContext<'_>| taken.run(id, memory, ctx));
         }
         let jobs = groups.iter().zip(&mut bodies).map(|(group, run)| Job::new(group.reactions, group.actions, run));
         let mut jobs: Vec<_> = jobs.collect();
@@ -204,8 +204,8 @@ impl Program for Scripted {
             0..=16 => level.run::<3, 16>(&Shuffled, &mut jobs),
             _ => level.run::<3, 256>(&Shuffled, &mut jobs),
         }
-        for lent in lent {
-            self.revoke(lent);
+        for taken in taken {
+            self.put_back(taken);
         }
     }
 

@@ -26,7 +26,7 @@ pub(crate) use reports::Reports;
 use crate::check::{Counts, Introduction, Seen, Sent, Unpassed, Violation};
 use crate::program::{BuildError, Handled, Played, Record as Ran, Value};
 use crate::scenario::{Fault, FaultKind, Scenario};
-use crate::world::{Cables, World, strike, world};
+use crate::world::{SimulatedMedium, World, strike, world};
 use federate::{FederateMemory, Member};
 use rti::{Centre, RtiBuffers, RtiMemory};
 
@@ -274,8 +274,8 @@ pub(crate) fn run(scenario: &Scenario, plan: &Plan, options: OutputOptions) -> R
     let rti_log = Rc::new(RefCell::new(RtiLog::default()));
     let mut buffers = RtiBuffers::new(scenario, plan.federates.len());
     let (instances, records) = (scenario.instances.len(), recorders(scenario, records));
-    let notices = note_into(Rc::clone(&rti_log), prints);
-    let mut rti = RtiMemory::new(scenario, plan, world.platform(0), notices, &mut buffers, records[0].clone());
+    let log_events = note_into(Rc::clone(&rti_log), prints);
+    let mut rti = RtiMemory::new(scenario, plan, world.platform(0), log_events, &mut buffers, records[0].clone());
     let mut federates = Vec::new();
     for instance in 0..instances {
         let (platform, records) = (world.platform(instance + 1), records[instance + 1].clone());
@@ -286,7 +286,7 @@ pub(crate) fn run(scenario: &Scenario, plan: &Plan, options: OutputOptions) -> R
     let Stage { ends, ended, counted, outcome, struck, turns, participants, cut_short, .. } = stage;
     drop(participants);
     let world = world.lock();
-    let Cables { watch, refused_writes, .. } = world.network.medium();
+    let SimulatedMedium { watch, refused_writes, .. } = world.network.medium();
     let planned = || scenario.instances.iter().map(|federate| &plan.federates[*federate]);
     let mut report = Report {
         rti: outcome,
@@ -488,7 +488,7 @@ impl<'a> Stage<'a> {
     }
 
     /// Runs turn by turn, until all participants have ended or none can go on.
-    fn play(&mut self, world: &Shared<Cables>, rti_log: &RefCell<RtiLog>) -> Option<Violation> {
+    fn play(&mut self, world: &Shared<SimulatedMedium>, rti_log: &RefCell<RtiLog>) -> Option<Violation> {
         loop {
             let mut locked = world.lock();
             if self.started.is_none() && rti_log.borrow().started.is_some() {

@@ -47,7 +47,7 @@ impl Scenario {
         self.last_long(random);
         for federate in 0..count {
             if self.federates[federate].transient {
-                self.plan_lives(federate, random);
+                self.plan_incarnations(federate, random);
             }
         }
         let random = &mut Random::new(combine(self.seed, 37));
@@ -67,12 +67,12 @@ impl Scenario {
         let factor = (wanted / timeout).max(1);
         self.target.timeout = Some(timeout * factor);
         for federate in &mut self.federates {
-            federate.stretch(factor);
+            federate.scale(factor);
         }
     }
 
     /// Draws the moments at which instances of a federate begin and end.
-    fn plan_lives(&mut self, federate: usize, random: &mut Random) {
+    fn plan_incarnations(&mut self, federate: usize, random: &mut Random) {
         let length = self.target.timeout.unwrap_or(0);
         let mut moments: Vec<_> = (0..random.count(1, MOMENTS_MAX)).map(|_| moment(random, length)).collect();
         moments.sort_by_key(|(at, early)| (!early, *at));
@@ -114,7 +114,7 @@ fn moment(random: &mut Random, length: Nanos) -> (Nanos, bool) {
 
 impl Reactor {
     /// Makes what happens by itself happen less often.
-    fn stretch(&mut self, factor: i64) {
+    fn scale(&mut self, factor: i64) {
         for timer in &mut self.timers {
             timer.offset *= factor;
             timer.period = timer.period.map(|period| period * factor);
@@ -123,7 +123,7 @@ impl Reactor {
             *time *= factor;
         }
         for child in &mut self.children {
-            child.stretch(factor);
+            child.scale(factor);
         }
     }
 }

@@ -145,7 +145,7 @@ pub struct Frame {
     pub tag: Option<RelativeTag>,
     /// A description of the message for readers.
     pub message: String,
-    /// A remark for readers.
+    /// A comment for readers.
     pub note: Option<String>,
 }
 

@@ -79,7 +79,7 @@ pub struct Connections<O = ()> {
     /// The capacity in bytes of each connection's output.
     pub capacity: usize,
     /// The log events of the RTI.
-    pub notices: Vec<String>,
+    pub log_events: Vec<String>,
     /// The observer of all messages.
     pub observer: O,
 }
@@ -88,7 +88,7 @@ impl<O> Connections<O> {
     /// Returns unused connections.
     pub fn new(connections: usize, capacity: usize, observer: O) -> Self {
         let list = (0..connections).map(|_| Connection::default()).collect();
-        Self { list, capacity, notices: Vec::new(), observer }
+        Self { list, capacity, log_events: Vec::new(), observer }
     }
 }
 
@@ -123,7 +123,7 @@ impl<O: Observer> Outlet for Connections<O> {
     fn log(&mut self, event: RtiEvent<'_>) {
         let event = event.to_string();
         assert!(!event.is_empty());
-        self.notices.push(event);
+        self.log_events.push(event);
     }
 }
 

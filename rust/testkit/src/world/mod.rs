@@ -28,19 +28,19 @@ pub use blocking::Blocking;
 pub use platform::Virtual;
 pub use side::{Side, Thread};
 pub use threads::Threads;
-pub use turns::{Fault, Trouble};
+pub use turns::{Fault, LivenessViolation};
 pub use wires::{Conditions, Move, Wires};
 
 /// The speed of a participant's computer, in nanoseconds.
 #[derive(Clone, Copy, Debug)]
-pub struct Pace {
+pub struct ComputerSpeed {
     /// The shortest and the longest duration of a turn of the event loop.
     pub turn_ns: (i64, i64),
     /// The longest delay of a wake-up.
     pub wake_ns: i64,
 }
 
-impl Pace {
+impl ComputerSpeed {
     /// A computer on which nothing takes time.
     pub const INSTANT: Self = Self { turn_ns: (0, 0), wake_ns: 0 };
 }
@@ -49,7 +49,7 @@ impl Pace {
 #[derive(Debug)]
 struct Member {
     side: &'static Side,
-    pace: Pace,
+    speed: ComputerSpeed,
     /// The time of its next turn; `None` while it waits without end or after it has ended.
     next: Option<u64>,
     ended: bool,
@@ -85,17 +85,17 @@ impl<M: Medium> World<M> {
     }
 
     /// Adds a participant that begins at this virtual time, and returns its number.
-    pub fn join(&mut self, side: &'static Side, begins: u64, pace: Pace) -> usize {
-        let participant = self.add(side, pace);
+    pub fn join(&mut self, side: &'static Side, begins: u64, speed: ComputerSpeed) -> usize {
+        let participant = self.add(side, speed);
         self.schedule(participant, begins);
         participant
     }
 
     /// Adds a participant that begins when it is [scheduled](Self::schedule), and returns its number.
-    pub fn add(&mut self, side: &'static Side, pace: Pace) -> usize {
+    pub fn add(&mut self, side: &'static Side, speed: ComputerSpeed) -> usize {
         let participant = self.network.join();
         let (next, ended, interrupted) = (None, false, false);
-        self.members.push(Member { side, pace, next, ended, interrupted, records: Vec::new() });
+        self.members.push(Member { side, speed, next, ended, interrupted, records: Vec::new() });
         participant
     }
 
@@ -120,7 +120,7 @@ impl<M: Medium> World<M> {
         if member.ended {
             return;
         }
-        let late = u64::try_from(self.random.time(0, member.pace.wake_ns)).unwrap_or(0);
+        let late = u64::try_from(self.random.time(0, member.speed.wake_ns)).unwrap_or(0);
         let at = at.max(member.side.now()).max(self.now) + late;
         if member.next.is_none_or(|next| at < next) {
             member.next = Some(at);
@@ -144,7 +144,7 @@ impl<M: Medium> World<M> {
             member.next = None;
             self.now = at;
             member.side.advance_to(at);
-            let (least, most) = member.pace.turn_ns;
+            let (least, most) = member.speed.turn_ns;
             member.side.compute(u64::try_from(self.random.time(least, most)).unwrap_or(0));
             return Some(participant);
         }

@@ -6,9 +6,9 @@ use std::sync::Arc;
 use lf_model::time::Interval;
 use lf_runtime::trace::Record;
 
-use super::turns::{Fault, Trouble, Turns};
+use super::turns::{Fault, LivenessViolation, Turns};
 use super::wires::{Conditions, Move, Wires};
-use super::{Pace, Side, Virtual, World};
+use super::{ComputerSpeed, Side, Virtual, World};
 use crate::network::Medium;
 use crate::random::Random;
 
@@ -36,7 +36,7 @@ impl Threads {
     /// # Panics
     /// If it would begin in the past.
     pub fn join(&self, begins: Interval, clock_offset: Interval) -> Virtual {
-        self.add(begins, Side::keep(clock_offset.as_nanos(), 0), Pace::INSTANT)
+        self.add(begins, Side::keep(clock_offset.as_nanos(), 0), ComputerSpeed::INSTANT)
     }
 
     /// Returns the writes and reads of the accepting sides, in order.
@@ -46,8 +46,8 @@ impl Threads {
 }
 
 impl<M: Medium> Threads<M> {
-    /// Returns a world without participants, in which `random` decides all open choices, and which is in trouble after
-    /// that number of turns.
+    /// Returns a world without participants, in which `random` decides all open choices, and which reports a livelock
+    /// after that number of turns.
     pub fn of(medium: M, random: Random, turns_max: u64) -> Self {
         let mut world = World::new(medium, random);
         world.leaves_some = true;
@@ -58,8 +58,8 @@ impl<M: Medium> Threads<M> {
     ///
     /// # Panics
     /// If it would begin in the past.
-    pub fn add(&self, begins: Interval, side: &'static Side, pace: Pace) -> Virtual<M> {
-        let me = self.0.world.lock().join(side, nanos(begins), pace);
+    pub fn add(&self, begins: Interval, side: &'static Side, speed: ComputerSpeed) -> Virtual<M> {
+        let me = self.0.world.lock().join(side, nanos(begins), speed);
         Virtual::new(self.0.world.clone(), me, Some(Arc::clone(&self.0)))
     }
 
@@ -81,9 +81,9 @@ impl<M: Medium> Threads<M> {
         self.0.leave(participant);
     }
 
-    /// Returns the failure of the world, if there is one.
-    pub fn trouble(&self) -> Option<Trouble> {
-        self.0.trouble()
+    /// Returns the violation of liveness, if there is one.
+    pub fn violation(&self) -> Option<LivenessViolation> {
+        self.0.violation()
     }
 
     /// Returns the records of each participant, in the order in which they have joined.

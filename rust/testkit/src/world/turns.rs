@@ -9,13 +9,13 @@ use crate::network::Medium;
 /// The number of further turns that participants have to end.
 const TURNS_TO_END: u64 = 20_000;
 
-/// A failure of a world as a whole, which then interrupts all participants.
+/// A violation of liveness. The world then interrupts all participants.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
-pub enum Trouble {
+pub enum LivenessViolation {
     /// All participants wait for events that will never happen.
-    Stuck,
+    Deadlock,
     /// They have run far more often than they can have had reason to.
-    Busy,
+    Livelock,
 }
 
 /// An event that affects a participant from outside.
@@ -40,15 +40,15 @@ struct State {
     turn: Option<usize>,
     faults: Vec<(u64, usize, Fault)>,
     turns_left: u64,
-    trouble: Option<Trouble>,
+    violation: Option<LivenessViolation>,
     /// Whether it did not end even after it was interrupted.
-    hopeless: bool,
+    stuck: bool,
 }
 
 impl<M: Medium> Turns<M> {
     /// Returns the state before the first turn, of at most `turns_left`.
     pub(super) fn new(world: World<M>, turns_left: u64) -> Self {
-        let state = State { turn: None, faults: Vec::new(), turns_left, trouble: None, hopeless: false };
+        let state = State { turn: None, faults: Vec::new(), turns_left, violation: None, stuck: false };
         Self { world: Shared::new(world), state: Mutex::new(state), handed_over: Condvar::new() }
     }
 
@@ -57,9 +57,9 @@ impl<M: Medium> Turns<M> {
         lock(&self.state).faults.push((at, participant, fault));
     }
 
-    /// Returns the failure of the world, if there is one.
-    pub(super) fn trouble(&self) -> Option<Trouble> {
-        lock(&self.state).trouble
+    /// Returns the violation of liveness, if there is one.
+    pub(super) fn violation(&self) -> Option<LivenessViolation> {
+        lock(&self.state).violation
     }
 
     /// Ends this turn, and returns at the beginning of the next one.
@@ -71,10 +71,10 @@ impl<M: Medium> Turns<M> {
 
     /// Waits for the turn of this participant.
     pub(super) fn wait_for(&self, me: usize) {
-        let waiting = |state: &mut State| state.turn != Some(me) && !state.hopeless;
+        let waiting = |state: &mut State| state.turn != Some(me) && !state.stuck;
         let state: MutexGuard<'_, State> =
             self.handed_over.wait_while(lock(&self.state), waiting).unwrap_or_else(PoisonError::into_inner);
-        assert!(!state.hopeless, "participant {me} does not end though it is interrupted: {:?}", state.trouble);
+        assert!(!state.stuck, "participant {me} does not end though it is interrupted: {:?}", state.violation);
     }
 
     /// Ends the participant: its system closes its sockets, and it gets no further turn.
@@ -97,24 +97,24 @@ impl State {
     fn hand_over<M: Medium>(&mut self, world: &mut World<M>) {
         self.turns_left = self.turns_left.saturating_sub(1);
         if self.turns_left == 0 {
-            self.give_up(world, Trouble::Busy);
+            self.give_up(world, LivenessViolation::Livelock);
         }
         loop {
-            let next_fate = self.faults.iter().map(|(at, ..)| *at).min();
-            self.turn = world.next_turn(next_fate);
-            if self.turn.is_some() || world.left() == 0 || self.hopeless {
+            let next_fault = self.faults.iter().map(|(at, ..)| *at).min();
+            self.turn = world.next_turn(next_fault);
+            if self.turn.is_some() || world.left() == 0 || self.stuck {
                 return;
             }
-            match next_fate {
+            match next_fault {
                 Some(at) => self.apply_faults(world, at),
-                None => self.give_up(world, Trouble::Stuck),
+                None => self.give_up(world, LivenessViolation::Deadlock),
             }
         }
     }
 
-    fn give_up<M: Medium>(&mut self, world: &mut World<M>, trouble: Trouble) {
-        self.hopeless = self.trouble.is_some();
-        self.trouble.get_or_insert(trouble);
+    fn give_up<M: Medium>(&mut self, world: &mut World<M>, violation: LivenessViolation) {
+        self.stuck = self.violation.is_some();
+        self.violation.get_or_insert(violation);
         self.turns_left = TURNS_TO_END;
         (0..world.members.len()).for_each(|participant| world.interrupt(participant));
     }

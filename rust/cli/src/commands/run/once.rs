@@ -54,8 +54,8 @@ pub(super) fn run_once(
         take_part(&mut federation, network);
     }
     let ending = federation.run(interrupts)?;
-    if let Some(trouble) = network.as_ref().and_then(VirtualNetwork::trouble) {
-        terminal::report(format_args!("error: {trouble}"));
+    if let Some(violation) = network.as_ref().and_then(VirtualNetwork::violation) {
+        terminal::report(format_args!("error: {violation}"));
     }
     if let (Some(bounds), Some(Recording { folder, .. })) = (&arguments.measure, &recording) {
         let messages = trace::write_bounds(folder, None, bounds)?;
@@ -76,7 +76,7 @@ fn network(built: &Built, seed: u64) -> Result<Option<VirtualNetwork>, Failure> 
     }
     let refused = |reason: &str| Err(Failure::message(format!("--seed: {reason}")));
     if plan.transients() > 0 {
-        return refused("transient federates come when somebody starts them, and nobody does so in virtual time");
+        return refused("transient federates come when the user starts them, which is not possible in virtual time");
     }
     if plan.target.security.is_tls() {
         return refused("a virtual network has no TLS: write `security: noise` instead of `comm-type: TLS`");

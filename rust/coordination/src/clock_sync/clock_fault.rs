@@ -10,7 +10,7 @@ use super::correction::DRIFT_PPB_MAX;
 
 /// The reason why a federate's times are worse than those of others.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
-pub enum Trouble {
+pub enum ClockFault {
     /// Its clock has a rate that no oscillator has: the RTI's is this much faster, in parts per billion.
     Drift(i32),
     /// The rate of its clock changes so quickly that times were wrong by this much.
@@ -26,7 +26,7 @@ pub enum Trouble {
     FarOff(Interval),
 }
 
-impl fmt::Display for Trouble {
+impl fmt::Display for ClockFault {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match *self {
             Self::Drift(ppb) => {

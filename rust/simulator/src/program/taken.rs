@@ -45,19 +45,19 @@ pub(crate) struct Record {
 /// The state that reactions share.
 pub(super) struct Memory {
     pub(super) cells: Vec<Cell>,
-    pub(super) ports: Vec<Place>,
+    pub(super) ports: Vec<PortStorage>,
     pub(super) side: &'static Side,
     /// Whether stops and physical events are known in advance, and reactions do not cause them.
     pub(super) replayed: bool,
 }
 
 /// The location of a port's value.
-pub(super) enum Place {
+pub(super) enum PortStorage {
     Own(Port<Value>),
     /// In the cell of this trigger.
     Queue(usize),
     /// In a body that runs.
-    Lent,
+    Taken,
 }
 
 /// A reaction with a body.
@@ -66,7 +66,7 @@ pub(super) struct Body {
     pub(super) id: InstanceId,
     /// The reaction's number in its reactor, from 1.
     pub(super) number: u16,
-    pub(super) reads: Vec<LentVariable>,
+    pub(super) reads: Vec<VariableId>,
     pub(super) effects: Vec<Effect>,
     /// Whether it has a handler for tardy inputs.
     pub(super) tardy: bool,
@@ -76,22 +76,22 @@ pub(super) struct Body {
 }
 
 #[derive(Clone, Copy, PartialEq, Eq)]
-pub(super) enum LentVariable {
+pub(super) enum VariableId {
     Port(usize),
     Trigger(usize),
     Mode(lf_model::Transition),
 }
 
 pub(super) struct Effect {
-    pub(super) variable: LentVariable,
+    pub(super) variable: VariableId,
     pub(super) shape: Shape,
     /// The times at which threads schedule a physical action, in nanoseconds after their start.
     pub(super) outside: Vec<i64>,
 }
 
 /// A variable that a body has taken out of the memory while it runs.
-pub(super) enum Own {
-    Port(Place),
+pub(super) enum TakenVariable {
+    Port(PortStorage),
     Trigger(Cell),
 }
 
@@ -113,8 +113,8 @@ impl Group {
             let (reactions, actions) = members.entry((level, body.instance)).or_default();
             reactions.push(ReactionId(index));
             actions.extend(body.effects.iter().filter_map(|effect| match effect.variable {
-                LentVariable::Trigger(trigger) => u16::try_from(trigger).ok().map(TriggerId),
-                LentVariable::Port(_) | LentVariable::Mode(_) => None,
+                VariableId::Trigger(trigger) => u16::try_from(trigger).ok().map(TriggerId),
+                VariableId::Port(_) | VariableId::Mode(_) => None,
             }));
         }
         let group =
@@ -126,27 +126,29 @@ impl Group {
 }
 
 /// Bodies of one instance with the variables that they change.
-pub(super) struct Lent {
+pub(super) struct TakenBodies {
     pub(super) bodies: Vec<(ReactionId, Body)>,
     pub(super) state: u64,
-    pub(super) own: Vec<(LentVariable, Own)>,
+    pub(super) own: Vec<(VariableId, TakenVariable)>,
     pub(super) record: Option<Record>,
     pub(super) stop: Option<Tag>,
     /// Whether a reaction has ended its federate, and only that.
     pub(super) leaves: bool,
 }
 
-impl Lent {
+impl TakenBodies {
     /// Returns the presence of a variable, with the value if it has one.
     #[expect(clippy::option_option, reason = "what is present has a value or none")]
-    fn read(owned: &[(LentVariable, Own)], memory: &Memory, variable: LentVariable) -> Option<Option<Value>> {
+    fn read(owned: &[(VariableId, TakenVariable)], memory: &Memory, variable: VariableId) -> Option<Option<Value>> {
         let own = owned.iter().find(|(own, _)| *own == variable).map(|(_, own)| own);
         match (variable, own) {
-            (LentVariable::Mode(_), _) => None,
-            (LentVariable::Port(_), Some(Own::Port(Place::Own(port)))) => port.value().map(|value| Some(*value)),
-            (LentVariable::Port(port), _) => memory.port(port)?.value().map(|value| Some(*value)),
-            (LentVariable::Trigger(_), Some(Own::Trigger(cell))) => cell.read(),
-            (LentVariable::Trigger(trigger), _) => memory.cells[trigger].read(),
+            (VariableId::Mode(_), _) => None,
+            (VariableId::Port(_), Some(TakenVariable::Port(PortStorage::Own(port)))) => {
+                port.value().map(|value| Some(*value))
+            }
+            (VariableId::Port(port), _) => memory.port(port)?.value().map(|value| Some(*value)),
+            (VariableId::Trigger(_), Some(TakenVariable::Trigger(cell))) => cell.read(),
+            (VariableId::Trigger(trigger), _) => memory.cells[trigger].read(),
         }
     }
 
@@ -175,7 +177,7 @@ impl Lent {
         memory.side.work(work_ns);
         if body.script.plays {
             let value = body.reads.first().and_then(|variable| Self::read(own, memory, *variable)).flatten();
-            if let (Some(value), Some((_, Own::Port(Place::Own(port))))) = (value, own.first_mut()) {
+            if let (Some(value), Some((_, TakenVariable::Port(PortStorage::Own(port))))) = (value, own.first_mut()) {
                 ctx.set(port, value);
             }
             return;
@@ -184,7 +186,7 @@ impl Lent {
             let choice = combine(digest, 100 + position);
             let own = own.iter_mut().find(|(own, _)| *own == effect.variable).map(|(_, own)| own);
             if body.is_startup && !effect.outside.is_empty() {
-                if let Some(Own::Trigger(Cell::Physical(physical))) = own {
+                if let Some(TakenVariable::Trigger(Cell::Physical(physical))) = own {
                     // A thread that schedules the action repeatedly.
                     let action = PhysicalActionRef::clone(physical.action());
                     let link = ctx.physical_link();
@@ -214,7 +216,7 @@ impl Lent {
 /// Sets a port, schedules an action, or changes the mode.
 fn cause(
     effect: &Effect,
-    own: Option<&mut Own>,
+    own: Option<&mut TakenVariable>,
     origin: u64,
     (energy, offset_ns): (u64, i64),
     ctx: &mut ReactionContext<'_>,
@@ -223,16 +225,16 @@ fn cause(
     let later = Duration::from_nanos(combine(origin, 4) % offset_ns.unsigned_abs().saturating_add(1));
     let offset = After(later);
     match (effect.variable, own) {
-        (LentVariable::Mode(transition), _) => ctx.set_mode(transition),
-        (_, Some(Own::Port(Place::Own(port)))) => ctx.set(port, value),
-        (_, Some(Own::Trigger(Cell::Watchdog(watchdog)))) if combine(origin, 5).is_multiple_of(4) => {
+        (VariableId::Mode(transition), _) => ctx.set_mode(transition),
+        (_, Some(TakenVariable::Port(PortStorage::Own(port)))) => ctx.set(port, value),
+        (_, Some(TakenVariable::Trigger(Cell::Watchdog(watchdog)))) if combine(origin, 5).is_multiple_of(4) => {
             ctx.stop_watchdog(watchdog);
         }
-        (_, Some(Own::Trigger(Cell::Watchdog(watchdog)))) => ctx.start_watchdog(watchdog, later),
-        (_, Some(Own::Trigger(Cell::Logical(logical)))) => {
+        (_, Some(TakenVariable::Trigger(Cell::Watchdog(watchdog)))) => ctx.start_watchdog(watchdog, later),
+        (_, Some(TakenVariable::Trigger(Cell::Logical(logical)))) => {
             ctx.schedule_with_v(logical.action_mut(), Some(value), offset);
         }
-        (_, Some(Own::Trigger(Cell::Physical(physical)))) => {
+        (_, Some(TakenVariable::Trigger(Cell::Physical(physical)))) => {
             ctx.schedule_with_v(physical.action_mut(), Some(value), offset);
         }
         _ => {}
@@ -246,23 +248,23 @@ pub(super) fn current_tag(ctx: &ReactionContext<'_>) -> Tag {
 impl Memory {
     pub(super) fn port(&self, index: usize) -> Option<&Port<Value>> {
         match self.ports.get(index)? {
-            Place::Own(port) => Some(port),
-            Place::Queue(trigger) => match &self.cells[*trigger] {
+            PortStorage::Own(port) => Some(port),
+            PortStorage::Queue(trigger) => match &self.cells[*trigger] {
                 Cell::Queued(queued) => Some(queued.queue.port()),
                 _ => None,
             },
-            Place::Lent => None,
+            PortStorage::Taken => None,
         }
     }
 
     pub(super) fn port_mut(&mut self, index: usize) -> Option<&mut Port<Value>> {
         match self.ports.get_mut(index)? {
-            Place::Own(port) => Some(port),
-            Place::Queue(trigger) => match &mut self.cells[*trigger] {
+            PortStorage::Own(port) => Some(port),
+            PortStorage::Queue(trigger) => match &mut self.cells[*trigger] {
                 Cell::Queued(queued) => Some(queued.queue.port_mut()),
                 _ => None,
             },
-            Place::Lent => None,
+            PortStorage::Taken => None,
         }
     }
 }

@@ -5,20 +5,20 @@ use lf_model::time::Tag;
 
 /// The knowledge of the RTI about a federate that may come and go.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub(super) struct Life {
+pub(super) struct Incarnation {
     /// Whether the federate is transient. From the start on this is true for all that have not started then.
     pub(super) is_transient: bool,
-    /// Whether its connections are known. They are the same in each of its lives.
+    /// Whether its connections are known. They are the same in each of its incarnations.
     pub(super) has_neighbors: bool,
-    /// The first tag of its current life.
+    /// The first tag of its current incarnation.
     pub(super) begin: Tag,
-    /// The latest tag that it has completed in an earlier life, or of a message that was sent to it.
+    /// The latest tag that it has completed in an earlier incarnation, or of a message that was sent to it.
     pub(super) past: Tag,
-    /// The latest tag at which it can have sent the messages of its current life.
+    /// The latest tag at which it can have sent the messages of its current incarnation.
     pub(super) sent: Tag,
 }
 
-impl Life {
+impl Incarnation {
     /// The state of an id that no federate has had.
     pub(super) const NONE: Self =
         Self { is_transient: false, has_neighbors: false, begin: Tag::NEVER, past: Tag::NEVER, sent: Tag::NEVER };
@@ -38,16 +38,16 @@ impl Life {
         self.sent = self.sent.max(tag);
     }
 
-    /// Records a tag of the past: the next life begins after it.
+    /// Records a tag of the past: the next incarnation begins after it.
     pub(super) fn record(&mut self, tag: Tag) {
         self.past = self.past.max(tag);
     }
 }
 
-/// The notices about transient federates that are pending for a federate. A range has the first and the last id of
-/// federates about which there may be something to tell.
+/// The notifications about transient federates that are pending for a federate. A range has the first and the last id
+/// of federates about which there may be something to tell.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
-pub(super) struct Notices {
+pub(super) struct Notifications {
     /// Federates upstream that have come.
     pub(super) upstream_came: Option<(u16, u16)>,
     /// Federates that have left, of those for which the receiver is registered.
@@ -58,7 +58,7 @@ pub(super) struct Notices {
     pub(super) stop: bool,
 }
 
-impl Notices {
+impl Notifications {
     /// Nothing to tell.
     pub(super) const NONE: Self = Self { upstream_came: None, outbound_left: None, outbound_came: None, stop: false };
 }

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-//! The notices about federates that come and go, and the messages that are lost for them.
+//! The notifications about federates that come and go, and the messages that are lost for them.
 
 use lf_model::time::Tag;
 use lf_wire::Message;
 
-use super::life::rest;
+use super::incarnation::rest;
 use super::log_event::RtiEvent;
 use super::members::Members;
 use super::outlet::{ConnectionId, Outlet};
@@ -37,30 +37,30 @@ impl<O: Outlet> Sending<'_, '_, O> {
     /// Returns whether a message with this tag is lost for its destination, because that does not take part then.
     pub(super) fn misses(&self, to: u16, tag: Tag) -> bool {
         let Some(slot) = self.members.slots.get(usize::from(to)) else { return false };
-        slot.is_transient() && (self.members.running(to.into()).is_none() || slot.life.misses(tag))
+        slot.is_transient() && (self.members.running(to.into()).is_none() || slot.incarnation.misses(tag))
     }
 
-    /// Records a message that is forwarded: the next lives of its sender and its destination begin after it.
-    pub(super) fn record_in_lives(&mut self, from: usize, to: usize, tag: Tag) {
-        self.members.slots[to].life.record(tag);
+    /// Records a message that is forwarded: the next incarnations of its sender and its destination begin after it.
+    pub(super) fn record_in_incarnations(&mut self, from: usize, to: usize, tag: Tag) {
+        self.members.slots[to].incarnation.record(tag);
         if self.members.slots[from].is_transient() {
             let mut upstream = (0..self.tags.graph.upstreams(to)).map(|index| self.tags.graph.upstream(to, index));
             if let Some((_, delay)) = upstream.find(|(other, _)| *other == from) {
-                self.members.slots[from].life.record_sent(delay.before(tag));
+                self.members.slots[from].incarnation.record_sent(delay.before(tag));
             }
         }
     }
 
     /// Drops such a message.
     pub(super) fn drop_missed(&mut self, from: usize, to: u16, tag: Tag) {
-        self.members.slots[usize::from(to)].life.record(tag);
+        self.members.slots[usize::from(to)].incarnation.record(tag);
         let times = self.members.slots[from].tallies.dropped.count();
         self.outlet.log(RtiEvent::Missed { from: id(from), to: to.into(), times });
     }
 
     /// Returns whether to tell a federate that one directly upstream of it has left, also if that has come back since.
     pub(super) fn has_left(&self, federate: usize, other: u16) -> bool {
-        let came = self.members.slots[federate].pending.notices.upstream_came;
+        let came = self.members.slots[federate].pending.notifications.upstream_came;
         let has_returned = came.is_some_and(|(first, last)| (first..=last).contains(&other));
         self.tags.is_upstream(federate, other.into()) && (has_returned || self.tags.state(other.into()).departed)
     }
@@ -76,7 +76,7 @@ impl<O: Outlet> Sending<'_, '_, O> {
             return false;
         }
         let start = self.tags.start.unwrap_or_default().as_nanos();
-        let message = Message::EffectiveStart { start, tag: to_wire(self.members.slots[federate].life.begin) };
+        let message = Message::EffectiveStart { start, tag: to_wire(self.members.slots[federate].incarnation.begin) };
         let sent = self.send_with_room(connection, &message);
         self.members.slots[federate].pending.start = !sent;
         sent
@@ -84,32 +84,32 @@ impl<O: Outlet> Sending<'_, '_, O> {
 
     /// Sends a federate what it is to be told because of transient federates. Returns false if there is not room for
     /// all of it.
-    pub(super) fn send_notices(&mut self, federate: usize, connection: ConnectionId) -> bool {
+    pub(super) fn send_notifications(&mut self, federate: usize, connection: ConnectionId) -> bool {
         if !self.send_arrivals(federate, connection) {
             return false;
         }
-        while let Some((first, last)) = self.members.slots[federate].pending.notices.outbound_left {
-            let came = self.members.slots[federate].pending.notices.outbound_came;
+        while let Some((first, last)) = self.members.slots[federate].pending.notifications.outbound_left {
+            let came = self.members.slots[federate].pending.notifications.outbound_came;
             let has_returned = came.is_some_and(|(first_came, last_came)| (first_came..=last_came).contains(&first));
             let is_told = self.members.is_registered(federate, first.into())
                 && (has_returned || self.members.running(first.into()).is_none());
             if is_told && !self.send_with_room(connection, &Message::OutboundDisconnected { federate: first }) {
                 return false;
             }
-            self.members.slots[federate].pending.notices.outbound_left = rest(first, last);
+            self.members.slots[federate].pending.notifications.outbound_left = rest(first, last);
         }
-        while let Some((first, last)) = self.members.slots[federate].pending.notices.outbound_came {
+        while let Some((first, last)) = self.members.slots[federate].pending.notifications.outbound_came {
             let is_told = self.members.is_registered(federate, first.into())
                 && self.members.slots[usize::from(first)].is_transient()
                 && self.members.running(first.into()).is_some();
             if is_told && !self.send_with_room(connection, &Message::OutboundConnected { federate: first }) {
                 return false;
             }
-            self.members.slots[federate].pending.notices.outbound_came = rest(first, last);
+            self.members.slots[federate].pending.notifications.outbound_came = rest(first, last);
         }
-        if self.members.slots[federate].pending.notices.stop {
+        if self.members.slots[federate].pending.notifications.stop {
             let sent = self.send_with_room(connection, &Message::Stop);
-            self.members.slots[federate].pending.notices.stop = !sent;
+            self.members.slots[federate].pending.notifications.stop = !sent;
             return sent;
         }
         true
@@ -129,14 +129,14 @@ impl<O: Outlet> Sending<'_, '_, O> {
 
     /// Sends a federate which transient federates directly upstream of it have come since the last time.
     fn send_arrivals(&mut self, federate: usize, connection: ConnectionId) -> bool {
-        while let Some((first, last)) = self.members.slots[federate].pending.notices.upstream_came {
+        while let Some((first, last)) = self.members.slots[federate].pending.notifications.upstream_came {
             let is_told = self.members.slots[usize::from(first)].is_transient()
                 && self.members.running(first.into()).is_some()
                 && self.tags.is_upstream(federate, first.into());
             if is_told && !self.send_with_room(connection, &Message::UpstreamConnected { federate: first }) {
                 return false;
             }
-            self.members.slots[federate].pending.notices.upstream_came = rest(first, last);
+            self.members.slots[federate].pending.notifications.upstream_came = rest(first, last);
         }
         true
     }
@@ -159,16 +159,22 @@ impl<O: Outlet> Sending<'_, '_, O> {
             let is_registered = self.members.is_registered(federate, other);
             let is_downstream = self.tags.is_upstream(federate, other);
             let pending = &mut self.members.slots[federate].pending;
-            let notices = &mut pending.notices;
+            let notifications = &mut pending.notifications;
             match has_come {
-                true if is_downstream => notices.upstream_came = Some(extended(notices.upstream_came, number)),
+                true if is_downstream => {
+                    notifications.upstream_came = Some(extended(notifications.upstream_came, number));
+                }
                 false if is_downstream => pending.record_departure(number),
                 _ => {}
             }
-            let notices = &mut pending.notices;
+            let notifications = &mut pending.notifications;
             match has_come {
-                true if is_registered => notices.outbound_came = Some(extended(notices.outbound_came, number)),
-                false if is_registered => notices.outbound_left = Some(extended(notices.outbound_left, number)),
+                true if is_registered => {
+                    notifications.outbound_came = Some(extended(notifications.outbound_came, number));
+                }
+                false if is_registered => {
+                    notifications.outbound_left = Some(extended(notifications.outbound_left, number));
+                }
                 _ => {}
             }
             self.flush(federate, stop_tag);

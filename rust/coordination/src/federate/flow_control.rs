@@ -23,7 +23,7 @@ pub const TAGS_AHEAD_MAX: u16 = 16;
 
 /// The number of tags with messages that the RTI may not have taken yet.
 #[derive(Clone, Copy, Debug, Default)]
-pub(super) struct Pace {
+pub(super) struct FlowControl {
     /// Tags with messages since the last question that was answered.
     ahead: u16,
     /// The tag that is open has messages.
@@ -40,7 +40,7 @@ enum Question {
     Asked(u16),
 }
 
-impl Pace {
+impl FlowControl {
     /// Records that a message of the open tag goes out.
     pub(super) fn message_sent(&mut self) {
         self.sending = true;
@@ -98,56 +98,56 @@ mod tests {
     use super::*;
     use proptest::prelude::*;
 
-    fn run(pace: &mut Pace, tags: u16) {
+    fn run(flow_control: &mut FlowControl, tags: u16) {
         for _ in 0..tags {
-            pace.message_sent();
-            pace.completed();
+            flow_control.message_sent();
+            flow_control.completed();
         }
     }
 
     #[test]
     fn few_messages_ask_for_nothing() {
-        let mut pace = Pace::default();
-        run(&mut pace, ASK_AFTER - 1);
+        let mut flow_control = FlowControl::default();
+        run(&mut flow_control, ASK_AFTER - 1);
         for _ in 0..100 {
-            pace.completed();
+            flow_control.completed();
         }
-        assert!(!pace.is_question_due() && pace.allows());
+        assert!(!flow_control.is_question_due() && flow_control.allows());
     }
 
     #[test]
     fn an_answer_counts_for_what_was_sent_before_the_question() {
-        let mut pace = Pace::default();
-        run(&mut pace, ASK_AFTER);
-        assert!(pace.is_question_due());
-        pace.asked();
-        run(&mut pace, TAGS_AHEAD_MAX - ASK_AFTER);
-        assert!(!pace.is_question_due() && !pace.allows());
-        pace.answered();
-        assert!(pace.allows() && pace.is_question_due());
-        assert_eq!(pace.ahead, TAGS_AHEAD_MAX - ASK_AFTER);
+        let mut flow_control = FlowControl::default();
+        run(&mut flow_control, ASK_AFTER);
+        assert!(flow_control.is_question_due());
+        flow_control.asked();
+        run(&mut flow_control, TAGS_AHEAD_MAX - ASK_AFTER);
+        assert!(!flow_control.is_question_due() && !flow_control.allows());
+        flow_control.answered();
+        assert!(flow_control.allows() && flow_control.is_question_due());
+        assert_eq!(flow_control.ahead, TAGS_AHEAD_MAX - ASK_AFTER);
     }
 
     proptest! {
         /// No sequence of steps gets a federate further ahead than the limit, and an answer always lets it go on.
         #[test]
         fn no_federate_runs_away(steps in proptest::collection::vec(0..4u8, 0..200)) {
-            let mut pace = Pace::default();
+            let mut flow_control = FlowControl::default();
             for step in steps {
                 match step {
-                    0 | 1 if pace.allows() => run(&mut pace, 1),
-                    2 if pace.is_question_due() => pace.asked(),
-                    3 => pace.answered(),
+                    0 | 1 if flow_control.allows() => run(&mut flow_control, 1),
+                    2 if flow_control.is_question_due() => flow_control.asked(),
+                    3 => flow_control.answered(),
                     _ => {}
                 }
-                prop_assert!(pace.ahead <= TAGS_AHEAD_MAX);
-                prop_assert!(pace.allows() || pace.question != Question::None);
+                prop_assert!(flow_control.ahead <= TAGS_AHEAD_MAX);
+                prop_assert!(flow_control.allows() || flow_control.question != Question::None);
             }
-            if pace.is_question_due() {
-                pace.asked();
+            if flow_control.is_question_due() {
+                flow_control.asked();
             }
-            pace.answered();
-            prop_assert!(pace.allows());
+            flow_control.answered();
+            prop_assert!(flow_control.allows());
         }
     }
 }
