@@ -32,8 +32,7 @@ impl Measured {
     /// Returns the file of bounds.
     pub(crate) fn to_yaml(&self, names: &TraceNames) -> String {
         format!(
-            "# What a run of {} showed on {} messages: the longest latencies and lags. It may take longer \
-             another time.\n\
+            "# The longest latencies and lags in a run of {} with {} messages. Another run may take longer.\n\
              # The latencies contain the differences of the clocks.\n{}",
             names.program,
             self.messages,

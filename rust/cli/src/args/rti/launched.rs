@@ -129,7 +129,7 @@ fn scripts_that_use_a_terminal_multiplexer() {
 fn scripts_that_start_a_remote_rti() {
     let script = "\
 RTI_START_TIME_MULTIPLE=\"-m 2 sec\"
-ssh somebody@rti.example 'true; \\
+ssh user@rti.example 'true; \\
     RTI -i '${FEDERATION_ID}' \\
                         '${RTI_START_TIME_MULTIPLE}' \\
                         -n 2 \\

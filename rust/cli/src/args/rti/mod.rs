@@ -37,7 +37,7 @@ const PUBLIC_KEY: &str =
 const VERIFIED: &str = "-tls, --tls: programs of LF's own compiler show no certificates, so that TLS keeps nobody out: \
     say --unverified, too, to accept anybody; or start programs of lfz with --keys, by which all prove who they are";
 /// The answer to `-sst`.
-const SST: &str = "-sst, --sst: connections that SST secures are not supported; write `security: noise` in place of \
+const SST: &str = "-sst, --sst: connections that SST secures are not supported; write `security: noise` instead of \
     `comm-type: SST`, or `comm-type: TLS`";
 /// The warning about TLS without verification.
 const UNVERIFIED: &str = "--unverified: connections are encrypted, but anybody can make one, also from between this \
