@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What the applications' tests under twister have in common.
+"""The fixtures of the applications' tests under twister.
 
 Twister builds an image per scenario and names the build folders; the federation is run from them.
 """

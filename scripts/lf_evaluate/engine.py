@@ -56,7 +56,7 @@ PROGRAMS_OF_ROWS = (
 
 
 def engine(setting: Setting) -> Finding:
-    """What a reaction costs, with bodies in Rust and in C, in turns."""
+    """Measure the cost of a reaction, with bodies in Rust and in C, in turns."""
     rounds = max(setting.rounds, ROUNDS_MIN)
     files = []
     for program in PROGRAMS_OF_ROWS:

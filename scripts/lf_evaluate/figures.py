@@ -9,7 +9,7 @@ from typing import Any
 from lf_evaluate.measured import Measured, percentile, rounds
 from lf_evaluate.results import Figure
 
-# Whose colour something has; whatever is not here is ours, in another way.
+# The owner of each name, which has the owner's colour; all other names are ours.
 _OWNERS = {"lfz rti": "ours", "ours": "ours", "decentralized": "ours", "federates": "ours", "Linux": "ours"} | {
     "stock RTI": "stock",
     "stock algorithm": "stock",

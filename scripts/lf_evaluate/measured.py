@@ -19,7 +19,7 @@ class Measured:
     who: str
     unit: str
     value: float | None = None
-    # What the value was taken from.
+    # The values from which this one was computed.
     samples: tuple[float, ...] = ()
     error: str = ""
 

@@ -17,7 +17,7 @@ FORMAT = 1
 
 class _Value(TypedDict):
     value: float
-    # How many digits there are after the point.
+    # The number of digits after the point.
     digits: int
 
 
@@ -49,7 +49,7 @@ class Figure(TypedDict):
     """A drawing as data: `plot` has one key, which is `rows`, `curves` or `stacked`."""
 
     title: str
-    # What of the thesis it stands beside, such as "figure 6.6".
+    # The part of the thesis beside it, such as "figure 6.6".
     thesis: str
     caption: str
     plot: dict[str, Any]
@@ -64,7 +64,7 @@ class Finding(TypedDict):
     compared: list[Comparison]
     tables: list[Table]
     figures: list[Figure]
-    # What cannot be compared, and why.
+    # The comparisons that are impossible, and why.
     limits: list[str]
 
 

@@ -45,7 +45,7 @@ class Image:
     memory: Memory
     # The same image with an empty main().
     empty: Memory
-    # What of it is this project's: by text, rodata, data and bss, and its text by PARTS.
+    # This project's share of it: by text, rodata, data and bss, and its text by PARTS.
     share: Counter[str]
     code: Counter[str]
     # The stacks of the main thread and of the RTI.
@@ -105,7 +105,7 @@ def shares(linked: str) -> tuple[Counter[str], Counter[str]]:
     kinds: Counter[str] = Counter()
     code: Counter[str] = Counter()
     for section, address, size, file in _SECTION.findall(linked.partition("Linker script and memory map")[2]):
-        # What is at 0 is not in the image.
+        # A section at 0 is not in the image.
         if int(address, 16) == 0 or not any(part in file for part in _OURS):
             continue
         kind = _KINDS.get(section.lstrip(".").split(".")[0])
@@ -141,7 +141,7 @@ def of_images(images: list[Image]) -> Finding:
         bytes_of |= {"stacks": image.stacks, "our flash": ours, "our RAM": share["data"] + share["bss"] + image.stacks}
         whole.append([image.name, *map(_kib, bytes_of.values())])
         by_crate.append([image.name, *(_kib(image.code[part]) for part in PARTS)])
-        # What is neither ours nor in the empty image is what of Zephyr only the program calls.
+        # The rest, neither ours nor in the empty image, is the part of Zephyr that only the program calls.
         called = max(0, image.memory.flash - empty.flash - ours)
         parts = [empty.flash, called, share["text"], share["rodata"], share["data"]]
         flash[image.name] = [size / 1024 for size in parts]

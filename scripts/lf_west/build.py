@@ -151,7 +151,7 @@ def build_images(
     report_messages(request, planned, surroundings)
     if status == 0:
         return
-    # What rustc says has been shown already, and the log says less.
+    # The messages of rustc have been shown already, and the log says less.
     logs = [job for image, job in failed if not messages.has_rust_errors(image)]
     tails = [line for job in logs for line in (f"---- end of {job.log}", *job.tail, "----")]
     raise LfError(

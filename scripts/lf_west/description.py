@@ -16,7 +16,7 @@ from typing import Any
 
 from lf_west.errors import LfError
 
-# What follows the name of a federate in that of its image for a spare board.
+# The ending of a federate's image for a spare board.
 SPARE = "-spare"
 
 
@@ -29,7 +29,7 @@ class Rti:
     port: int
     federation_id: str
     federates: int
-    # What the program asks of it, as options of `lfz rti`; its id and its port come besides.
+    # The program's demands on it, as options of `lfz rti`, without its id and its port.
     options: tuple[str, ...]
 
 
@@ -50,7 +50,7 @@ class Spare:
     kconfig: Path
     overlay: Path
     network: Network
-    # How the board is flashed, as far as the deployment says.
+    # The settings for flashing the board, as far as the deployment has them.
     probe: str | None
 
 
@@ -75,7 +75,7 @@ class Participant:
     joint_rti: bool = False
     # For a board that has a network of its own.
     network: Network | None = None
-    # How the board is flashed, as far as the deployment says.
+    # The settings for flashing the board, as far as the deployment has them.
     runner: str | None = None
     probe: str | None = None
     # Whether it may come and go while the federation runs, and whether it is started again when it has failed.

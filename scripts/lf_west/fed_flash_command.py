@@ -88,7 +88,7 @@ class LfFedFlash(LfCommand):
             by_name = {item.name: item for item in flashes}
             probes.check_connected([item.target for item in flashes], lambda target: by_name[target.name].text())
             self._flash(flashes, workspace)
-        # What was built now may be a part only.
+        # This build may be of a part only.
         everybody = description.load(application.description)
         left_out = [item.name for item in flash.without_probe(everybody) if not args.federate]
         if left_out:

@@ -130,7 +130,7 @@ def _drift(text: str) -> tuple[str, float]:
         gain = float(rate)
     except ValueError:
         gain = math.nan
-    # What quartzes differ by is far less than this.
+    # The difference of quartzes is far less than this.
     if not name or not abs(gain) < 1:
         raise argparse.ArgumentTypeError(f"{text!r} is no federate and its drift, such as board=26e-6")
     return name, gain

@@ -17,9 +17,9 @@ from lf_west.errors import LfError
 from lf_west.image import image_in, is_native_sim
 from lf_west.private_network import PrivateNetwork, plan_network
 
-# Where the RTI is reached by what has this computer's network.
+# The address of the RTI for programs in this computer's network.
 _ADDRESS, _ADDRESS_V6 = "127.0.0.1", "::1"
-# How long virtual boards have to end with the others. What tells a board that a connection has ended may be lost where
+# The time that virtual boards have to end with the others. The message that a connection has ended may be lost where
 # the computer is busy, and TCP repeats it after pauses that become longer.
 _BOARDS_GRACE_NS = 30_000_000_000
 
@@ -33,9 +33,9 @@ class Bench:
 
     # Where what all pins do is written down, if it is.
     vcd: Path | None = None
-    # What moves inputs: a script as for `lfz run --devices`.
+    # The script that moves inputs, as for `lfz run --devices`.
     devices: Path | None = None
-    # What the clock of a native_sim image gains, as a fraction, by the federate's name.
+    # The drift of the clock of a native_sim image, as a fraction, by the federate's name.
     drifts: Mapping[str, float] = field(default_factory=dict)
 
 
@@ -80,7 +80,7 @@ class Federation:
             if self.bench.devices is not None:
                 # Lines that no participant reads are refused.
                 self._moves(participant)
-            # What it has to know is in the image.
+            # All that it has to know is in the image.
             mac = None if participant.network is None else participant.network.mac
             is_recorded = self.bench.vcd is not None and qemu.has_pins(board)
             trace = self._recording(participant) if is_recorded else None

@@ -113,7 +113,7 @@ def plan_image(
         f"-DLF_CARGO_TARGET_DIR={cargo_folder}",
         f"-DLF_CARGO_MESSAGES={messages}",
         *user_settings(application),
-        # What the user says comes last, so that it counts.
+        # The user's arguments come last, so that they count.
         *user_cmake,
     ]
     # A build folder that was made for another board is made anew.

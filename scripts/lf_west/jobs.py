@@ -21,10 +21,10 @@ from typing import TextIO
 
 from lf_west.errors import LfError
 
-# How much of the log of a failed build is shown, in lines.
+# The number of lines of a failed build's log that are shown.
 TAIL_LINES = 40
 _SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
-# How ninja counts: [17/203] Building C object …
+# The progress of ninja: [17/203] Building C object …
 _STEP = re.compile(r"^\[(\d+)/(\d+)\] ")
 
 

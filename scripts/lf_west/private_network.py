@@ -28,7 +28,7 @@ from lf_west.description import Network
 from lf_west.errors import LfError
 
 _BRIDGE = "lfbridge"
-# What makes a network device of its own for a program, and lets that program be the board's Ethernet.
+# The device that makes a TAP interface for a program, which is then the board's Ethernet.
 _TUN = Path("/dev/net/tun")
 # Absent on a computer without IPv6.
 _IPV6_FORWARDING = Path("/proc/sys/net/ipv6/conf/all/forwarding")

@@ -13,7 +13,7 @@ from pathlib import Path
 
 PROGRAM = "qemu-system-arm"
 ADVICE = "Install QEMU for Arm: apt install qemu-system-arm"
-# What `end` in zephyr/src/fatal.c prints before the status, after the end of the program and after a fault.
+# The text of `end` in zephyr/src/fatal.c before the status, after the end of the program and after a fault.
 STATUS_LINE = "lf: the program ended with status "
 
 
@@ -23,7 +23,7 @@ class _Machine:
     cpu: str
     # The Ethernet controller, as QEMU calls it.
     controller: str
-    # What QEMU can trace of its pins.
+    # The events that QEMU can trace of its pins.
     trace: tuple[str, ...] = ()
 
 

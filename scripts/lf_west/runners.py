@@ -39,7 +39,7 @@ _OPTIONS = {
     "stm32cubeprogrammer": "--conn-modifiers=sn={}",
     "stm32flash": "--device={}",
 }
-# What else a runner needs when a probe is named: pyOCD would wait forever for one that is not connected.
+# Further arguments of a runner when a probe is named: pyOCD would wait forever for one that is not connected.
 _FURTHER = {"pyocd": ("--tool-opt=--no-wait",)}
 
 

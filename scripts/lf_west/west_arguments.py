@@ -22,7 +22,7 @@ class WestArguments:
     has_pristine: bool
     # All but the board, for `west build`.
     rest: tuple[str, ...]
-    # What follows `--` in it, for CMake.
+    # The arguments behind `--`, for CMake.
     cmake: tuple[str, ...]
     # The files of --extra-conf and --extra-dtc-overlay, which west would let replace the generated ones.
     extra_confs: tuple[str, ...] = ()

@@ -83,7 +83,7 @@ print("[2/2] linking")
 LF = REPOSITORY / "scripts" / "lf"
 # Where the tests that need Zephyr build. Kept, so that only what has changed is built the next time.
 BUILD = REPOSITORY / "target" / "west-tests"
-# What stand-ins for programs and images do.
+# The code of stand-ins for programs and images.
 SAY = "print(*sys.argv[1:], flush=True)"
 
 

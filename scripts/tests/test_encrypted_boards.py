@@ -23,8 +23,8 @@ __all__ = ["_allowed", "_arm", "_qemu"]
 
 pytestmark = pytest.mark.zephyr
 
-# What an image of an RTI for eight encrypted federates may take of qemu_cortex_m3's 256 and 64 KiB: what it takes, and
-# a little. Who needs more says here why.
+# The maximum size of an image of an RTI for eight encrypted federates on qemu_cortex_m3, with 256 and 64 KiB: its size
+# and a little. A comment here has to justify more.
 FLASH_MAX_KIB = 148.0
 RAM_MAX_KIB = 63.75
 

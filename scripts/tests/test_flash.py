@@ -16,7 +16,7 @@ from lf_west.main import main
 from lf_west.probes import Target
 
 BOARD = "plank/soc/cm7"
-# What stands in for Zephyr's runners: as real ones, `linkserver` takes --dev-id, and `mdb` names no probe.
+# Stand-ins for Zephyr's runners: as real ones, `linkserver` takes --dev-id, and `mdb` names no probe.
 RUNNERS = """
 class Runner:
     def __init__(self, name, flashes, dev_id):
@@ -157,7 +157,7 @@ def test_federates_are_chosen_by_name_or_number(boards: World, capsys: pytest.Ca
 
     assert main(["lf-fed-flash", boards.file, "-f", "c"]) == 0
     assert names() == ["c"]
-    # What runs on this computer is still known.
+    # The programs of this computer are still known.
     assert "start a, the RTI" not in capsys.readouterr().out
     assert main(["lf-fed-flash", boards.file, "-n", "1"]) == 0
     assert names() == ["b"]

@@ -26,7 +26,7 @@ pytestmark = pytest.mark.zephyr
             "Squares",
             COMPUTER_AND_BOARD,
             ["-n", "2", "-a"],
-            # What an image has that was told none.
+            # The default of an image.
             ["-lf-federation-id=Unidentified Federation"],
             "others can guess this one: choose another with --id, or CONFIG_LF_FEDERATION_ID\n",
         ),

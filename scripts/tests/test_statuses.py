@@ -55,7 +55,7 @@ IMAGE_OPTIONS = {
     "no address of the RTI": ["-lf-rti-address=nowhere"],
     "no port of the RTI": ["-lf-rti-port=70000"],
 }
-# What the program in LF knows.
+# The ways that the program in LF knows.
 WAYS = {"nothing more to do", "`request_stop`", "a full queue", "a panic"}
 OTHER_ID = "another federation id than the RTI's"
 LATE = "it joins when all are there"
@@ -193,7 +193,7 @@ def test_images_end_with_the_statuses_of_the_guide(coordination: str) -> None:
         # Either federate may still hear of the other, as they send to each other, and no RTI knows better. Who joins
         # late learns that from the RTI, before coordination begins, and only after a minute.
         rows = [row for row in rows if row[0] not in ("nothing more to do", LATE)]
-    # What takes longest begins first.
+    # The longest begins first.
     rows.sort(key=lambda row: row[0] != LATE)
     with ThreadPoolExecutor(AT_A_TIME) as pool:
         results = list(pool.map(lambda row: tried(program, image, row[0], row[1][1] is None), rows))

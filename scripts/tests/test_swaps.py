@@ -21,7 +21,7 @@ __all__ = ["_allowed", "_arm", "_qemu"]
 
 pytestmark = pytest.mark.zephyr
 
-# What the display says about each answer that is missing.
+# The display's line about each missing answer.
 GAP = re.compile(r"^display +\| answer \d+ came after \d+$", re.MULTILINE)
 PAUSE = r"^display +\| (a pause of (\d+) ms in logical and (\d+) ms in physical time, with (\d+) questions for nobody)$"
 

@@ -483,7 +483,7 @@ def test_tests_of_a_reactor_run_as_images(board: str, case: str, request: pytest
     assert "limit: it rises ... ok" in result.stdout, result.stderr
     if case == "it":
         assert result.stdout.endswith("1 passed, 1 failed\n")
-        # What the build printed before is no reason.
+        # The earlier output of the build is no reason.
         assert result.stderr.lstrip().startswith("*** Booting Zephyr")
         assert "y is true at (10000000, 0), instead of false at (10000000, 0)" in result.stderr
 
