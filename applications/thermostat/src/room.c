@@ -19,7 +19,7 @@ static const struct device *const knob = DEVICE_DT_GET(DT_NODELABEL(adc0));
 /* In thousandths of a degree. */
 static int32_t temperature = 25000;
 
-static void tell(void)
+static void set_thermometer(void)
 {
 	/* An LM75 has units of half a degree, in the upper nine bits. */
 	uint16_t left = (uint16_t)((temperature / 500) * 128);
@@ -38,7 +38,7 @@ static void live(struct k_timer *timer)
 		cooling = (int32_t)((uint64_t)pulse * 300 / period);
 	}
 	temperature += 60 - cooling;
-	tell();
+	set_thermometer();
 }
 
 static K_TIMER_DEFINE(timer, live, NULL);
@@ -46,7 +46,7 @@ static K_TIMER_DEFINE(timer, live, NULL);
 static int begin(void)
 {
 	(void)adc_emul_const_value_set(knob, 0, KNOB_MV);
-	tell();
+	set_thermometer();
 	k_timer_start(&timer, K_MSEC(PERIOD_MS), K_MSEC(PERIOD_MS));
 	return 0;
 }

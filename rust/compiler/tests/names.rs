@@ -7,7 +7,7 @@ use lf_compiler::{Declaration, NameKind, ResolvedNames, compile, names, parse};
 use proptest::prelude::*;
 
 const LIBRARY: &str = "target Rust
-// What all have.
+// The common part.
 reactor Base(period: time = 10 ms) {
   /* The value
    * that comes. */
@@ -16,7 +16,7 @@ reactor Base(period: time = 10 ms) {
 }
 reactor Holder<T>(
   first: T,
-  // How often.
+  // The period.
   period: time
 ) { input x: T  output y: T }
 ";
@@ -24,7 +24,7 @@ reactor Holder<T>(
 const MAIN: &str = "target Rust
 import Base as Basis, Holder from \"lib.lf\"
 reactor Unit(limit: u32 = 3) extends Basis {
-  // How many came.
+  // The count.
   // Not reset.
   state seen: u32 = limit
   timer t(0, period)

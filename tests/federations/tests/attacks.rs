@@ -4,7 +4,7 @@
 //! recorded connections played again, and connections that are held without a word. An encrypted federation does what
 //! it does without them.
 //!
-//! What a man in the middle does to the bytes of a connection is in `encrypted.rs`, and in `rust/secure/tests` for all
+//! A man in the middle who changes the bytes of a connection is in `encrypted.rs`, and in `rust/secure/tests` for all
 //! connections, which are alike.
 
 use std::collections::VecDeque;

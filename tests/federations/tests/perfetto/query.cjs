@@ -4,7 +4,7 @@
 // FOLDER is a build of Perfetto's UI, which has the trace processor as engine_bundle.js and trace_processor.wasm: a
 // worker of a browser, for which this is the browser. Each answer is a line: a list of rows in JSON.
 //
-// What goes to and fro are messages of Perfetto's protos/perfetto/trace_processor/trace_processor.proto.
+// The messages in both directions are those of Perfetto's protos/perfetto/trace_processor/trace_processor.proto.
 "use strict";
 
 const fs = require("fs");
@@ -66,7 +66,7 @@ function integers(buffer) {
 const port = { postMessage: (data) => answer(Buffer.from(data)) };
 const self = { location: { href: "http://localhost/engine_bundle.js" } };
 
-/** What the worker finds in a browser: files are there at once, and there is no `process`. */
+/** The environment of the worker in a browser: files are there at once, and there is no `process`. */
 const browser = {
   self,
   WorkerGlobalScope: class {},
@@ -123,7 +123,7 @@ async function main() {
   const worker = fs.readFileSync(path.join(folder, "engine_bundle.js"), "utf8");
   new Function(...Object.keys(browser), worker)(...Object.values(browser));
   self.onmessage({ data: port });
-  // What the worker has put off until its WebAssembly was ready.
+  // The messages that the worker has deferred until its WebAssembly was ready.
   await new Promise(setImmediate);
   ask(APPEND, bytes(101, fs.readFileSync(trace)));
   ask(FINISH);
