@@ -44,7 +44,7 @@ static bool has_address(struct net_if *interface)
 	return net_if_ipv6_get_global_addr(NET_ADDR_PREFERRED, &interface) != NULL;
 }
 
-/* How often neighbors are looked at that Zephyr has stopped to look for. */
+/* The time between two checks of neighbors that Zephyr no longer resolves. */
 #define STALL_INTERVAL K_SECONDS(1)
 
 /* Forgets a neighbor that packets wait for and nothing looks for, so that the next packet asks for it anew. Zephyr 4.3

@@ -49,7 +49,7 @@ if(LINT)
   list(APPEND environment CARGO=${cargo})
   cmake_path(REPLACE_FILENAME cargo cargo-clippy)
 else()
-  # What Kconfig leaves out, such as messages of more detail than it lets through, is not even compiled.
+  # Features that Kconfig leaves out are not even compiled, nor messages of more detail than it lets through.
   set(arguments build ${arguments} --features ${features})
 endif()
 if(messages AND NOT LINT)

@@ -102,7 +102,7 @@ function(lf_federate crate)
   target_sources(app PRIVATE ${wrapper} ${devices} ${c_wrapper})
   target_include_directories(app PRIVATE ${output}/include)
   if(CONFIG_ARM)
-    # What compilers for Arm call; without these names Rust's compiler_builtins would bring a second memcpy().
+    # Compilers for Arm call these; without them Rust's compiler_builtins would bring a second memcpy().
     foreach(function memcpy memmove)
       foreach(alignment "" 4 8)
         target_link_libraries(app PUBLIC -Wl,--defsym=__aeabi_${function}${alignment}=${function})
@@ -148,7 +148,7 @@ macro(_lf_add_bodies_in_c)
   # works.
   target_compile_options(app PRIVATE $<$<COMPILE_LANGUAGE:CXX>:-Wno-write-strings>)
   target_compile_options(app PRIVATE $<$<COMPILE_LANGUAGE:CXX>:-Wno-invalid-offsetof>)
-  _lf_tell_of_mistakes()
+  _lf_refuse_mistakes()
   include(${crate}/c/program.cmake OPTIONAL)
   file(GLOB types ${crate}/c/sizes.c ${crate}/c/sizes.cpp)
   if(types)
@@ -168,7 +168,7 @@ endmacro()
 # which folders and macros the C of `app` has, and writes another one of C. Uses the caller's variables.
 macro(_lf_add_c_beside)
   set(bindings FALSE)
-  _lf_tell_of_mistakes()
+  _lf_refuse_mistakes()
   include(${beside})
   if(bindings)
     set(c_flags ${output}/c_flags.txt)
@@ -181,7 +181,7 @@ endmacro()
 
 # Has the compiler refuse in the C of `app` what newer compilers refuse, and show a mistake in what is given to a macro
 # where the macro is used. The crate lf-c-build has the same for programs of this computer.
-function(_lf_tell_of_mistakes)
+function(_lf_refuse_mistakes)
   foreach(mistake implicit-function-declaration implicit-int incompatible-pointer-types int-conversion return-mismatch)
     # The result is kept by its name.
     string(MAKE_C_IDENTIFIER lf_refuses_${mistake} is_known)
@@ -250,8 +250,8 @@ macro(_lf_write_settings file)
       list(APPEND LF_CARGO_ENVIRONMENT CARGO_UNSTABLE_JSON_TARGET_SPEC=true)
     endif()
   endif()
-  # What several functions have in common becomes one. The others save flash by what they leave out: constants and what
-  # a loop computes anew keep no register then, and instructions stay in the order that is shortest.
+  # The first one turns common code of functions into one function. The others omit work: constants and values which
+  # a loop computes anew keep no register then, and instructions stay in the shortest order.
   set(llvm_options)
   if(RUST_TARGET MATCHES "thumb")
     list(APPEND llvm_options --enable-machine-outliner=always)

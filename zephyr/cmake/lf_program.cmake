@@ -90,7 +90,7 @@ function(lf_program file)
     string(JSON description SET "${description}" participants 0 board "\"${BOARD}\"")
   endif()
   file(WRITE ${CMAKE_BINARY_DIR}/lf/federation.json "${description}")
-  # What the program imports lies beside it as a rule.
+  # The imports of a program are beside it as a rule.
   cmake_path(GET file PARENT_PATH folder)
   file(GLOB imports CONFIGURE_DEPENDS ${folder}/*.lf ${folder}/*.ulf)
   set_property(DIRECTORY APPEND PROPERTY CMAKE_CONFIGURE_DEPENDS ${sources} ${imports})

@@ -34,7 +34,7 @@ struct loop {
 static struct loop loops[CONFIG_TASK_WDT_CHANNELS];
 static K_MUTEX_DEFINE(loops_lock);
 
-static void starved(int channel, void *unused)
+static void expired(int channel, void *unused)
 {
 	ARG_UNUSED(channel);
 	ARG_UNUSED(unused);
@@ -70,7 +70,7 @@ static struct loop *begin(void)
 		is_ready = true;
 	}
 	if (loop != NULL) {
-		loop->channel = task_wdt_add(CONFIG_LF_WATCHDOG_PERIOD, starved, NULL);
+		loop->channel = task_wdt_add(CONFIG_LF_WATCHDOG_PERIOD, expired, NULL);
 		loop->next_feed = 0;
 		loop->thread = k_current_get();
 	}

@@ -117,7 +117,7 @@ void *lf_c_realloc(void *memory, size_t size);
 /* ---- Ports, actions, timers, watchdogs and reactors ---- */
 
 #ifndef __ZEPHYR__
-/* How messages of Protocol Buffers go to other federates, by what protobuf-c generates. */
+/* The serializer of messages of Protocol Buffers to other federates: functions that protobuf-c generates. */
 typedef struct {
 	size_t (*size)(const void *message);
 	size_t (*pack)(const void *message, unsigned char *bytes);

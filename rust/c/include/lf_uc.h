@@ -6,7 +6,7 @@
 #ifndef LF_UC_H_
 #define LF_UC_H_
 
-/* What its functions return. */
+/* The results of its functions. */
 typedef enum {
 	LF_OK = 0,
 	LF_ERR,

@@ -9,7 +9,7 @@
 #include <lf.h>
 
 #define KEYS    128
-/* How long the thread waits for a key before it looks whether it is to end. */
+/* The time that the thread waits for a key before it checks whether it has to end. */
 #define WAIT_MS 100
 
 static pthread_mutex_t mutex = PTHREAD_MUTEX_INITIALIZER;

@@ -16,7 +16,7 @@ extern "C" {
 int start_sensor_simulator(const char *message_lines[], int number_of_lines, int tick_window_width, char *log_file,
 			   int log_level);
 
-/* Gives the terminal back. */
+/* Restores the terminal. */
 void end_sensor_simulator(void);
 
 /* Shows a character in the column for ticks. */

@@ -37,7 +37,7 @@ struct fan_timer {
 
 typedef void (*fan_callback)(const struct fan *fan, bool in_interrupt, void *data);
 
-/* Gives what is wrong, or the state that the fan is in from now on. */
+/* Returns the error, or the new state of the fan. */
 enum fan_state fan_set_speed(struct fan *fan, uint16_t speed);
 struct fan fan_open(uint8_t number);
 size_t fan_size(void);

@@ -102,7 +102,7 @@ fn connected(with: impl FnOnce(&mut End<'_>, &mut End<'_>) -> Outcome) -> Outcom
         return Err(c"the handshake is not complete");
     }
     if (federate.channel.peer(), rti.channel.peer()) != (Some(Participant::Rti), Some(Participant::Federate(3))) {
-        return Err(c"an end takes the other one for somebody else");
+        return Err(c"an end takes the other one for another participant");
     }
     with(&mut federate, &mut rti)
 }
