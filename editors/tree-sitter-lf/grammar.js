@@ -16,7 +16,7 @@ const list1 = (item) => seq(item, repeat(seq(",", item)));
 module.exports = grammar({
   name: "lf",
 
-  // What `src/scanner.c` reads, in the order of its enumeration.
+  // The tokens of `src/scanner.c`, in the order of its enumeration.
   externals: ($) => [
     $._code_open,
     $.rust_code,
@@ -148,7 +148,7 @@ module.exports = grammar({
 
     mode_body: ($) => seq("{", repeat(choice($._member, ";")), "}"),
 
-    // What reactors and modes have.
+    // The members of reactors and modes.
 
     _member: ($) =>
       choice($.state, $.timer, $.action, $.watchdog, $.reaction, $.instantiation, $.connection),

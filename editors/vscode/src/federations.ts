@@ -5,11 +5,11 @@ import * as vscode from "vscode";
 import { captured, findLfz } from "./lfz";
 import { CLICKS, escaped, page, says, WORDS } from "./page";
 
-/** How often a visible view asks again, in milliseconds. */
+/** The time between two questions of a visible view, in milliseconds. */
 const PERIOD = 1000;
 
 let panel: vscode.WebviewPanel | undefined;
-/** What the view shows, so that it is drawn only when something has changed. */
+/** The content of the view, so that it is drawn only after a change. */
 let shown = "";
 
 export function registerFederations(context: vscode.ExtensionContext): void {

@@ -18,7 +18,7 @@ export function setting(name: string): string {
 export function findProgram(name: string): string | undefined {
   const expanded = name.startsWith("~/") ? path.join(homedir(), name.slice(2)) : name;
   const folders = expanded.includes(path.sep) ? [""] : (process.env["PATH"] ?? "").split(path.delimiter);
-  // What cargo installs is found where a desktop does not know the shell's PATH.
+  // A desktop may not know the shell's PATH, so the folder of `cargo install` is searched, too.
   folders.push(path.join(homedir(), ".cargo", "bin"), path.join(homedir(), ".local", "bin"));
   return folders.map((folder) => path.join(folder, expanded)).find(isExecutable);
 }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a run has recorded: the table of times that `lfz trace` prints, with its lines of LF, and the file for Perfetto.
+// The recordings of a run: the table of times that `lfz trace` prints, with its lines of LF, and the file for Perfetto.
 
 import { readdirSync } from "node:fs";
 import * as path from "node:path";
@@ -76,7 +76,7 @@ async function hear(folder: string, message: { perfetto?: boolean; file?: string
   }
 }
 
-/** How deep recordings and programs may lie in the folders of the workspace. */
+/** The maximum depth of recordings and programs in the folders of the workspace. */
 const DEPTH = 6;
 
 /** Returns the files of the workspace with such names, but for those that builds make. */

@@ -50,7 +50,7 @@ server.stdout.on("data", (piece) => {
     }
   }
 });
-const tell = (message) => {
+const send = (message) => {
   const text = Buffer.from(JSON.stringify({ jsonrpc: "2.0", ...message }));
   server.stdin.write(`Content-Length: ${text.length}\r\n\r\n`);
   server.stdin.write(text);
@@ -61,16 +61,16 @@ const ask = (method, params) => {
   asked += 1;
   const id = asked;
   const answer = hear((message) => message.id === id);
-  tell({ id, method, params });
+  send({ id, method, params });
   return answer;
 };
 const diagnostics = () => hear((message) => message.method === "textDocument/publishDiagnostics");
 
 const uri = "file:///nowhere/Many.lf";
 await ask("initialize", { capabilities: {}, processId: null, rootUri: null });
-tell({ method: "initialized", params: {} });
+send({ method: "initialized", params: {} });
 let told = diagnostics();
-tell({
+send({
   method: "textDocument/didOpen",
   params: { textDocument: { uri, languageId: "lf", version: 1, text: program("") } },
 });
@@ -102,7 +102,7 @@ await measured("diagnostics", async (round) => {
   told = diagnostics();
   const changed = program(`  // ${round}\n`);
   const params = { textDocument: { uri, version: round + 2 }, contentChanges: [{ text: changed }] };
-  tell({ method: "textDocument/didChange", params });
+  send({ method: "textDocument/didChange", params });
   await told;
 });
 const textDocument = { uri };

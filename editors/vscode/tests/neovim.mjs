@@ -16,7 +16,7 @@ const guide = readFileSync(path.join(repository, "docs/guide/src/editors.md"), "
 const configuration = /```lua\n([^]*?)```/.exec(guide)?.[1];
 assert.ok(configuration, "the guide has no lines for Neovim");
 
-/** What later versions have: Debian's is older than the guide asks for. */
+/** The features of later versions: Debian's is older than the guide asks for. */
 const OLDER = `
 vim.g.do_filetype_lua = 1
 if not vim.lsp.start then
