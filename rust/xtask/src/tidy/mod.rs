@@ -38,7 +38,7 @@ const RULES: &[(&str, Rule)] = &[
     ("circles of files", circles::no_circles),
     ("layers of crates", layers::layers),
     ("names of types", names::unique),
-    ("phrases of comments", phrases::plain),
+    ("phrases of comments and messages", phrases::plain),
 ];
 
 /// Checks the repository; every rule counts as one test.

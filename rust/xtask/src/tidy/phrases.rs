@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Comments and documents are plain sentences with a subject that acts.
+//! Comments, messages and documents are plain sentences with a subject that acts.
 //!
-//! The refused phrases hide the actor or the number. Docs of functions begin with a verb, those of types and fields
-//! with a noun.
+//! The refused phrases hide the actor or the number. The rule searches whole lines, because no code outside of comments
+//! and strings has them. Docs of functions begin with a verb, those of types and fields with a noun, and no comment in
+//! other languages than Rust begins with a question.
 
 use super::finding::Finding;
 use super::rules::contains_word;
@@ -28,14 +29,14 @@ const NO_VERBS: &[&str] =
 /// Words that can stand before `fn`, beside the visibility.
 const QUALIFIERS: &[&str] = &["const", "async", "unsafe", "safe", "extern", "\"C\"", "in"];
 
-/// Checks the comments of sources, and the documents.
+/// Checks sources, settings and documents.
 pub(super) fn plain(tree: &Tree) -> Vec<Finding> {
     let mut findings = Vec::new();
     for file in tree.files.iter().filter(|file| is_checked(file)) {
         let lines: Vec<&str> = file.text.iter().flat_map(|text| text.lines()).collect();
         let mut before = "";
         for (index, line) in lines.iter().enumerate() {
-            let what = comment(file, line).and_then(phrase).or_else(|| beginning(line, before, &lines[index + 1..]));
+            let what = phrase(line).or_else(|| beginning(file, line, before, &lines[index + 1..]));
             findings.extend(what.map(|what| Finding { place: format!("{}:{}", file.path, index + 1), what }));
             before = line;
         }
@@ -44,16 +45,19 @@ pub(super) fn plain(tree: &Tree) -> Vec<Finding> {
 }
 
 fn is_checked(file: &File) -> bool {
-    matches!(file.kind(), "rs" | "c" | "h" | "md")
+    !signs(file).is_empty() || file.kind() == "md"
 }
 
-/// Returns the part of a line that is prose: a comment, or all of a document.
-fn comment<'l>(file: &File, line: &'l str) -> Option<&'l str> {
-    let is_c = matches!(file.kind(), "c" | "h");
-    let signs: &[&str] = if is_c { &["//", "/*"] } else { &["//"] };
-    let begins = signs.iter().find_map(|sign| line.split_once(sign)).map(|(_, text)| text);
-    let goes_on = is_c && line.trim_start().starts_with("* ");
-    if file.kind() == "md" || goes_on { Some(line) } else { begins }
+/// Returns the signs that begin a comment whose first word is checked, of which in Rust only docs.
+fn signs(file: &File) -> &'static [&'static str] {
+    match file.kind() {
+        "rs" => &["/// ", "//! "],
+        "c" | "h" | "lf" | "ts" | "mjs" | "cjs" | "js" => &["/// ", "//! ", "// ", "/** ", "/* "],
+        "py" => &["# ", "\"\"\""],
+        "toml" | "cmake" | "conf" | "yaml" | "yml" | "sh" | "Kconfig" | "editorconfig" => &["# "],
+        _ if file.path.ends_with("CMakeLists.txt") => &["# "],
+        _ => &[],
+    }
 }
 
 /// Returns the finding about the first refused phrase in a text.
@@ -63,15 +67,15 @@ fn phrase(text: &str) -> Option<String> {
     Some(format!("`{phrase}`: write {instead}"))
 }
 
-/// Returns the finding about the first word of a doc comment, given the line before it and the lines behind it.
-fn beginning(line: &str, before: &str, behind: &[&str]) -> Option<String> {
-    let prefix = ["/// ", "//! "].into_iter().find(|prefix| line.trim_start().starts_with(prefix))?;
-    if before.trim_start().starts_with(prefix.trim_end()) {
+/// Returns the finding about the first word of a comment, given the line before it and the lines behind it.
+fn beginning(file: &File, line: &str, before: &str, behind: &[&str]) -> Option<String> {
+    let prefix = signs(file).iter().find(|sign| line.trim_start().starts_with(**sign))?;
+    if before.trim_start().starts_with(prefix.trim_end()) && !before.contains("SPDX") {
         return None;
     }
     let word = line.trim_start()[prefix.len()..].split(' ').next()?;
-    let is_refused = BEGINNINGS.contains(&word) || prefix == "/// " && NO_VERBS.contains(&word) && is_function(behind);
-    is_refused.then(|| format!("docs begin with `{word}`: begin with a verb (functions) or a noun"))
+    let is_refused = BEGINNINGS.contains(&word) || *prefix == "/// " && NO_VERBS.contains(&word) && is_function(behind);
+    is_refused.then(|| format!("a comment begins with `{word}`: begin with a verb (functions) or a noun"))
 }
 
 /// Returns whether these lines, which can begin with docs and attributes, declare a function that is no test. The docs
@@ -96,14 +100,42 @@ mod tests {
     }
 
     #[test]
-    fn phrases_are_found_in_comments_and_documents() {
+    fn phrases_are_found_in_comments_messages_and_documents() {
         for (phrase, _) in PHRASES {
             let sentence = format!("It waits {phrase} federates.");
             assert_eq!(found("rust/x/src/a.rs", &format!("fn a() {{}} // {sentence}\n")), 1, "{phrase}");
+            assert_eq!(found("rust/x/src/a.rs", &format!("let text = \"{sentence}\";\n")), 1, "{phrase}");
             assert_eq!(found("docs/a.md", &sentence), 1, "{phrase}");
             assert_eq!(found("zephyr/src/a.c", &format!("/* {sentence}\n * {sentence} */\n")), 2, "{phrase}");
-            assert_eq!(found("rust/x/src/a.rs", &format!("let text = \"{sentence}\";\n")), 0, "{phrase}");
+            for path in ["a.lf", "a.py", "a.toml", "a.cmake", "a/CMakeLists.txt", "a.conf", "a/Kconfig", "a.ts"] {
+                assert_eq!(found(path, &sentence), 1, "{path}");
+            }
+            assert_eq!(found("a.json", &sentence), 0);
         }
+    }
+
+    #[test]
+    fn the_first_word_of_comments_is_checked_in_all_languages() {
+        for (path, sign) in [
+            ("a.lf", "//"),
+            ("a.lf", "    ///"),
+            ("a.lf", "/**"),
+            ("a.ts", "/**"),
+            ("a.c", "/*"),
+            ("a.py", "    #"),
+            ("a.toml", "#"),
+            ("a.cmake", "#"),
+            ("a/CMakeLists.txt", "#"),
+            ("a.conf", "#"),
+            ("a/Kconfig", "#"),
+        ] {
+            assert_eq!(found(path, &format!("{sign} What it waits for.\n")), 1, "{path}");
+            assert_eq!(found(path, &format!("{sign} The tag.\n")), 0, "{path}");
+        }
+        assert_eq!(found("a.py", "def a() -> None:\n    \"\"\"How it waits.\"\"\"\n"), 1);
+        assert_eq!(found("a.py", "# SPDX-License-Identifier: Apache-2.0\n# What it is.\n"), 1);
+        assert_eq!(found("a.py", "# It says\n# What it is.\n"), 0);
+        assert_eq!(found("rust/x/src/a.rs", "// What has come is handled.\n"), 0);
     }
 
     #[test]
