@@ -9,6 +9,7 @@
 //! event loops, or [`Threads`], where each participant blocks in `wait` of its platform.
 
 mod blocking;
+mod lock;
 mod platform;
 mod side;
 mod threads;
@@ -17,12 +18,13 @@ mod wires;
 
 use std::cmp::Reverse;
 use std::collections::BinaryHeap;
-use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::sync::{Arc, Mutex, MutexGuard};
 
 use lf_runtime::trace::Record;
 
 use crate::network::{Medium, Network};
 use crate::random::Random;
+use lock::lock;
 
 pub use blocking::Blocking;
 pub use platform::Virtual;
@@ -230,13 +232,4 @@ impl<M: Medium> Shared<M> {
     pub fn lock(&self) -> MutexGuard<'_, World<M>> {
         lock(&self.0)
     }
-
-    /// Returns a participant's platform, whose `wait` returns at once.
-    pub fn platform(&self, participant: usize) -> Virtual<M> {
-        Virtual::new(self.clone(), participant, None)
-    }
-}
-
-fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
-    mutex.lock().unwrap_or_else(PoisonError::into_inner)
 }

@@ -27,6 +27,13 @@ pub struct Virtual<M: Medium = Wires> {
     turns: Option<Arc<Turns<M>>>,
 }
 
+impl<M: Medium> Shared<M> {
+    /// Returns a participant's platform, whose `wait` returns at once.
+    pub fn platform(&self, participant: usize) -> Virtual<M> {
+        Virtual::new(self.clone(), participant, None)
+    }
+}
+
 impl<M: Medium> Virtual<M> {
     pub(super) fn new(world: Shared<M>, me: usize, turns: Option<Arc<Turns<M>>>) -> Self {
         let side = world.lock().side(me);

@@ -14,7 +14,7 @@ use lf_coordination::clock_sync::ClockCorrection;
 use lf_model::time::Instant;
 use lf_model::{Mailbox, Outside};
 
-use super::lock;
+use super::lock::lock;
 
 /// The time of every participant's clock at the beginning, before its own offset.
 const EPOCH_NS: i64 = 1_000_000_000_000;

@@ -3,7 +3,8 @@
 
 use std::sync::{Condvar, Mutex, MutexGuard, PoisonError};
 
-use super::{Shared, World, lock};
+use super::lock::lock;
+use super::{Shared, World};
 use crate::network::Medium;
 
 /// The number of further turns that participants have to end.
