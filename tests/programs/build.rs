@@ -32,13 +32,7 @@ fn generate(path: &str, sources: &BTreeMap<String, String>) -> Emitted {
     let compilation = compile(path, sources);
     let plan = compilation.plan.unwrap_or_else(|| panic!("{}", compilation.diagnostics.render(Style::Plain)));
     let deployment = Deployment::default();
-    let settings = Settings {
-        crates: "",
-        version: "",
-        current: "",
-        deployment: &deployment,
-        keys: "",
-    };
+    let settings = Settings { crates: "", version: "", current: "", deployment: &deployment, keys: "" };
     emit(&plan, &settings).unwrap_or_else(|errors| panic!("{errors:?}"))
 }
 

@@ -134,7 +134,7 @@ impl Simulation {
 
     /// Returns the signal of a device now: the last value of an output, or the script's value of an input.
     pub(super) fn signal(&self, name: &'static str) -> Option<Signal> {
-        let elapsed = self.elapsed();
+        let elapsed = Self::elapsed();
         let devices = self.lock();
         if let Some((_, signal)) = devices.outputs.get(name).and_then(|changes| changes.last()) {
             return Some(*signal);
@@ -175,7 +175,7 @@ impl Simulation {
         let is_here = |of_part: Option<u8>| of_part.is_none() || of_part == address;
         let mut found = false;
         let mut devices = self.lock();
-        let elapsed = self.elapsed();
+        let elapsed = Self::elapsed();
         let registers = devices.registers.entry((name, address.unwrap_or_default())).or_default();
         for (part, changes) in self.script.parts(&self.federate, name) {
             let Some(register) = part.register().filter(|_| is_here(part.address)) else { continue };
@@ -212,7 +212,7 @@ impl Simulation {
     /// Returns the next unread byte of a line.
     pub(super) fn receives(&self, name: &'static str) -> Result<Option<u8>, Problem> {
         let arrivals = self.arrivals(name)?;
-        let elapsed = self.elapsed();
+        let elapsed = Self::elapsed();
         let mut devices = self.lock();
         let read = devices.received.entry(name).or_default();
         let next = arrivals.get(*read).filter(|(time, _)| *time <= elapsed).map(|(_, byte)| *byte);
@@ -226,7 +226,7 @@ impl Simulation {
         if !self.script.parts(&self.federate, name).any(|(part, _)| is_channel(part.name)) {
             return Err(Problem::NotSimulated { example: "a channel and its value, such as [ambient_temp] 21.5" });
         }
-        let elapsed = self.elapsed();
+        let elapsed = Self::elapsed();
         let mut devices = self.lock();
         devices.used.insert(name);
         devices.fetched.insert(name, elapsed);
@@ -261,7 +261,7 @@ impl Simulation {
     }
 
     /// Returns the time since the start.
-    fn elapsed(&self) -> Interval {
+    fn elapsed() -> Interval {
         let outside = HostOutside::of_program();
         outside.start().map_or(Interval::ZERO, |start| outside.clock().now().since(start))
     }
@@ -273,7 +273,7 @@ impl Simulation {
     /// Returns the recording of all pins and voltages until now, since the start.
     fn recorded(&self) -> Recording {
         let start = HostOutside::of_program().start();
-        let end = self.elapsed();
+        let end = Self::elapsed();
         let devices = self.lock();
         let since = |time: Instant| start.map_or(Interval::ZERO, |start| time.since(start));
         let driven = |(&name, changes): (&&'static str, &Vec<(Instant, Signal)>)| {
