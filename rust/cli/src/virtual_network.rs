@@ -62,8 +62,8 @@ impl VirtualNetwork {
             let [offset, drift] = [CLOCK_OFFSET_NS_MAX, CLOCK_DRIFT_PPB_MAX].map(|most| random.time(-most, most));
             let side = if clocks_differ { Side::keep(offset, drift) } else { Side::keep(0, 0) };
             let begins = Interval::from_nanos(random.time(0, BEGINS_NS_MAX));
-            let speed = ComputerSpeed { turn_ns: TURN_NS, wake_ns: WAKE_NS_MAX };
-            world.add(begins, side, speed)
+            let computer = ComputerSpeed { turn_ns: TURN_NS, wake_ns: WAKE_NS_MAX };
+            world.add(begins, side, computer)
         };
         let platforms: Vec<_> = (0..participants).map(add).collect();
         let begun = world.clone();
