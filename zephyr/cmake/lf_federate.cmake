@@ -242,7 +242,7 @@ macro(_lf_write_settings file)
   endif()
   # Frame pointers take 5 % of the flash. Cargo has taken descriptions of targets in this way since about this version.
   set(target ${RUST_TARGET})
-  if(CONFIG_ARM AND profile STREQUAL release AND LF_RUST_SOURCES VERSION_GREATER_EQUAL 1.96)
+  if(CONFIG_ARM AND profile STREQUAL release AND LF_RUST_SOURCES VERSION_GREATER_EQUAL 1.95)
     set(description ${LF_CARGO_TARGET_DIR}/targets/${RUST_TARGET}.json)
     lf_rust_target_without_frame_pointers(${description} ${RUST_TARGET})
     if(EXISTS ${description})
