@@ -4,16 +4,21 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 
 from lf_evaluate import figures
 from lf_evaluate.measured import Measured, no_result_in
+from lf_evaluate.peers import RUNTIMES, Lfc, of_target
 from lf_evaluate.results import Finding, finding
-from lf_evaluate.setting import PROGRAMS, Setting, variant
+from lf_evaluate.setting import PROGRAMS, Setting, execute, variant
 
 TARGETS = ("Rust", "C")
 # The least round counts, of this many at least: a single one may have had to share its processor.
 ROUNDS_MIN = 7
+# Programs of LF's compiler are compiled with these target properties: without threads, as ours are.
+LFC_PROPERTIES = {"C": "single-threaded: true, build-type: Release", "Rust": "build-type: Release"}
 
 
 @dataclass(frozen=True)
@@ -56,22 +61,26 @@ PROGRAMS_OF_ROWS = (
 
 
 def engine(setting: Setting) -> Finding:
-    """Measure the cost of a reaction, with bodies in Rust and in C, in turns."""
+    """Measure the cost of a reaction, with bodies in Rust and in C, and with LF's runtimes, in turns."""
     rounds = max(setting.rounds, ROUNDS_MIN)
-    files = []
+    lfc = Lfc.of(setting)
+    runs: list[tuple[Program, str, Callable[[], str]]] = []
     for program in PROGRAMS_OF_ROWS:
         for target in TARGETS:
-            body = program.body.format(count=program.count)
-            library = PROGRAMS / f"Engine{target}.lf"
-            reactors = sorted(set(re.findall(r"new(?:\[\d+\])? (\w+)\(", body)))
-            text = f'target {target}\nimport {", ".join(reactors)} from "{library}"\nmain reactor {{\n    {body}\n}}\n'
-            files.append((program, target, variant(f"Engine{program.name}{target}", text)))
-            setting.build("Linux", files[-1][2])
+            reactors = (PROGRAMS / f"Engine{target}.lf").read_text(encoding="utf-8")
+            text = f"{reactors}\nmain reactor {{\n    {program.body.format(count=program.count)}\n}}\n"
+            name = f"Engine{program.name}{target}"
+            file = variant(name, text)
+            setting.build("Linux", file)
+            runs.append((program, f"bodies in {target}", partial(setting.run, "Linux", file)))
+            if lfc is not None and target in lfc.targets():
+                file = variant(f"{name}OfLfc", of_target(text, target, LFC_PROPERTIES[target]))
+                runs.append((program, RUNTIMES[target], partial(execute, [lfc.build(file, target)])))
     seen = [
-        Measured(program.row, f"bodies in {target}", "ns/reaction", time / (program.count * program.reactions))
+        Measured(program.row, who, "ns/reaction", time / (program.count * program.reactions))
         for _ in range(rounds)
-        for program, target, file in files
-        for time in [time_in(setting.run("Linux", file))]
+        for program, who, run in runs
+        for time in [time_in(run())]
     ]
     return finding(
         "Cost of a reaction",
@@ -85,6 +94,7 @@ def engine(setting: Setting) -> Finding:
         [f"bodies in {target}" for target in TARGETS],
         ["ns/reaction"],
         figures=[figures.dots("A reaction", figures.axis("ns/reaction", False), "ns/reaction", seen)],
+        limits=[] if lfc is not None else ["LF's own runtimes are measured beside ours if --lfc names LF's compiler."],
     )
 
 

@@ -10,11 +10,12 @@ import subprocess
 from pathlib import Path
 from typing import Any
 
+from lf_evaluate.setting import Setting
 from lf_west.workspace import REPOSITORY
 
 
-def this(stock_rti: Path | None) -> dict[str, Any]:
-    """This computer, with what is in this repository, and the RTI to compare with."""
+def this(setting: Setting) -> dict[str, Any]:
+    """This computer, with what is in this repository, and what to compare with."""
     cpuinfo = _text("/proc/cpuinfo")
     model = re.search(r"^model name\s*: (.*)$", cpuinfo, re.MULTILINE)
     memory = re.search(r"^MemTotal:\s*(\d+)", _text("/proc/meminfo"), re.MULTILINE)
@@ -26,14 +27,20 @@ def this(stock_rti: Path | None) -> dict[str, Any]:
         "governor": _text("/sys/devices/system/cpu/cpu0/cpufreq/scaling_governor").strip() or None,
         "virtualized_by": _said("systemd-detect-virt", "--vm").replace("none", "") or None,
         "load": os.getloadavg()[0],
-        "versions": [{"name": name, "version": version} for name, version in _versions(stock_rti).items() if version],
+        "versions": [{"name": name, "version": version} for name, version in _versions(setting).items() if version],
     }
 
 
-def _versions(stock_rti: Path | None) -> dict[str, str]:
+def _versions(setting: Setting) -> dict[str, str]:
     versions = {"lf-zephyr-rs": _commit(REPOSITORY)}
-    if stock_rti is not None:
-        versions["stock RTI"] = _commit(stock_rti.parent) or "version unknown"
+    clones = {
+        "stock RTI": setting.stock_rti and setting.stock_rti.parent,
+        "reactor-rs": setting.reactor_rs,
+        "LF's benchmarks": setting.benchmarks,
+    }
+    versions |= {name: _commit(clone) or "version unknown" for name, clone in clones.items() if clone is not None}
+    if setting.lfc is not None:
+        versions["lfc"] = _said(str(setting.lfc), "--version") or "version unknown"
     programs = ("rustc", "gcc", "arm-none-eabi-gcc", "qemu-system-arm")
     zephyr = re.findall(
         r"^(?:VERSION_M\w+|PATCHLEVEL) = (\d+)$", _text(f"{os.environ.get('ZEPHYR_BASE')}/VERSION"), re.M

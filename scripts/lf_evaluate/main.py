@@ -13,7 +13,7 @@ from datetime import datetime, timezone
 from pathlib import Path
 from typing import Any
 
-from lf_evaluate import clocks, engine, grid, machine, message, page, results, rti, sizes
+from lf_evaluate import clocks, engine, grid, machine, message, page, results, rti, sizes, suite
 from lf_evaluate.results import Finding
 from lf_evaluate.setting import Setting
 from lf_west.errors import LfError
@@ -21,6 +21,7 @@ from lf_west.errors import LfError
 # In the order in which they are measured, with what `--help` says of them.
 PARTS: dict[str, tuple[Callable[[Setting], Finding], str]] = {
     "engine": (engine.engine, "what a reaction costs in a program that is not federated"),
+    "suite": (suite.suite, "LF's benchmarks, from a clone that --benchmarks names"),
     "latency": (rti.latency, "how long grants and messages are on their way"),
     "throughput": (rti.throughput, "messages per second, processor time for each, and memory"),
     "encryption": (rti.encryption, "what encrypted connections cost beside plain ones, on Linux"),
@@ -39,6 +40,8 @@ PARTS: dict[str, tuple[Callable[[Setting], Finding], str]] = {
     "sizes": (sizes.sizes, "flash and RAM of images for a small board, and what of them is this project's"),
 }
 NEEDS_ZEPHYR = ("drift", "boards", "sizes")
+# What these parts need from the command line.
+NEEDS = {"pins": "recording", "suite": "benchmarks"}
 
 
 def main(arguments: Sequence[str]) -> int:
@@ -66,18 +69,30 @@ def _run(arguments: Sequence[str]) -> int:
                for name, (_, usual, quick, _) in NUMBERS.items()}  # fmt: skip
     # Images are built only where ZEPHYR_BASE names a workspace; `cargo xtask evaluate` sets it.
     has_zephyr = "ZEPHYR_BASE" in os.environ
-    setting = Setting(options.built, options.stock_rti, options.quick, options.recording, has_zephyr, **numbers)
-    names = [name for name in PARTS if not options.only or name in options.only]
-    if setting.recording is None:
-        names = [name for name in names if name != "pins"]
-    if not names:
-        raise LfError("nothing is left to measure: --only pins needs a --recording")
+    setting = Setting(
+        options.built,
+        options.stock_rti,
+        options.lfc,
+        options.reactor_rs,
+        options.benchmarks,
+        options.quick,
+        options.recording,
+        has_zephyr,
+        **numbers,
+    )
+    names = []
+    for name in (name for name in PARTS if not options.only or name in options.only):
+        need = NEEDS.get(name)
+        if need is None or getattr(setting, need) is not None:
+            names.append(name)
+        elif options.only:
+            raise LfError(f"--only {name} needs --{need} {need.upper()}")
     measured: dict[str, Any] = {
         "format": results.FORMAT,
         "begun": datetime.now(timezone.utc).strftime("%Y-%m-%d %H:%M UTC"),
         "quick": setting.quick,
         "arguments": list(arguments[1:]),
-        "machine": machine.this(setting.stock_rti),
+        "machine": machine.this(setting),
         "parts": [],
     }
     for place, name in enumerate(names):
@@ -163,7 +178,15 @@ def _parser() -> argparse.ArgumentParser:
     )
     # The folder of lf-bench and lfz, which `cargo xtask evaluate` names.
     parser.add_argument("built", type=Path, help=argparse.SUPPRESS)
-    parser.add_argument("--stock-rti", type=Path, metavar="PATH", help="the stock RTI, to be measured beside ours")
+    for option, text in (
+        ("--stock-rti", "the stock RTI, to be measured beside ours"),
+        ("--lfc", "LF's compiler, whose C programs are to be measured beside ours"),
+        ("--reactor-rs", "LF's Rust runtime, so that programs in Rust that --lfc compiles are measured, too"),
+    ):
+        parser.add_argument(option, type=Path, metavar="PATH", help=text)
+    parser.add_argument(
+        "--benchmarks", type=Path, metavar="FOLDER", help="a clone of LF's benchmarks-lingua-franca, for `suite`"
+    )
     parser.add_argument(
         "--report", type=Path, metavar="FOLDER", help="write results.json and report.html there, after each part"
     )

@@ -4,13 +4,17 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Callable
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 
 from lf_evaluate import figures, thesis
 from lf_evaluate.measured import Measured, no_result_in, spread_out
+from lf_evaluate.peers import RUNTIMES, Lfc, of_target
 from lf_evaluate.results import Finding, finding
 from lf_evaluate.setting import PROGRAMS, TIME_LIMIT, Setting, Word, application, build_folder, deployment, variant
+from lf_west.errors import LfError
 
 COORDINATIONS = ("centralized", "decentralized")
 # As in MessageDelays.lf.
@@ -130,20 +134,35 @@ def rate_in(row: str, who: str, output: str) -> list[Measured]:
 
 def flow(setting: Setting) -> Finding:
     """Measure the messages per second of federates whose senders are as fast as they can be, in turns."""
-    files = [
-        (row, f"bodies in {target}", pairs, _flow_program(coordination, target, pairs))
-        for coordination in COORDINATIONS
-        for pairs in FLOW_PAIRS
-        for row in [f"{coordination}, {2 * pairs} federates"]
-        for target in FLOW_TARGETS
-    ]
-    for *_, file in files:
-        setting.build("Linux", file)
-    seen = [
-        Measured(row, who, "messages/s", flow_in(setting.run("Linux", file), pairs))
-        for _ in range(setting.rounds)
-        for row, who, pairs, file in files
-    ]
+    lfc = Lfc.of(setting)
+    runs: list[tuple[str, str, int, Callable[[], str]]] = []
+    for coordination in COORDINATIONS:
+        for pairs in FLOW_PAIRS:
+            row = f"{coordination}, {2 * pairs} federates"
+            for target in FLOW_TARGETS:
+                text = _flow_text(coordination, target, pairs)
+                name = f"Flow{target}{coordination.title()}{2 * pairs}"
+                file = variant(name, text)
+                setting.build("Linux", file)
+                runs.append((row, f"bodies in {target}", pairs, partial(setting.run, "Linux", file)))
+                if lfc is not None and target == "C":
+                    # Federates of LF stay when no event is left, unless they are told not to.
+                    properties = f"coordination: {coordination}, build-type: Release, keepalive: false"
+                    program = lfc.build(variant(f"{name}OfLfc", of_target(text, target, properties)), target)
+                    runs.append((row, RUNTIMES[target], pairs, partial(lfc.run_federation, program)))
+    seen = []
+    failed: set[tuple[str, str]] = set()
+    for _ in range(setting.rounds):
+        for row, who, pairs, run in runs:
+            if (row, who) not in failed:
+                try:
+                    seen.append(Measured(row, who, "messages/s", flow_in(run(), pairs)))
+                except LfError as error:
+                    # What others lose is a finding; what ours lose is an error.
+                    if who not in RUNTIMES.values():
+                        raise
+                    failed.add((row, who))
+                    seen.append(Measured(row, who, "", error=str(error).splitlines()[0]))
     return finding(
         "Throughput of federates",
         "How many messages get through where no timer limits the senders?",
@@ -160,17 +179,17 @@ def flow(setting: Setting) -> Finding:
     )
 
 
-def _flow_program(coordination: str, target: str, pairs: int) -> Path:
-    """Pairs of the federates of FlowRust.lf or FlowC.lf."""
-    text = f"""target {target} {{ coordination: {coordination} }}
-import Sender, Receiver from "{PROGRAMS / f"Flow{target}.lf"}"
+def _flow_text(coordination: str, target: str, pairs: int) -> str:
+    """Return a program with pairs of the federates of FlowRust.lf or FlowC.lf."""
+    reactors = (PROGRAMS / f"Flow{target}.lf").read_text(encoding="utf-8")
+    federation = f"""
 federated reactor {{
     sender = new[{pairs}] Sender(count = {FLOW_MESSAGES})
     receiver = new[{pairs}] Receiver(count = {FLOW_MESSAGES})
     sender.y -> receiver.x
 }}
 """
-    return variant(f"Flow{target}{coordination.title()}{2 * pairs}", text)
+    return of_target(f"{reactors}{federation}", target, f"coordination: {coordination}")
 
 
 def flow_in(output: str, pairs: int) -> float:

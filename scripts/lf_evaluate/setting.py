@@ -30,6 +30,10 @@ class Setting:
     # The folder of lf-bench and lfz.
     built: Path
     stock_rti: Path | None
+    # LF's compiler, its Rust runtime, and a clone of its benchmarks.
+    lfc: Path | None
+    reactor_rs: Path | None
+    benchmarks: Path | None
     quick: bool
     recording: Path | None
     has_zephyr: bool

@@ -190,8 +190,10 @@ def test_a_report_without_its_libraries_says_what_to_install_before_it_measures(
 @pytest.mark.parametrize(
     ("arguments", "words"),
     [
-        (["--only", "weather"], "choose from 'engine', 'latency'"),
-        (["--only", "pins"], "needs a --recording"),
+        (["--only", "weather"], "choose from 'engine', 'suite', 'latency'"),
+        (["--only", "pins"], "--only pins needs --recording RECORDING"),
+        (["--only", "suite"], "--only suite needs --benchmarks BENCHMARKS"),
+        (["--only", "suite", "--benchmarks", "."], "name a clone of LF's benchmarks-lingua-franca"),
         (["--only", "pins", "--recording", "nothing"], "cannot be started: No such file"),
         (["--from", "results.json"], "--from needs --report FOLDER"),
         (["--large", "1"], "'1' is no number from 2 on"),

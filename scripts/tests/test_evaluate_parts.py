@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-from lf_evaluate import clocks, grid, message, sizes, thesis
+from lf_evaluate import clocks, grid, message, sizes, suite, thesis
 from lf_evaluate.measured import Measured, percentile, read, spread_out
 from lf_evaluate.results import Number, compare, finding_text, load, number, range_of, tabulate, value_of, verdict
 from lf_evaluate.setting import Setting
@@ -46,7 +46,17 @@ def setting(built: Path, recording: Path | None = None) -> Setting:
     numbers = dict.fromkeys(
         ("rounds", "exchanges", "seconds", "large", "large_seconds", "iterations", "after_runs", "drift_seconds"), 2
     )
-    return Setting(built=built, stock_rti=None, quick=True, recording=recording, has_zephyr=False, **numbers)
+    return Setting(
+        built=built,
+        stock_rti=None,
+        lfc=None,
+        reactor_rs=None,
+        benchmarks=None,
+        quick=True,
+        recording=recording,
+        has_zephyr=False,
+        **numbers,
+    )
 
 
 def test_a_line_of_lf_bench_is_a_value_samples_or_an_error() -> None:
@@ -186,3 +196,70 @@ def test_results_of_another_format_are_refused(tmp_path: Path) -> None:
     with pytest.raises(LfError, match="No such file"):
         load(tmp_path / "nothing")
     assert Number(value=1.0, digits=0, rounds=[]) == number(1)
+
+
+C_BENCHMARK = """\
+target C {
+  /* [[[cog
+        cog.outl("single-threaded: true,")
+  ]]] */ // keep-format
+  single-threaded: true,
+  fast: true
+}
+/*[[[cog
+cog.outl(f'main reactor PingPong(numIterations:size_t={numIterations}, count:size_t={count})')
+]]] */
+main reactor PingPong(numIterations:size_t=12, count:size_t=1000000) {
+    runner = new BenchmarkRunner(num_iterations=numIterations);
+}
+"""
+RUST_BENCHMARK = """\
+target Rust {
+  build-type: Release,
+  cargo-features: ["cli"]
+}
+reactor Runner(num_iterations: usize = 12) {}
+main reactor(num_iterations: usize = 12, count: usize = 40000) {}
+"""
+
+
+def test_benchmarks_get_iterations_and_workers_and_keep_the_rest() -> None:
+    def lines(text: str, target: str, workers: int, is_ours: bool) -> list[str]:
+        benchmark = suite.Benchmark(target, Path("micro/PingPong.lf"), workers)
+        changed = suite.changed(text, benchmark, 5, is_ours).splitlines()
+        return [line for line in changed if line.strip() and line not in text.splitlines()]
+
+    main = "main reactor PingPong(numIterations:size_t=5, count:size_t=1000000) {"
+    single = "target C { build-type: Release, single-threaded: true,"
+    assert lines(C_BENCHMARK, "C", 0, True) == lines(C_BENCHMARK, "C", 0, False) == [single, main]
+    assert lines(C_BENCHMARK, "C", 2, True) == ["target C { build-type: Release, workers: 2,", main]
+    main = "main reactor(num_iterations: usize = 5, count: usize = 40000) {}"
+    assert lines(RUST_BENCHMARK, "Rust", 0, False) == [main]
+    assert lines(RUST_BENCHMARK, "Rust", 1, True) == ['target Rust { edition: "2021", workers: 1,', main]
+    threads = '  cargo-features: ["parallel-runtime", "cli"]'
+    assert lines(RUST_BENCHMARK, "Rust", 1, False) == ["target Rust { workers: 1,", threads, main]
+
+
+def test_benchmarks_are_those_with_a_main_reactor_and_parallel_ones_get_workers(tmp_path: Path) -> None:
+    for name, text in {
+        "C/Savina/src/BenchmarkRunner.lf": "target C\nreactor BenchmarkRunner {}\n",
+        "C/Savina/src/micro/PingPong.lf": C_BENCHMARK,
+        "Rust/Savina/src/parallelism/MatMul.lf": RUST_BENCHMARK,
+    }.items():
+        (tmp_path / name).parent.mkdir(parents=True)
+        (tmp_path / name).write_text(text)
+    rows = [it.row for it in suite.benchmarks_in(tmp_path, False)]
+    assert rows == ["C PingPong", "Rust MatMul", "Rust MatMul, 1 worker", "Rust MatMul, 2 workers"]
+    assert [it.row for it in suite.benchmarks_in(tmp_path, True)] == ["C PingPong"]
+
+
+def test_iterations_of_benchmarks_are_read_and_workers_compared() -> None:
+    said = "Iteration 1 - 3.250 ms\nIteration: 2\t - 2.5 ms\nBest Time:\t 2.5 msec\n"
+    assert suite.iterations_in(said) == [3.25, 2.5]
+    assert suite.iterations_in("Iteration 1\t- 2 ms\t= 2500 µs\t= 2500125 ns\n") == [2.500125]
+    with pytest.raises(LfError, match="no result"):
+        suite.iterations_in("Success.\n")
+    times = {"C MatMul": 100.0, "C MatMul, 1 worker": 110.0, "C MatMul, 2 workers": 55.0, "C Big": 5.0}
+    table = suite.speed_ups(Measured(row, "ours", "ms", value) for row, value in times.items())
+    assert table["headings"] == ["", "ours: one worker / two", "ours: one worker / none"]
+    assert table["rows"] == [["C MatMul", number(2.0, digits=2), number(1.1, digits=2)]]

@@ -1,0 +1,70 @@
+# SPDX-License-Identifier: Apache-2.0
+"""LF's own compiler and runtimes, measured beside ours if a person names them."""
+
+from __future__ import annotations
+
+import os
+import re
+from dataclasses import dataclass
+from pathlib import Path
+
+from lf_evaluate.setting import FOLDER, Setting, Word, execute
+from lf_west.errors import LfError
+
+# The runtimes of its target languages.
+RUNTIMES = {"C": "LF's C runtime", "Rust": "reactor-rs"}
+
+
+@dataclass(frozen=True)
+class Lfc:
+    """LF's compiler, with the runtimes that its programs are compiled with."""
+
+    program: Path
+    # LF's Rust runtime; without it, programs in Rust are not compiled.
+    reactor_rs: Path | None
+    # LF's RTI, which its federations start by the name RTI.
+    rti: Path | None
+
+    @classmethod
+    def of(cls, setting: Setting) -> Lfc | None:
+        """Return the compiler that the command line names."""
+        return None if setting.lfc is None else cls(setting.lfc, setting.reactor_rs, setting.stock_rti)
+
+    def targets(self) -> tuple[str, ...]:
+        """Return the target languages that can be measured."""
+        return ("C",) if self.reactor_rs is None else ("C", "Rust")
+
+    def build(self, file: Path, target: str) -> Path:
+        """Compile a program in `PROJECT/src`, and return the one executable file in `PROJECT/bin`."""
+        words: list[Word] = [self.program]
+        if target == "Rust" and self.reactor_rs is not None:
+            words += ["--external-runtime-path", self.reactor_rs]
+        made = project_of(file) / "bin"
+        for old in made.glob("*"):
+            old.unlink()
+        execute([*words, file], errors=True)
+        programs = [it for it in made.glob("*") if it.is_file() and os.access(it, os.X_OK)]
+        if len(programs) != 1:
+            raise LfError(f"{self.program} made {len(programs)} programs in {made}, and should have made one")
+        return programs[0]
+
+    def run_federation(self, program: Path) -> str:
+        """Run the script of a federation, with its RTI, and return what they print."""
+        path = os.environ["PATH"]
+        if self.rti is not None:
+            link = FOLDER / "lfc/RTI"
+            link.parent.mkdir(parents=True, exist_ok=True)
+            link.unlink(missing_ok=True)
+            link.symlink_to(self.rti.resolve())
+            path = f"{link.parent}{os.pathsep}{path}"
+        return execute(["env", f"PATH={path}", "timeout", "300", program], errors=True)
+
+
+def project_of(file: Path) -> Path:
+    """Return the folder that has the innermost `src` with this file."""
+    return next(folder.parent for folder in file.parents if folder.name == "src")
+
+
+def of_target(text: str, target: str, properties: str) -> str:
+    """Return a program with these target properties in place of its own."""
+    return re.sub(r"^target \w+[^\n]*$", f"target {target} {{ {properties} }}", text, count=1, flags=re.MULTILINE)

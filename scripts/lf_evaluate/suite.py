@@ -1,0 +1,213 @@
+# SPDX-License-Identifier: Apache-2.0
+"""LF's own benchmarks, which have most of Savina's, with our runtime and with LF's."""
+
+from __future__ import annotations
+
+import json
+import os
+import re
+import shutil
+import subprocess
+import threading
+from collections.abc import Iterable
+from dataclasses import dataclass, replace
+from pathlib import Path
+from tempfile import TemporaryFile
+
+from lf_evaluate.measured import Measured, no_result_in, rounds
+from lf_evaluate.peers import RUNTIMES, Lfc, project_of
+from lf_evaluate.results import Finding, Table, finding, number
+from lf_evaluate.setting import FOLDER, Setting, Word, execute
+from lf_west.errors import LfError
+from lf_west.workspace import REPOSITORY
+
+OURS = "ours"
+# The programs of each target language, in a clone of LF's benchmarks.
+SOURCES = {"C": "C/Savina/src", "Rust": "Rust/Savina/src"}
+# Programs of this folder have parts that can run at the same time.
+PARALLEL = "parallelism"
+WORKERS = (1, 2)
+# Iterations of each program; the best one counts. Their own default is 12.
+ITERATIONS = 5
+QUICK_ITERATIONS = 2
+# No program takes as long, except one that hangs.
+TIME_LIMIT_S = 120.0
+
+
+@dataclass(frozen=True)
+class Benchmark:
+    """A program of the benchmarks, with a number of workers or, for 0, without threads."""
+
+    target: str
+    # The file below the sources of its language.
+    path: Path
+    workers: int
+
+    @property
+    def program(self) -> str:
+        """The program, without the number of workers."""
+        return f"{self.target} {self.path.stem}"
+
+    @property
+    def row(self) -> str:
+        """What the program is called in tables."""
+        of_workers = f", {self.workers} worker{'s' if self.workers > 1 else ''}" if self.workers else ""
+        return f"{self.program}{of_workers}"
+
+
+def suite(setting: Setting) -> Finding:
+    """Measure the benchmarks with our runtime and, where LF's compiler is named, with LF's, in turns."""
+    assert setting.benchmarks is not None
+    lfc = Lfc.of(setting)
+    iterations = QUICK_ITERATIONS if setting.quick else ITERATIONS
+    seen = []
+    for benchmark in benchmarks_in(setting.benchmarks, setting.quick):
+        programs: list[tuple[str, Path]] = []
+        for who in (OURS, *([RUNTIMES[benchmark.target]] if lfc and benchmark.target in lfc.targets() else [])):
+            try:
+                file = _copy(setting.benchmarks, benchmark, iterations, who == OURS)
+                programs.append((who, _build(setting, file) if who == OURS or not lfc
+                                 else lfc.build(file, benchmark.target)))  # fmt: skip
+            except LfError as error:
+                seen.append(Measured(benchmark.row, who, "", error=_short(error)))
+        failed: set[str] = set()
+        for _ in range(setting.rounds):
+            for who, program in programs:
+                if who not in failed:
+                    try:
+                        seen += _run(benchmark, who, program)
+                    except LfError as error:
+                        failed.add(who)
+                        seen.append(Measured(benchmark.row, who, "", error=_short(error)))
+    found = finding(
+        "LF's benchmarks",
+        "How long do LF's own benchmarks take?",
+        [
+            f"Time of an iteration, best of {setting.rounds} runs of {iterations} iterations, in turns; and the most "
+            "memory that a run had.",
+            "The programs are as LF's repository has them, but for the numbers of iterations and of workers.",
+        ],
+        seen,
+        [OURS],
+        ["ms", "MB"],
+        limits=[] if lfc is not None else ["LF's own runtimes are measured beside ours if --lfc names LF's compiler."],
+    )
+    return Finding(**{**found, "tables": [*found["tables"], speed_ups(seen)]})
+
+
+def benchmarks_in(clone: Path, is_quick: bool) -> list[Benchmark]:
+    """Return the programs of a clone; where there is little time, the small ones, without workers."""
+    found = []
+    for target, source in SOURCES.items():
+        folder = clone / source
+        if not folder.is_dir():
+            raise LfError(f"--benchmarks {clone}: it has no {source}; name a clone of LF's benchmarks-lingua-franca")
+        for file in sorted(folder.rglob("*.lf")):
+            path = file.relative_to(folder)
+            if not re.search(r"^main reactor", file.read_text(encoding="utf-8"), re.MULTILINE):
+                continue
+            is_parallel = path.parts[0] == PARALLEL
+            if not is_quick or path.parts[0] == "micro":
+                numbers = (0, *WORKERS) if is_parallel and not is_quick else (0,)
+                found += [Benchmark(target, path, workers) for workers in numbers]
+    return found
+
+
+def changed(text: str, benchmark: Benchmark, iterations: int, is_ours: bool) -> str:
+    """Return a program with this number of iterations, and with the benchmark's number of workers."""
+    # The last one is the main reactor's; a comment that generates other numbers has no digits there.
+    *_, last = re.finditer(r"(num_?[iI]terations\s*:\s*\w+\s*=\s*)\d+", text)
+    text = f"{text[: last.start()]}{last[1]}{iterations}{text[last.end() :]}"
+    if benchmark.target == "C":
+        threads = f"workers: {benchmark.workers}" if benchmark.workers else "single-threaded: true"
+        properties = f"build-type: Release, {threads}"
+        text = re.sub(r"^  single-threaded: true,?$|^  build-type: \w+,?$", "", text, flags=re.MULTILINE)
+    else:
+        # `gen` is a name in these programs, and became a keyword of Rust 2024.
+        properties = 'edition: "2021"' if is_ours else ""
+        if benchmark.workers:
+            properties += f"{', ' if properties else ''}workers: {benchmark.workers}"
+            if not is_ours:
+                text = text.replace('cargo-features: ["cli"', 'cargo-features: ["parallel-runtime", "cli"', 1)
+    if not properties:
+        return text
+    return re.sub(r"^target (\w+) \{", rf"target \1 {{ {properties},", text, count=1, flags=re.MULTILINE)
+
+
+def _copy(clone: Path, benchmark: Benchmark, iterations: int, is_ours: bool) -> Path:
+    """Copy the sources of the benchmark's language, and return the changed program in the copy."""
+    project = FOLDER / "suite" / ("ours" if is_ours else "lfc") / benchmark.row.replace(", ", "-").replace(" ", "-")
+    shutil.rmtree(project / "src", ignore_errors=True)
+    shutil.copytree(clone / SOURCES[benchmark.target], project / "src")
+    file = project / "src" / benchmark.path
+    file.write_text(changed(file.read_text(encoding="utf-8"), benchmark, iterations, is_ours), encoding="utf-8")
+    return file
+
+
+def _build(setting: Setting, file: Path) -> Path:
+    """Compile a program in `PROJECT/src`, and return the executable file in `PROJECT/bin`."""
+    project = project_of(file)
+    folders: list[Word] = ["--out", project / "build", "--target-dir", FOLDER / "cargo", "--home", REPOSITORY]
+    told = json.loads(execute([setting.lfz, "build", file, "--release", "--quiet", "--json", *folders]))
+    (project / "bin").mkdir(exist_ok=True)
+    # Another program of this name is compiled to the same place.
+    return Path(shutil.copy2(told["participants"][0]["program"], project / "bin" / file.stem))
+
+
+def _run(benchmark: Benchmark, who: str, program: Path) -> list[Measured]:
+    """Run a program, and return its best iteration and its memory."""
+    command = [str(program)]
+    if benchmark.target == "Rust" and who != OURS and benchmark.workers:
+        command += ["--workers", str(benchmark.workers)]
+    with TemporaryFile() as output:
+        # The program is waited for by its own number: only so is its memory known, and not that of all children.
+        process = subprocess.Popen(command, stdin=subprocess.DEVNULL, stdout=output, stderr=subprocess.STDOUT)
+        timer = threading.Timer(TIME_LIMIT_S, process.kill)
+        timer.start()
+        _, status, usage = os.wait4(process.pid, 0)
+        timer.cancel()
+        process.returncode = os.waitstatus_to_exitcode(status)
+        output.seek(0)
+        said = output.read().decode("utf-8", "replace")
+    if process.returncode != 0:
+        after = f"was ended after {TIME_LIMIT_S:.0f} s" if process.returncode == -9 else f"status {process.returncode}"
+        raise LfError(f"{after}: {said[-500:]}")
+    one = Measured(benchmark.row, who, "ms", min(iterations_in(said)))
+    # Linux counts it in KiB.
+    return [one, replace(one, unit="MB", value=usage.ru_maxrss * 1024 / 1e6)]
+
+
+def iterations_in(output: str) -> list[float]:
+    """Parse `Iteration 1 - 2.5 ms` of C, and `Iteration 1 - 2 ms = 2500 µs = 2500000 ns` of Rust; in ms."""
+    times = [
+        float(nanoseconds) / 1e6 if nanoseconds else float(milliseconds)
+        for milliseconds, nanoseconds in re.findall(
+            r"^Iteration:?\s+\d+\s*-\s*([\d.]+) ms(?:\s*=\s*\d+ µs\s*=\s*(\d+) ns)?", output, re.MULTILINE
+        )
+    ]
+    if not times:
+        raise no_result_in(output)
+    return times
+
+
+def speed_ups(seen: Iterable[Measured]) -> Table:
+    """Return how much quicker the parallel programs are with two workers, and one worker beside none."""
+    best = {(row, who): min(values) for (row, who, unit), values in rounds(seen).items() if unit == "ms"}
+    owners = dict.fromkeys(who for _, who in best)
+    programs = [row.removesuffix(", 1 worker") for row, _ in best if row.endswith(", 1 worker")]
+    rows = []
+    for program in dict.fromkeys(programs):
+        cells = []
+        for who in owners:
+            none, one, two = (best.get((f"{program}{it}", who)) for it in ("", ", 1 worker", ", 2 workers"))
+            cells += [number(one / two, digits=2) if one and two else ""]
+            cells += [number(one / none, digits=2) if one and none else ""]
+        rows.append([program, *cells])
+    headings = [f"{who}: {what}" for who in owners for what in ("one worker / two", "one worker / none")]
+    return Table(title="Workers", headings=["", *headings], rows=rows)
+
+
+def _short(error: LfError) -> str:
+    """Return the line of an error that says most: the first that names an error, or the last one."""
+    lines = [line.strip() for line in str(error).splitlines() if line.strip()]
+    return next((line for line in lines if re.match(r"error|fatal", line, re.IGNORECASE)), lines[-1])[:120]
