@@ -17,8 +17,8 @@ from lf_evaluate.setting import PROGRAMS, Setting, execute, variant
 TARGETS = ("Rust", "C")
 # The least round counts, of this many at least: a single one may have had to share its processor.
 ROUNDS_MIN = 7
-# Programs of LF's compiler are compiled with these target properties: without threads, as ours are.
-LFC_PROPERTIES = {"C": "single-threaded: true, build-type: Release", "Rust": "build-type: Release"}
+# Programs of LF's compiler have no threads either.
+SINGLE_THREADED = {"C": "single-threaded: true, ", "Rust": ""}
 
 
 @dataclass(frozen=True)
@@ -74,8 +74,10 @@ def engine(setting: Setting) -> Finding:
             setting.build("Linux", file)
             runs.append((program, f"bodies in {target}", partial(setting.run, "Linux", file)))
             if lfc is not None and target in lfc.targets():
-                file = variant(f"{name}OfLfc", of_target(text, target, LFC_PROPERTIES[target]))
-                runs.append((program, RUNTIMES[target], partial(execute, [lfc.build(file, target)])))
+                file = variant(
+                    f"{name}OfLfc", of_target(text, target, SINGLE_THREADED[target] + lfc.properties(target))
+                )
+                runs.append((program, RUNTIMES[target], partial(execute, [lfc.build(file)])))
     seen = [
         Measured(program.row, who, "ns/reaction", time / (program.count * program.reactions))
         for _ in range(rounds)

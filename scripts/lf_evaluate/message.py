@@ -147,8 +147,8 @@ def flow(setting: Setting) -> Finding:
                 runs.append((row, f"bodies in {target}", pairs, partial(setting.run, "Linux", file)))
                 if lfc is not None and target == "C":
                     # Federates of LF stay when no event is left, unless they are told not to.
-                    properties = f"coordination: {coordination}, build-type: Release, keepalive: false"
-                    program = lfc.build(variant(f"{name}OfLfc", of_target(text, target, properties)), target)
+                    properties = f"coordination: {coordination}, keepalive: false, {lfc.properties(target)}"
+                    program = lfc.build(variant(f"{name}OfLfc", of_target(text, target, properties)))
                     runs.append((row, RUNTIMES[target], pairs, partial(lfc.run_federation, program)))
     seen = []
     failed: set[tuple[str, str]] = set()

@@ -8,7 +8,7 @@ import re
 from dataclasses import dataclass
 from pathlib import Path
 
-from lf_evaluate.setting import FOLDER, Setting, Word, execute
+from lf_evaluate.setting import FOLDER, Setting, execute
 from lf_west.errors import LfError
 
 # The runtimes of its target languages.
@@ -34,15 +34,17 @@ class Lfc:
         """Return the target languages that can be measured."""
         return ("C",) if self.reactor_rs is None else ("C", "Rust")
 
-    def build(self, file: Path, target: str) -> Path:
+    def properties(self, target: str) -> str:
+        """Return the target properties of optimized programs; what names the runtime is obeyed only there."""
+        runtime = f', external-runtime-path: "{self.reactor_rs}"' if target == "Rust" else ""
+        return f"build-type: Release{runtime}"
+
+    def build(self, file: Path) -> Path:
         """Compile a program in `PROJECT/src`, and return the one executable file in `PROJECT/bin`."""
-        words: list[Word] = [self.program]
-        if target == "Rust" and self.reactor_rs is not None:
-            words += ["--external-runtime-path", self.reactor_rs]
         made = project_of(file) / "bin"
         for old in made.glob("*"):
             old.unlink()
-        execute([*words, file], errors=True)
+        execute([self.program, file], errors=True)
         programs = [it for it in made.glob("*") if it.is_file() and os.access(it, os.X_OK)]
         if len(programs) != 1:
             raise LfError(f"{self.program} made {len(programs)} programs in {made}, and should have made one")

@@ -4,11 +4,10 @@
 from __future__ import annotations
 
 import json
-import os
 import re
 import shutil
 import subprocess
-import threading
+import time
 from collections.abc import Iterable
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -32,6 +31,8 @@ ITERATIONS = 5
 QUICK_ITERATIONS = 2
 # No program takes as long, except one that hangs.
 TIME_LIMIT_S = 120.0
+# How often a program's memory is looked at.
+SAMPLES_S = 0.02
 
 
 @dataclass(frozen=True)
@@ -65,9 +66,8 @@ def suite(setting: Setting) -> Finding:
         programs: list[tuple[str, Path]] = []
         for who in (OURS, *([RUNTIMES[benchmark.target]] if lfc and benchmark.target in lfc.targets() else [])):
             try:
-                file = _copy(setting.benchmarks, benchmark, iterations, who == OURS)
-                programs.append((who, _build(setting, file) if who == OURS or not lfc
-                                 else lfc.build(file, benchmark.target)))  # fmt: skip
+                file = _copy(setting.benchmarks, benchmark, iterations, None if who == OURS else lfc)
+                programs.append((who, _build(setting, file) if who == OURS or not lfc else lfc.build(file)))
             except LfError as error:
                 seen.append(Measured(benchmark.row, who, "", error=_short(error)))
         failed: set[str] = set()
@@ -113,34 +113,34 @@ def benchmarks_in(clone: Path, is_quick: bool) -> list[Benchmark]:
     return found
 
 
-def changed(text: str, benchmark: Benchmark, iterations: int, is_ours: bool) -> str:
-    """Return a program with this number of iterations, and with the benchmark's number of workers."""
+def changed(text: str, benchmark: Benchmark, iterations: int, lfc: Lfc | None) -> str:
+    """Return a program with this number of iterations and the benchmark's number of workers, for LF's compiler if it is
+    given, and else for ours."""
     # The last one is the main reactor's; a comment that generates other numbers has no digits there.
     *_, last = re.finditer(r"(num_?[iI]terations\s*:\s*\w+\s*=\s*)\d+", text)
     text = f"{text[: last.start()]}{last[1]}{iterations}{text[last.end() :]}"
-    if benchmark.target == "C":
-        threads = f"workers: {benchmark.workers}" if benchmark.workers else "single-threaded: true"
-        properties = f"build-type: Release, {threads}"
-        text = re.sub(r"^  single-threaded: true,?$|^  build-type: \w+,?$", "", text, flags=re.MULTILINE)
-    else:
-        # `gen` is a name in these programs, and became a keyword of Rust 2024.
-        properties = 'edition: "2021"' if is_ours else ""
-        if benchmark.workers:
-            properties += f"{', ' if properties else ''}workers: {benchmark.workers}"
-            if not is_ours:
-                text = text.replace('cargo-features: ["cli"', 'cargo-features: ["parallel-runtime", "cli"', 1)
-    if not properties:
-        return text
-    return re.sub(r"^target (\w+) \{", rf"target \1 {{ {properties},", text, count=1, flags=re.MULTILINE)
+    text = re.sub(r"^  (?:single-threaded|build-type)\s*:\s*\w+,?", "", text, flags=re.MULTILINE)
+    properties = [lfc.properties(benchmark.target) if lfc else "build-type: Release"]
+    if benchmark.workers:
+        properties.append(f"workers: {benchmark.workers}")
+    elif benchmark.target == "C":
+        properties.append("single-threaded: true")
+    if benchmark.target == "Rust":
+        if lfc is None:
+            # `gen` is a name in these programs, and became a keyword of Rust 2024.
+            properties.append('edition: "2021"')
+        elif benchmark.workers:
+            text = text.replace('cargo-features: ["cli"', 'cargo-features: ["parallel-runtime", "cli"', 1)
+    return re.sub(r"^target (\w+) \{", rf"target \1 {{ {', '.join(properties)},", text, count=1, flags=re.MULTILINE)
 
 
-def _copy(clone: Path, benchmark: Benchmark, iterations: int, is_ours: bool) -> Path:
+def _copy(clone: Path, benchmark: Benchmark, iterations: int, lfc: Lfc | None) -> Path:
     """Copy the sources of the benchmark's language, and return the changed program in the copy."""
-    project = FOLDER / "suite" / ("ours" if is_ours else "lfc") / benchmark.row.replace(", ", "-").replace(" ", "-")
+    project = FOLDER / "suite" / ("lfc" if lfc else "ours") / benchmark.row.replace(", ", "-").replace(" ", "-")
     shutil.rmtree(project / "src", ignore_errors=True)
     shutil.copytree(clone / SOURCES[benchmark.target], project / "src")
     file = project / "src" / benchmark.path
-    file.write_text(changed(file.read_text(encoding="utf-8"), benchmark, iterations, is_ours), encoding="utf-8")
+    file.write_text(changed(file.read_text(encoding="utf-8"), benchmark, iterations, lfc), encoding="utf-8")
     return file
 
 
@@ -159,22 +159,34 @@ def _run(benchmark: Benchmark, who: str, program: Path) -> list[Measured]:
     command = [str(program)]
     if benchmark.target == "Rust" and who != OURS and benchmark.workers:
         command += ["--workers", str(benchmark.workers)]
+    deadline = time.monotonic() + TIME_LIMIT_S
+    memory = 0
     with TemporaryFile() as output:
-        # The program is waited for by its own number: only so is its memory known, and not that of all children.
         process = subprocess.Popen(command, stdin=subprocess.DEVNULL, stdout=output, stderr=subprocess.STDOUT)
-        timer = threading.Timer(TIME_LIMIT_S, process.kill)
-        timer.start()
-        _, status, usage = os.wait4(process.pid, 0)
-        timer.cancel()
-        process.returncode = os.waitstatus_to_exitcode(status)
+        while process.poll() is None:
+            # What the kernel counts for children begins with the memory of the process that started them.
+            memory = max(memory, _most_memory_of(process.pid))
+            if time.monotonic() > deadline:
+                process.kill()
+            time.sleep(SAMPLES_S)
         output.seek(0)
         said = output.read().decode("utf-8", "replace")
     if process.returncode != 0:
         after = f"was ended after {TIME_LIMIT_S:.0f} s" if process.returncode == -9 else f"status {process.returncode}"
         raise LfError(f"{after}: {said[-500:]}")
     one = Measured(benchmark.row, who, "ms", min(iterations_in(said)))
-    # Linux counts it in KiB.
-    return [one, replace(one, unit="MB", value=usage.ru_maxrss * 1024 / 1e6)]
+    return [one, replace(one, unit="MB", value=memory / 1e6)]
+
+
+def _most_memory_of(process: int) -> int:
+    """Return the most bytes of memory that a running process had so far; 0 where they cannot be told any more."""
+    try:
+        found = re.search(
+            r"^VmHWM:\s*(\d+) kB", Path(f"/proc/{process}/status").read_text(encoding="utf-8"), re.MULTILINE
+        )
+    except OSError:
+        found = None
+    return int(found[1]) * 1024 if found else 0
 
 
 def iterations_in(output: str) -> list[float]:
@@ -210,4 +222,5 @@ def speed_ups(seen: Iterable[Measured]) -> Table:
 def _short(error: LfError) -> str:
     """Return the line of an error that says most: the first that names an error, or the last one."""
     lines = [line.strip() for line in str(error).splitlines() if line.strip()]
-    return next((line for line in lines if re.match(r"error|fatal", line, re.IGNORECASE)), lines[-1])[:120]
+    telling = next((line for line in lines if re.search(r"\b(?:error|fatal)\b *[\[:]", line)), lines[-1])
+    return re.sub(r"^.*?(?=\berror\b)", "", telling)[:120]

@@ -11,6 +11,7 @@ import pytest
 
 from lf_evaluate import clocks, grid, message, sizes, suite, thesis
 from lf_evaluate.measured import Measured, percentile, read, spread_out
+from lf_evaluate.peers import Lfc
 from lf_evaluate.results import Number, compare, finding_text, load, number, range_of, tabulate, value_of, verdict
 from lf_evaluate.setting import Setting
 from lf_west.errors import LfError
@@ -224,20 +225,23 @@ main reactor(num_iterations: usize = 12, count: usize = 40000) {}
 
 
 def test_benchmarks_get_iterations_and_workers_and_keep_the_rest() -> None:
-    def lines(text: str, target: str, workers: int, is_ours: bool) -> list[str]:
+    def lines(text: str, target: str, workers: int, lfc: Lfc | None) -> list[str]:
         benchmark = suite.Benchmark(target, Path("micro/PingPong.lf"), workers)
-        changed = suite.changed(text, benchmark, 5, is_ours).splitlines()
+        changed = suite.changed(text, benchmark, 5, lfc).splitlines()
         return [line for line in changed if line.strip() and line not in text.splitlines()]
 
+    lfc = Lfc(Path("lfc"), Path("/r"), None)
     main = "main reactor PingPong(numIterations:size_t=5, count:size_t=1000000) {"
     single = "target C { build-type: Release, single-threaded: true,"
-    assert lines(C_BENCHMARK, "C", 0, True) == lines(C_BENCHMARK, "C", 0, False) == [single, main]
-    assert lines(C_BENCHMARK, "C", 2, True) == ["target C { build-type: Release, workers: 2,", main]
+    assert lines(C_BENCHMARK, "C", 0, None) == lines(C_BENCHMARK, "C", 0, lfc) == [single, main]
+    assert lines(C_BENCHMARK, "C", 2, None) == ["target C { build-type: Release, workers: 2,", main]
     main = "main reactor(num_iterations: usize = 5, count: usize = 40000) {}"
-    assert lines(RUST_BENCHMARK, "Rust", 0, False) == [main]
-    assert lines(RUST_BENCHMARK, "Rust", 1, True) == ['target Rust { edition: "2021", workers: 1,', main]
+    ours = 'target Rust { build-type: Release, workers: 1, edition: "2021",'
+    assert lines(RUST_BENCHMARK, "Rust", 1, None) == [ours, main]
+    theirs = 'target Rust { build-type: Release, external-runtime-path: "/r",'
+    assert lines(RUST_BENCHMARK, "Rust", 0, lfc) == [theirs, main]
     threads = '  cargo-features: ["parallel-runtime", "cli"]'
-    assert lines(RUST_BENCHMARK, "Rust", 1, False) == ["target Rust { workers: 1,", threads, main]
+    assert lines(RUST_BENCHMARK, "Rust", 1, lfc) == [f"{theirs[:-1]}, workers: 1,", threads, main]
 
 
 def test_benchmarks_are_those_with_a_main_reactor_and_parallel_ones_get_workers(tmp_path: Path) -> None:
