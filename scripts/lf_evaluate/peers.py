@@ -5,14 +5,18 @@ from __future__ import annotations
 
 import os
 import re
+import shutil
 from dataclasses import dataclass
 from pathlib import Path
 
-from lf_evaluate.setting import FOLDER, Setting, execute
+from lf_evaluate.setting import Setting, execute
 from lf_west.errors import LfError
 
 # The runtimes of its target languages.
 RUNTIMES = {"C": "LF's C runtime", "Rust": "reactor-rs"}
+
+# It takes minutes for programs with a million connections.
+BUILD_LIMIT = "5m"
 
 
 @dataclass(frozen=True)
@@ -22,7 +26,7 @@ class Lfc:
     program: Path
     # LF's Rust runtime; without it, programs in Rust are not compiled.
     reactor_rs: Path | None
-    # LF's RTI, which its federations start by the name RTI.
+    # LF's RTI, in place of the one that the compiler makes for each federation without optimizations.
     rti: Path | None
 
     @classmethod
@@ -44,22 +48,14 @@ class Lfc:
         made = project_of(file) / "bin"
         for old in made.glob("*"):
             old.unlink()
-        execute([self.program, file], errors=True)
+        execute(["timeout", BUILD_LIMIT, self.program, file], errors=True)
         programs = [it for it in made.glob("*") if it.is_file() and os.access(it, os.X_OK)]
         if len(programs) != 1:
             raise LfError(f"{self.program} made {len(programs)} programs in {made}, and should have made one")
-        return programs[0]
-
-    def run_federation(self, program: Path) -> str:
-        """Run the script of a federation, with its RTI, and return what they print."""
-        path = os.environ["PATH"]
         if self.rti is not None:
-            link = FOLDER / "lfc/RTI"
-            link.parent.mkdir(parents=True, exist_ok=True)
-            link.unlink(missing_ok=True)
-            link.symlink_to(self.rti.resolve())
-            path = f"{link.parent}{os.pathsep}{path}"
-        return execute(["env", f"PATH={path}", "timeout", "300", program], errors=True)
+            for made_rti in project_of(file).glob("fed-gen/*/bin/RTI"):
+                shutil.copy2(self.rti, made_rti)
+        return programs[0]
 
 
 def project_of(file: Path) -> Path:
