@@ -18,6 +18,8 @@ mod token;
 mod trigger;
 
 pub use port::{Port, QueuedPort, TardyInput, copy};
+#[cfg(feature = "workers")]
+pub use running::ReactorCells;
 pub use running::{Bodies, construct, give_parameter, handle_tardy, miss_deadline, react, reset_mode};
 #[cfg(feature = "transients")]
 pub use running::{hand_over, take_over};

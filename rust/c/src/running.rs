@@ -11,8 +11,8 @@ use lf_model as model;
 #[cfg(feature = "transients")]
 use lf_model::PayloadError;
 use lf_model::{
-    Inbox, Instant, Interval, ModeId, Outside, PortId, ReactionContext, ReactionId, Schedulable, SharedTag, Tables,
-    Tag, TriggerId,
+    Inbox, Instant, Interval, ModeId, Outside, Part, PortId, ReactionContext, ReactionId, Schedulable, SharedTag,
+    Tables, Tag, TriggerId,
 };
 
 use crate::ffi;
@@ -59,20 +59,63 @@ pub fn give_parameter(parameter: u16, whole: i64, real: f64, text: &'static CStr
 
 /// Runs the body of a reaction: for [`model::Program::react`].
 pub fn react<B: Bodies>(program: &mut B, reaction: ReactionId, ctx: &mut ReactionContext<'_>) {
-    let is_late = begin::<B>(reaction, ctx).unwrap_or(false);
-    run(program, reaction, ctx, if is_late { ffi::lf_miss_deadline } else { ffi::lf_react });
+    run::<B>(program, Part::Body, reaction, ctx);
 }
 
 /// Runs the handler of a missed deadline: for [`model::Program::miss_deadline`].
 pub fn miss_deadline<B: Bodies>(program: &mut B, reaction: ReactionId, ctx: &mut ReactionContext<'_>) {
-    let is_late = begin::<B>(reaction, ctx).unwrap_or(true);
-    run(program, reaction, ctx, if is_late { ffi::lf_miss_deadline } else { ffi::lf_react });
+    run::<B>(program, Part::MissedDeadline, reaction, ctx);
 }
 
 /// Runs the handler of a tardy input: for [`model::Program::handle_tardy`].
 pub fn handle_tardy<B: Bodies>(program: &mut B, reaction: ReactionId, ctx: &mut ReactionContext<'_>) {
-    begin::<B>(reaction, ctx);
-    run(program, reaction, ctx, ffi::lf_handle_tardy);
+    run::<B>(program, Part::Tardy, reaction, ctx);
+}
+
+/// The actions and watchdogs of one reactor of a program, for the job of a worker: other jobs run meanwhile.
+#[cfg(feature = "workers")]
+pub struct ReactorCells<'a, 'c> {
+    actions: &'a mut [(TriggerId, &'c mut dyn Schedulable<Value = Token>)],
+    watchdogs: &'a mut [(TriggerId, &'c mut model::Watchdog)],
+}
+
+#[cfg(feature = "workers")]
+impl<'a, 'c> ReactorCells<'a, 'c> {
+    /// Returns these actions and watchdogs, with their numbers in the program.
+    pub fn new(
+        actions: &'a mut [(TriggerId, &'c mut dyn Schedulable<Value = Token>)],
+        watchdogs: &'a mut [(TriggerId, &'c mut model::Watchdog)],
+    ) -> Self {
+        Self { actions, watchdogs }
+    }
+
+    /// Runs a part of a reaction of this reactor, which is one of the program `B`: for [`model::Job`].
+    pub fn run<B: Bodies>(&mut self, part: Part, reaction: ReactionId, ctx: &mut ReactionContext<'_>) {
+        run::<B>(self, part, reaction, ctx);
+    }
+}
+
+#[cfg(feature = "workers")]
+impl core::fmt::Debug for ReactorCells<'_, '_> {
+    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        f.debug_struct("ReactorCells").field("watchdogs", &self.watchdogs).finish_non_exhaustive()
+    }
+}
+
+#[cfg(feature = "workers")]
+impl Bodies for ReactorCells<'_, '_> {
+    fn action(&mut self, action: TriggerId) -> Option<&mut dyn Schedulable<Value = Token>> {
+        for (id, cell) in &mut *self.actions {
+            if *id == action {
+                return Some(&mut **cell);
+            }
+        }
+        None
+    }
+
+    fn watchdog(&mut self, watchdog: TriggerId) -> Option<&mut model::Watchdog> {
+        self.watchdogs.iter_mut().find(|(id, _)| *id == watchdog).map(|(_, cell)| &mut **cell)
+    }
 }
 
 /// Resets the `reset` state variables in a mode to their initial values: for [`model::ModeCells::reset_mode`].
@@ -130,8 +173,16 @@ pub(crate) struct Running<'a, 'c> {
     pub(crate) reaction: ReactionId,
 }
 
+/// Runs a part of a reaction of the program `B`. A deadline that a body has changed decides between the body and its
+/// handler.
 #[inline]
-fn run(program: &mut dyn Bodies, reaction: ReactionId, ctx: &mut ReactionContext<'_>, body: unsafe extern "C" fn(u16)) {
+fn run<B: Bodies>(program: &mut dyn Bodies, part: Part, reaction: ReactionId, ctx: &mut ReactionContext<'_>) {
+    let is_late = begin::<B>(reaction, ctx).unwrap_or(part == Part::MissedDeadline);
+    let body = match part {
+        Part::Tardy => ffi::lf_handle_tardy,
+        _ if is_late => ffi::lf_miss_deadline,
+        _ => ffi::lf_react,
+    };
     let mut running = Running { program, ctx, reaction };
     // SAFETY: C removes its copy of the pointer after the body, before its target ends; C does not read the target. The
     // body is one of the program's, which has one for each reaction of its tables.
@@ -234,19 +285,35 @@ pub(crate) fn physical_time() -> Instant {
 /// Stores the tag, and the program at its first reaction. Returns whether the reaction is late for a deadline that a
 /// body has changed.
 fn begin<B: Bodies>(reaction: ReactionId, ctx: &ReactionContext<'_>) -> Option<bool> {
+    #[cfg(not(feature = "workers"))]
     if LAST_TAG.replace(ctx.current_tag()) == Some(Tag::NEVER) {
-        let (outside, tables, start) = (ctx.outside(), ctx.tables(), ctx.get_start_time());
-        let program = Program {
-            outside,
-            tables,
-            inbox: B::inbox,
-            start,
-            #[cfg(feature = "transients")]
-            first: ctx.first_tag(),
-        };
-        critical_section::with(|cs| KNOWN.borrow_ref_mut(cs).program = Some(program));
+        know::<B>(ctx);
+    }
+    // One thread at a time stores the tag, and none runs a body before the program is known.
+    #[cfg(feature = "workers")]
+    if LAST_TAG.get() != ctx.current_tag() {
+        critical_section::with(|_| {
+            if LAST_TAG.get() == Tag::NEVER {
+                know::<B>(ctx);
+            }
+            LAST_TAG.replace(ctx.current_tag());
+        });
     }
     Some(is_late(ctx, changed_deadline(reaction)?))
+}
+
+/// Stores the program.
+fn know<B: Bodies>(ctx: &ReactionContext<'_>) {
+    let (outside, tables, start) = (ctx.outside(), ctx.tables(), ctx.get_start_time());
+    let program = Program {
+        outside,
+        tables,
+        inbox: B::inbox,
+        start,
+        #[cfg(feature = "transients")]
+        first: ctx.first_tag(),
+    };
+    critical_section::with(|cs| KNOWN.borrow_ref_mut(cs).program = Some(program));
 }
 
 /// Returns the current deadline of a reaction.

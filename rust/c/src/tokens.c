@@ -135,7 +135,12 @@ lf_token_t *lf_new_token(void *port_or_action, void *elements, size_t count)
 
 /* ---- Copies that a reaction makes for itself ---- */
 
+/* Those of the reaction that this thread runs; on boards one thread runs all of them. */
+#ifdef __ZEPHYR__
 static lf_token_t *copies;
+#else
+static __thread lf_token_t *copies;
+#endif
 
 lf_token_t *lf_c_writable_copy(lf_port_base_t *port)
 {

@@ -9,6 +9,7 @@ mod bodies;
 mod c_code;
 mod c_library;
 mod c_mistakes;
+mod c_workers;
 mod check;
 mod cmake;
 mod crates;

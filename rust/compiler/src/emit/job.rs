@@ -67,7 +67,6 @@ impl<'a> Job<'a> {
 
     /// Returns the number of threads that run reactions. Images have one.
     pub(crate) fn workers(&self) -> u16 {
-        let is_one = self.is_image || !self.view.language.facts().workers;
-        if is_one { 1 } else { self.plan().target.workers }
+        if self.is_image { 1 } else { self.plan().target.workers }
     }
 }

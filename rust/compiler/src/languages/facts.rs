@@ -31,8 +31,6 @@ pub(crate) struct Facts {
     pub(crate) negative_times: bool,
     /// Whether LF lets a program name types for a reactor that has no type parameters.
     pub(crate) superfluous_types: bool,
-    /// Whether reactions of different reactors can run in parallel.
-    pub(crate) workers: bool,
     /// Whether a reaction with a name and without a body calls a function of this name elsewhere in the program.
     pub(crate) external_bodies: bool,
     /// Whether any thread may schedule a physical action at any time, so that a program with one stays although it has

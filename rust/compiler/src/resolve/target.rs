@@ -202,11 +202,6 @@ impl TargetReader<'_> {
                 .is_some_and(|it| matches!(it.value.kind, PropertyKind::Literal(Literal::Bool(value)) if value == what))
         };
         let Some(workers) = given("workers").filter(|_| self.target.workers > 1) else { return };
-        if !self.target.language.facts().workers {
-            self.target.workers = 1;
-            let reason = format!("one thread runs all reactions of programs in {}", self.target.language);
-            return self.idle(&workers.key, &reason);
-        }
         if self.target.cargo.edition.as_deref() == Some("2018") {
             let message = "`workers` needs closures of edition 2021, which capture fields by themselves";
             let diagnostic = Diagnostic::new(Code::UnsupportedProperty, workers.key.span, message);

@@ -2,6 +2,7 @@
 //! The host's access to bodies in C: functions that take the number of a reaction, and cells of references to the
 //! values in C.
 
+use lf_model::TriggerId;
 use proc_macro2::TokenStream;
 use quote::quote;
 
@@ -9,7 +10,7 @@ use super::sizes::Sizes;
 use super::symbols::{Symbols, preamble_headers};
 use super::{class, counterparts, external, header, parameters, program};
 use crate::emit::host::{
-    Bodies, CompilerArguments, Members, NativeParts, Output, Owner, ReactionPart, Splices, push_methods,
+    Bodies, CompilerArguments, Members, NativeParts, Output, Owner, ReactionPart, Splices, ids, push_methods,
 };
 use crate::emit::{EmitError, File, Job};
 use crate::plan::{FileIndex, Location, Port, ReactionKind, Serializer, Type};
@@ -162,8 +163,27 @@ impl Bodies for CBodies<'_> {
         reactions().filter_map(copy).chain(all).collect()
     }
 
-    fn shares(&self, _: &Owner<'_>) -> Vec<String> {
-        Vec::new()
+    fn shares(&self, owner: &Owner<'_>) -> Vec<String> {
+        owner.levels(|instance, reactions| {
+            let own = |kinds: &[Cell]| -> Vec<usize> {
+                let rows = owner.tables.triggers.iter().zip(&owner.federate.triggers).enumerate();
+                let path = &owner.federate.instances[instance].path;
+                let is_own = |path_of: &str| path_of.rsplit_once('.').is_some_and(|(reactor, _)| reactor == path);
+                rows.filter(|(_, (row, trigger))| kinds.contains(&row.cell) && is_own(&trigger.path))
+                    .map(|(id, _)| id)
+                    .collect()
+            };
+            let cells = |ids: &[usize]| {
+                let cells =
+                    ids.iter().map(|id| format!("(TriggerId({id}), &mut self.{})", owner.symbols.triggers[*id]));
+                cells.collect::<Vec<_>>().join(", ")
+            };
+            let (actions, watchdogs) = (own(&[Cell::Logical, Cell::Physical]), own(&[Cell::Watchdog]));
+            let reactor = format!("c::ReactorCells::new(&mut [{}], &mut [{}])", cells(&actions), cells(&watchdogs));
+            let all = actions.iter().chain(&watchdogs).filter_map(|id| Some(TriggerId(u16::try_from(*id).ok()?)));
+            let (reactions, triggers) = (ids(reactions), ids(&all.collect::<Vec<_>>()));
+            format!("Job::new({reactions}, {triggers}, &mut |id, part, ctx| {reactor}.run::<Self>(part, id, ctx))")
+        })
     }
 
     fn resets(&self, _: &Owner<'_>) -> Vec<String> {

@@ -50,8 +50,7 @@ impl<'p> CompilerArguments<'p> {
         all.flags.push(format!("-DPLATFORM_{}", if job.is_image { "ZEPHYR" } else { "Linux" }));
         let federate = job.federate.filter(|_| plan.is_federated());
         all.flags.extend(federate.map(|federate| format!("-DLF_FEDERATE_ID_={}", federate.id)));
-        // The number of workers is the same as in images.
-        all.flags.push("-DNUMBER_OF_WORKERS=1".to_owned());
+        all.flags.push(format!("-DNUMBER_OF_WORKERS={}", job.workers()));
         all.flags.extend(logging(job));
         all.flags.extend(native.is_micro.then(|| "-DLF_MICRO".to_owned()));
         all.add_definitions(job, |at| concerns(job, at));

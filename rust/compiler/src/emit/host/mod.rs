@@ -12,6 +12,7 @@ mod crates;
 mod description;
 mod federate;
 mod identifiers;
+mod levels;
 mod manifest;
 mod module;
 mod owner;

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 //! The calls of the methods of reactions.
 
-use std::collections::BTreeMap;
 use std::fmt::Write as _;
 
 use lf_model::{ReactionId, TriggerId};
@@ -77,29 +76,9 @@ fn call(owner: &Owner<'_>, reaction: &ScheduledReaction, part: ReactionPart) -> 
     Some(format!("self.{field}.{method}(ctx{})", arguments.collect::<String>()))
 }
 
-/// Returns one arm per level at which several instances have reactions, if there are threads for them. The engine runs
-/// copies itself: two of different modes set one port.
+/// Returns one arm per level at which several instances have reactions, if there are threads for them.
 pub(super) fn levels(owner: &Owner<'_>) -> Vec<String> {
-    if owner.job.workers() < 2 {
-        return Vec::new();
-    }
-    let mut levels: BTreeMap<u16, BTreeMap<usize, Vec<ReactionId>>> = BTreeMap::new();
-    for (id, (reaction, row)) in (0..).zip(owner.federate.reactions.iter().zip(&owner.tables.reactions)) {
-        if let ReactionKind::Body { instance, .. } = reaction.kind {
-            levels.entry(row.level).or_default().entry(instance.0).or_default().push(ReactionId(id));
-        }
-    }
-    let arm = |(level, instances): (u16, BTreeMap<usize, Vec<ReactionId>>)| {
-        // The reactions of one instance are in different modes. They share the state that they change, so they are one
-        // job.
-        let mut groups: Vec<_> = instances.into_values().collect();
-        groups.sort_by_key(|reactions| reactions[0].0);
-        let jobs: Vec<String> = groups.iter().map(|reactions| job(owner, reactions)).collect();
-        let (jobs, workers) = (jobs.join(",\n                "), owner.job.workers());
-        let run = format!("level.run::<{workers}, {{ TABLES.note_words() }}>(&lf::Threads::<{workers}>, ");
-        (groups.len() > 1).then(|| format!("{level} => {run}&mut [\n                {jobs},\n            ])"))
-    };
-    levels.into_iter().filter_map(arm).collect()
+    owner.levels(|_, reactions| job(owner, reactions))
 }
 
 /// Returns the reactions of one instance as a job.

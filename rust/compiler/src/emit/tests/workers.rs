@@ -54,3 +54,31 @@ fn the_reactions_of_a_level_are_lent_with_what_they_use() {
     let mentions = |word: &str| image.files.iter().any(|file| file.text.contains(word));
     assert!(!mentions("Workers") && !mentions("fn share") && !mentions("moves_between_threads"));
 }
+
+/// In C a job has the actions and watchdogs of its reactor, and ports are C's.
+#[test]
+fn a_job_in_c_is_lent_the_actions_of_its_reactor() {
+    let program = r"
+target C { workers: 2 }
+reactor Member {
+  input x: int
+  output y: int
+  logical action again
+  physical action outside: int
+  watchdog late(5 ms) {= =}
+  reaction(x) -> y, again, late {= =} deadline(5 ms) {= =}
+}
+main reactor {
+  timer t(0)
+  members = new[2] Member()
+  reaction(t) -> members.x {= =}
+}
+";
+    let files: BTreeMap<String, String> = [("P.lf".to_owned(), program.to_owned())].into();
+    let plan = compile("P.lf", &files).plan.expect("it is right");
+    let emitted = emit_on(&plan, &Deployment::default());
+    let file = emitted.files.iter().find(|file| file.path.ends_with("federate.rs")).expect("it is emitted");
+    let (_, share) = file.text.split_once("    fn share(").expect("there are levels to share");
+    let (share, _) = share.split_once("\n    }\n").expect("the method ends");
+    insta::assert_snapshot!(share);
+}

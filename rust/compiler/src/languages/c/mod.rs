@@ -23,7 +23,6 @@ pub(super) const FACTS: Facts = Facts {
     deadlines_come_first: true,
     negative_times: true,
     superfluous_types: true,
-    workers: false,
     external_bodies: true,
     unknown_threads: true,
     native_bodies: true,

@@ -27,7 +27,6 @@ pub(super) const FACTS: Facts = Facts {
     deadlines_come_first: false,
     negative_times: false,
     superfluous_types: false,
-    workers: true,
     external_bodies: false,
     unknown_threads: false,
     native_bodies: false,
