@@ -29,7 +29,11 @@ proptest! {
     }
 
     #[test]
-    fn durations_and_intervals_agree_within_292_years(ns in 0..=i64::MAX, secs in 0..20_000_000_000_u64, nanos in 0..1_000_000_000u32) {
+    fn durations_and_intervals_agree_within_292_years(
+        ns in 0..=i64::MAX,
+        secs in 0..20_000_000_000_u64,
+        nanos in 0..1_000_000_000u32,
+    ) {
         let last_second = ns / 1_000_000_000 == i64::MAX / 1_000_000_000;
         let expected = if last_second { Interval::FOREVER } else { Interval::from_nanos(ns) };
         prop_assert_eq!(Interval::from_duration(Interval::from_nanos(ns).to_duration()), expected);
