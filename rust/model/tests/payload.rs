@@ -159,6 +159,7 @@ fn layouts_are_those_of_c() {
 
 #[test]
 fn each_refusal_has_a_sentence_of_its_own() {
+    use PayloadError::{Absent, NotDeserialized, NotSerialized, NotUtf8, Nul};
     let numbers = [
         (PayloadError::NoRoom { needed: 71, available: 72 }, "71 72"),
         (PayloadError::Length { expected: 71, found: 72 }, "71 72"),
@@ -175,7 +176,6 @@ fn each_refusal_has_a_sentence_of_its_own() {
         let words = sentence.split([' ', ',']).filter(is_number).collect::<Vec<_>>();
         assert_eq!(words.join(" "), expected, "{sentence}");
     }
-    use PayloadError::{Absent, NotDeserialized, NotSerialized, NotUtf8, Nul};
     let sentences = [Absent, NotDeserialized, NotSerialized, NotUtf8, Nul].map(|error| error.to_string());
     assert_eq!(std::collections::BTreeSet::from(sentences).len(), 5);
     let late = DeliverError::Late { input: "a.in", tag: Tag::at(Instant::from_nanos(7)), current: Tag::FOREVER };
