@@ -31,3 +31,4 @@ mod rti_suspend;
 mod rti_swaps;
 mod rti_transients;
 mod rti_watch;
+mod words;

@@ -233,6 +233,7 @@ mod tests {
         assert_eq!((channels[2].value, channels.get(3).is_none()), (Some(5), true));
         assert_eq!(channels.get(0).and_then(|port| port.value), Some(3));
         assert_eq!((&channels).into_iter().len(), 3);
+        assert!(Multiport::<u32>::new(&[]).is_empty());
     }
 
     #[test]
@@ -240,6 +241,7 @@ mod tests {
         let mut ports = [const { Port::new(PortId(0)) }; 3];
         let mut borrowed = ports.each_mut();
         let channels = &mut MultiportMut::new(&mut borrowed);
+        assert_eq!((channels.len(), channels.is_empty(), channels.into_iter().len()), (3, false, 3));
         for (number, port) in channels.into_iter().enumerate() {
             port.value = Some(number);
         }
@@ -248,5 +250,6 @@ mod tests {
             port.value = Some(9);
         }
         assert_eq!(channels.iter().map(|port| port.value).collect::<Vec<_>>(), [Some(0), Some(7), Some(9)]);
+        assert!(MultiportMut::<u32>::new(&mut []).is_empty());
     }
 }

@@ -88,6 +88,15 @@ mod tests {
 
     use super::*;
 
+    /// A reader of the one is not disturbed by the writer of the other.
+    #[test]
+    fn a_tag_and_the_next_one_are_in_different_copies() {
+        let shared = SharedTag::new();
+        for count in [0_u32, 1, 2, 3, 4, u32::MAX] {
+            assert!(!core::ptr::eq(shared.copy(count), shared.copy(count.wrapping_add(1))), "{count}");
+        }
+    }
+
     #[test]
     fn readers_see_whole_tags_in_the_order_in_which_they_were_stored() {
         static SHARED: SharedTag = SharedTag::new();

@@ -5,6 +5,7 @@
 //! the compiler generates, and bodies as users write them.
 #![allow(clippy::pedantic, reason = "bodies are written as users write them")]
 use crate::bench::{By, at, bench};
+use lf_model::Schedulable;
 use lf_model::prelude::*;
 
 /// A value of some target code.
@@ -70,6 +71,21 @@ fn effects_can_be_set_and_read() {
     });
 }
 
+/// Generated code copies so for a connection in a mode, and takes for a body in C.
+#[test]
+fn a_port_takes_the_value_of_another_one_if_there_is_one() {
+    let (mut from, absent, mut to) = (port::<u32>(0), port(1), port(2));
+    in_reaction(move |ctx| {
+        ctx.copy(&from, &mut to);
+        assert!(!ctx.is_present(&to));
+        ctx.set(&mut from, 5);
+        ctx.copy(&from, &mut to);
+        ctx.copy(&absent, &mut to);
+        assert_eq!((ctx.get(&from), ctx.get(&to)), (Some(5), Some(5)));
+        assert_eq!((to.take(), to.take()), (Some(5), None));
+    });
+}
+
 #[test]
 fn an_action_that_is_trigger_and_effect_can_be_read_and_scheduled_again_and_again() {
     fn body(ctx: &mut ReactionContext<'_>, act: &mut LogicalAction<u32>, physical: &mut PhysicalAction<u32>) {
@@ -86,8 +102,18 @@ fn an_action_that_is_trigger_and_effect_can_be_read_and_scheduled_again_and_agai
         ctx.schedule_with_v(act, Some(100), Asap)
     }
     fn helper(_: &PhysicalActionRef<u32>) {}
-    let mut bench =
-        bench().reaction(0, &[By::Startup], |cells, ctx| body(ctx, &mut cells.actions[0], &mut cells.physical)).build();
+    let mut bench = bench()
+        .reaction(0, &[By::Startup], |cells, ctx| {
+            // Bodies in C see queues so.
+            assert_eq!([Schedulable::pending(&cells.actions[0]), Schedulable::pending(&cells.physical)], [None; 2]);
+            body(ctx, &mut cells.actions[0], &mut cells.physical);
+            assert_eq!(
+                [Schedulable::pending(&cells.actions[0]), Schedulable::pending(&cells.physical)],
+                [Some(at(0, 1)); 2]
+            );
+            assert_eq!([Schedulable::capacity(&cells.actions[0]), Schedulable::capacity(&cells.physical)], [4, 3]);
+        })
+        .build();
     bench.steps(1);
 }
 
@@ -106,6 +132,6 @@ fn times_are_instants_and_durations_like_those_of_std() {
         assert!(ctx.get_physical_time() - ctx.get_start_time() < delay!(1 sec) * 2);
         assert_eq!(ctx.get_logical_time() - ctx.get_start_time(), ctx.get_elapsed_logical_time());
         assert_eq!(ctx.get_elapsed_physical_time().as_millis(), 0);
-        assert_eq!(ctx.num_workers(), 1);
+        assert_eq!((ctx.num_workers(), ctx.get_federation_id()), (1, ""));
     });
 }

@@ -173,6 +173,23 @@ fn events_that_threads_schedule_for_an_inactive_mode_do_not_happen() {
 }
 
 #[test]
+fn a_reset_drops_the_events_of_a_physical_action() {
+    let scheduled = |to_zero| {
+        let mut bench = two_modes(10, HISTORY(1), to_zero)
+            .physical(timing(15, None, Policy::Defer))
+            .trigger_in(6, 0)
+            .reaction(1, &[By::Startup], |cells, ctx| ctx.schedule(&mut cells.physical, Asap))
+            .reaction(1, &[By::Physical], |cells, ctx| cells.log(ctx, "action"))
+            .in_mode(0)
+            .build();
+        bench.steps(6);
+        bench.log()
+    };
+    assert_eq!(scheduled(HISTORY(0)), entries(&[("action", 25, 0)]));
+    assert_eq!(scheduled(RESET(0)), []);
+}
+
+#[test]
 fn startup_comes_once_per_mode_and_shutdown_where_it_came() {
     let settings = Settings { timeout: Some(Interval::from_millis(50)), ..Settings::DEFAULT };
     let mut bench = bench()

@@ -2,8 +2,9 @@
 //! Values as bytes: they come back as they went, they are the memory of the C type, and wrong bytes are refused.
 use std::fmt::Debug;
 
+use lf_model::layout::Layout;
 use lf_model::prelude::*;
-use lf_model::{Interval, PayloadError, text_to};
+use lf_model::{DeliverError, Interval, PayloadError, Postcard, Serializer, Tag, text_to};
 use proptest::prelude::*;
 
 payload! {
@@ -122,6 +123,65 @@ fn structs_are_laid_out_as_c_lays_them_out() {
     assert_eq!(at(std::mem::offset_of!(Sample, closed), 1), [1]);
     assert_eq!(at(1, 7), [0; 7], "padding is zero, and tells nothing of the memory");
     assert_eq!(Nothing::MAX_LEN, 0);
+}
+
+/// Serde's types, with a bound for all values of the type.
+#[test]
+fn values_in_postcards_form_stay_within_their_bound() {
+    type Bounded = Postcard<4>;
+    type List = heapless::Vec<u8, 8>;
+    let list = |len: u8| (1..=len).collect::<List>();
+    let mut room = [0; 9];
+    assert_eq!(Bounded::encode(&list(3), &mut room), Ok(4));
+    assert_eq!(room, [3, 1, 2, 3, 0, 0, 0, 0, 0]);
+    assert_eq!(Bounded::encode(&list(4), &mut room), Err(PayloadError::LongerThan(4)), "although there is room");
+    assert_eq!(Bounded::encode(&list(4), &mut room[..4]), Err(PayloadError::LongerThan(4)));
+    let too_small = PayloadError::NoRoom { needed: 4, available: 3 };
+    assert_eq!(Bounded::encode(&list(3), &mut room[..3]), Err(too_small));
+    let decode = |bytes: &[u8]| <Bounded as Serializer<List>>::decode(bytes);
+    assert_eq!(decode(&[2, 8, 9]), Ok(List::from_slice(&[8, 9]).unwrap()));
+    for wrong in [&[2, 8][..], &[2, 8, 9, 0], &[9, 1, 2, 3, 4, 5, 6, 7, 8, 9]] {
+        assert_eq!(decode(wrong), Err(PayloadError::NotDeserialized), "{wrong:?}");
+    }
+}
+
+/// Runs the functions of layouts, which programs evaluate while they compile.
+#[test]
+fn layouts_are_those_of_c() {
+    let (byte, word) = (Layout::new(1, 1), Layout::new(4, 4));
+    let sizes = |layout: Layout| (layout.size(), layout.align());
+    assert_eq!(sizes(Layout::EMPTY.with(byte).with(word)), (8, 4));
+    assert_eq!(sizes(Layout::EMPTY.with(word).with(byte).with(byte)), (8, 4));
+    assert_eq!([sizes(byte.times(5)), sizes(word.times(3))], [(5, 1), (12, 4)]);
+    assert_eq!(sizes(byte.times(5).or(word)), (8, 4));
+    assert_eq!(sizes(word.or(byte.times(3))), (4, 4));
+}
+
+#[test]
+fn each_refusal_has_a_sentence_of_its_own() {
+    use PayloadError::{Absent, NotDeserialized, NotSerialized, NotUtf8, Nul};
+    let numbers = [
+        (PayloadError::NoRoom { needed: 71, available: 72 }, "71 72"),
+        (PayloadError::Length { expected: 71, found: 72 }, "71 72"),
+        (PayloadError::Remainder { element: 71, found: 72 }, "71 72"),
+        (PayloadError::TooLong { capacity: 71, found: 72 }, "71 72"),
+        (PayloadError::NotBool(71), "0 1 71"),
+        (PayloadError::NotChar(0x71), "0x71"),
+        (PayloadError::NotVariant(71), "71"),
+        (PayloadError::LongerThan(71), "71"),
+    ];
+    let is_number = |word: &&str| word.starts_with(|first: char| first.is_ascii_digit());
+    for (error, expected) in numbers {
+        let sentence = error.to_string();
+        let words = sentence.split([' ', ',']).filter(is_number).collect::<Vec<_>>();
+        assert_eq!(words.join(" "), expected, "{sentence}");
+    }
+    let sentences = [Absent, NotDeserialized, NotSerialized, NotUtf8, Nul].map(|error| error.to_string());
+    assert_eq!(std::collections::BTreeSet::from(sentences).len(), 5);
+    let late = DeliverError::Late { input: "a.in", tag: Tag::at(Instant::from_nanos(7)), current: Tag::FOREVER };
+    assert!(
+        late.to_string().starts_with("a message for a.in came with tag (7 ns, 0), but this federate is at FOREVER")
+    );
 }
 
 #[test]

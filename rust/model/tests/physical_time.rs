@@ -163,6 +163,27 @@ fn bodies_read_physical_time() {
     assert_eq!(bench.log(), entries(&[("12000000 12000000", 10, 0)]));
 }
 
+/// An interrupt posts at the time that it has noted; the program does not wait for posters.
+#[test]
+fn a_poster_schedules_now_or_at_the_time_of_another_clock() {
+    let mut bench = with_link().build();
+    bench.steps(1);
+    bench.clock.set(START + Interval::from_millis(4));
+    let poster = LINK.with_borrow(|link| link.as_ref().map(|(link, act)| link.poster(act))).unwrap();
+    LINK.with_borrow(|link| {
+        let (link, act) = link.as_ref().unwrap();
+        link.schedule_physical(act, Asap).unwrap();
+    });
+    bench.clock.set(START + Interval::from_millis(5));
+    poster.clone().post(Some(1)).unwrap();
+    let earlier = Clock::new_static((START + Interval::from_millis(3)).as_nanos());
+    poster.post_by(earlier, Some(2)).unwrap();
+    assert_eq!(bench.steps(9), [at(3, 0), at(4, 0), at(5, 0)]);
+    assert_eq!(bench.log(), entries(&[("Some(2)", 3, 0), ("None", 4, 0), ("Some(1)", 5, 0)]));
+    LINK.set(None);
+    assert!(bench.engine.stop_if_idle(&bench.host));
+}
+
 #[test]
 fn the_minimum_delay_counts_from_physical_time_and_spacing_holds() {
     let mut bench = with_link().physical(timing(5, Some(10), Policy::Drop)).build();
@@ -226,19 +247,19 @@ fn reactions_schedule_physical_actions_too() {
 fn a_thread_can_ask_for_a_stop_at_its_physical_time() {
     let stop = |bench: &Bench, ms| {
         bench.clock.set(START + Interval::from_millis(ms));
-        LINK.with_borrow(|link| link.as_ref().unwrap().0.request_stop(Asap));
+        LINK.with_borrow(|link| link.as_ref().unwrap().0.request_stop(after!(2 ms)));
     };
     let mut alone = with_link().timer(0, 0, 100).build();
     alone.steps(1);
     stop(&alone, 140);
     stop(&alone, 141);
-    assert_eq!(alone.steps(9), [at(100, 0), at(140, 0)]);
+    assert_eq!(alone.steps(9), [at(100, 0), at(142, 0)]);
 
     let mut federated = with_link().settings(Settings { federated: true, ..Settings::DEFAULT }).build();
     federated.steps(1);
     stop(&federated, 30);
     federated.engine.drain_physical(&mut federated.program, &federated.host);
-    assert_eq!(federated.engine.take_stop_request(), Some(at(30, 0)));
+    assert_eq!(federated.engine.take_stop_request(), Some(at(32, 0)));
     LINK.set(None);
 }
 

@@ -25,11 +25,23 @@ fn presence_lasts_for_one_tag() {
         .timer(1, 0, 4)
         .reaction(0, &[By::Timer(0)], |cells, ctx| {
             let word = format!("{}{}", ctx.is_present(&cells.timers[0]), ctx.is_present(&cells.timers[1]));
+            assert_eq!(ctx.get(&cells.timers[1]).is_some(), ctx.is_present(&cells.timers[1]));
             cells.log(ctx, word);
         })
         .build();
     bench.steps(3);
     assert_eq!(bench.log(), entries(&[("truetrue", 0, 0), ("truefalse", 2, 0), ("truetrue", 4, 0)]));
+}
+
+#[test]
+fn a_connection_with_an_endless_delay_delivers_nothing() {
+    let mut bench = bench()
+        .delay(i64::MAX)
+        .timer(0, 0, 2)
+        .reaction(0, &[By::Timer(0)], |cells, ctx| ctx.set(&mut cells.ports[0], 1))
+        .build();
+    // The queue has room for two values.
+    assert_eq!(bench.steps(3), [at(0, 0), at(2, 0), at(4, 0)]);
 }
 
 #[test]

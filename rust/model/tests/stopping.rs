@@ -90,6 +90,40 @@ fn a_federate_reports_the_request_and_goes_on_until_the_stop_is_granted() {
     assert_eq!(bench.log(), entries(&[("shutdown", 7, 3)]));
 }
 
+/// A request for the last tag itself is none.
+#[test]
+fn a_federate_does_not_ask_for_a_stop_that_it_has_been_granted() {
+    let mut bench = bench()
+        .settings(FEDERATED)
+        .timer(0, 0, 2)
+        .reaction(0, &[By::Timer(0)], |_, ctx| ctx.request_stop(after!(3 ms)))
+        .build();
+    bench.engine.set_stop_tag(at(3, 0));
+    bench.steps(1);
+    assert_eq!(bench.engine.take_stop_request(), None);
+    bench.engine.set_stop_tag(at(2, 5));
+    assert_eq!(bench.steps(9), [at(2, 0), at(2, 5)], "an earlier stop is one");
+}
+
+#[test]
+fn a_program_that_stops_alone_goes_on_sending_until_the_others_stop() {
+    let mut bench = bench().settings(FEDERATED).timer(0, 0, 2).build();
+    bench.steps(2);
+    bench.engine.stop_alone(at(5, 1));
+    bench.engine.stop_alone(at(9, 0));
+    assert_eq!(bench.steps(9), [at(4, 0), at(5, 1)], "a stop is never put off");
+    assert!(!bench.engine.has_sent_all(), "what it sends for later arrives");
+    bench.engine.stop_alone(Tag::NEVER);
+    assert_eq!(bench.steps(9), [], "it has stopped");
+    let mut bench = crate::bench::bench().settings(FEDERATED).timer(0, 0, 2).build();
+    bench.steps(2);
+    assert!(!bench.engine.has_sent_all());
+    bench.engine.stop_alone(at(1, 0));
+    bench.engine.set_stop_tag(at(2, 1));
+    assert_eq!(bench.steps(9), [at(2, 1)], "the earliest is the next microstep");
+    assert!(bench.engine.has_sent_all());
+}
+
 #[test]
 fn a_stop_granted_for_the_past_happens_at_the_next_microstep() {
     let mut bench = bench().settings(FEDERATED).timer(0, 0, 2).build();

@@ -29,7 +29,11 @@ proptest! {
     }
 
     #[test]
-    fn durations_and_intervals_agree_within_292_years(ns in 0..=i64::MAX, secs: u64, nanos in 0..1_000_000_000u32) {
+    fn durations_and_intervals_agree_within_292_years(
+        ns in 0..=i64::MAX,
+        secs in 0..20_000_000_000_u64,
+        nanos in 0..1_000_000_000u32,
+    ) {
         let last_second = ns / 1_000_000_000 == i64::MAX / 1_000_000_000;
         let expected = if last_second { Interval::FOREVER } else { Interval::from_nanos(ns) };
         prop_assert_eq!(Interval::from_duration(Interval::from_nanos(ns).to_duration()), expected);
@@ -38,6 +42,10 @@ proptest! {
         prop_assert_eq!(Interval::from(duration), exact.map_or(Interval::FOREVER, Interval::from_nanos));
         let there_and_back = if exact.is_some() { Instant::from_nanos(0) } else { Instant::FOREVER };
         prop_assert_eq!(Instant::from_nanos(0) + duration - duration, there_and_back);
+        let (mut advanced, first) = (Instant::from_nanos(0), Instant::from_nanos(0));
+        advanced += duration;
+        prop_assert_eq!(advanced, first + duration);
+        prop_assert_eq!(first - duration, first - Interval::from(duration));
     }
 
     #[test]
@@ -60,6 +68,22 @@ fn never_and_forever_stay_what_they_are() {
     assert_eq!(Tag::at(Instant::from_nanos(5)).after(Interval::FOREVER), Tag::FOREVER);
     assert_eq!(Instant::FOREVER - Interval::from_nanos(1), Instant::FOREVER);
     assert_eq!(Instant::NEVER + delay!(1 s), Instant::NEVER);
+}
+
+#[test]
+fn intervals_of_all_units_saturate() {
+    for (of, ns) in [(Interval::from_micros as fn(i64) -> _, 1_000), (Interval::from_millis, 1_000_000)] {
+        assert_eq!((of(3), of(i64::MAX)), (Interval::from_nanos(3 * ns), Interval::FOREVER));
+    }
+    assert_eq!(Interval::from_secs(-3), Interval::from_nanos(-3_000_000_000));
+}
+
+#[test]
+fn a_time_that_is_none_is_refused_by_what_is_wrong_with_it() {
+    let refusal = |amount, unit| lf_model::units::nanoseconds(amount, unit).unwrap_err().to_string();
+    assert_eq!(refusal("x", "ms"), "`x` is no number; write a time like `1.5 s`");
+    assert_eq!(refusal("1", "m"), "`m` is no unit of time; try ns, us, ms, s, min, h, d or wk");
+    assert_eq!(refusal("99999", "weeks"), "`99999 weeks` is longer than 292 years");
 }
 
 #[test]

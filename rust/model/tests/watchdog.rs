@@ -6,7 +6,7 @@ use lf_model::prelude::*;
 /// Returns a program with a watchdog of 10 ms that logs when it expires.
 fn watched() -> Builder {
     bench().watchdog(10).reaction(1, &[By::Watchdog], |cells, ctx| {
-        assert!(ctx.is_present(&cells.watchdog));
+        assert!(ctx.is_present(&cells.watchdog) && ctx.get(&cells.watchdog).is_some());
         cells.log(ctx, "expired");
     })
 }

@@ -23,4 +23,5 @@ mod strangers;
 mod support;
 mod traces;
 mod waiting;
+mod words;
 mod wrong_words;

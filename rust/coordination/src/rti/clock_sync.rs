@@ -119,3 +119,107 @@ impl Datagram {
         Self { message: Message::CodedProbe(now.as_nanos()), ..self }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use std::vec::Vec;
+
+    use super::super::outlet::ConnectionId;
+    use super::*;
+    use crate::IpAddress;
+
+    const PERIOD: Interval = Interval::from_nanos(90);
+    const T3: u8 = lf_wire::MessageType::T3.byte();
+
+    /// Counts what is logged.
+    #[derive(Default)]
+    struct Log(usize);
+
+    impl Outlet for Log {
+        fn room(&self, _: ConnectionId) -> usize {
+            0
+        }
+        fn send(&mut self, _: ConnectionId, _: &Message<'_>) {}
+        fn half_close(&mut self, _: ConnectionId) {}
+        fn close(&mut self, _: ConnectionId) {}
+        fn log(&mut self, _: RtiEvent<'_>) {
+            self.0 += 1;
+        }
+    }
+
+    fn at(nanos: i64) -> Instant {
+        Instant::from_nanos(nanos)
+    }
+
+    fn endpoint(udp_port: u16) -> Endpoint {
+        Endpoint::new(IpAddress::UNSPECIFIED, udp_port)
+    }
+
+    /// Returns the slots of federates that have joined, with these UDP ports.
+    fn joined<const N: usize>(udp_ports: [u16; N]) -> [Slot; N] {
+        let membership = Membership::Joined(ConnectionId(0));
+        udp_ports.map(|udp_port| Slot { membership, udp_port, ..Slot::EMPTY })
+    }
+
+    /// Returns the ports that the rounds poll at these times, each of which is when the round before said.
+    fn polls(rounds: &mut Rounds, slots: &mut [Slot], count: usize) -> Vec<(i64, Option<u16>)> {
+        let mut polls = Vec::new();
+        for _ in 0..count {
+            let Deadline::At(now) = rounds.poll_timeout(at(0)) else { break };
+            let sent = rounds.poll(now, PERIOD, slots);
+            if let Some(datagram) = sent {
+                assert_eq!(datagram.message, Message::T1(now.as_nanos()));
+            }
+            polls.push((now.as_nanos(), sent.map(|datagram| datagram.to.port)));
+            for slot in &mut *slots {
+                slot.poll.answer(now);
+            }
+        }
+        polls
+    }
+
+    #[test]
+    fn those_who_ask_for_rounds_take_turns_within_a_period() {
+        let mut slots = joined([7, UDP_PORT_CLOCK_SYNC_OFF, 8, UDP_PORT_CLOCK_SYNC_INITIAL, 9, 10]);
+        slots[5].membership = Membership::Departed;
+        let expected = [(0, 7), (30, 8), (60, 9), (90, 7), (120, 8)].map(|(time, port)| (time, Some(port)));
+        assert_eq!(polls(&mut Rounds::default(), &mut slots, 5), expected);
+    }
+
+    #[test]
+    fn without_participants_rounds_are_over_until_one_joins() {
+        let (mut rounds, mut slots) = (Rounds::default(), joined([UDP_PORT_CLOCK_SYNC_OFF, 8]));
+        slots[1].membership = Membership::Free;
+        assert_eq!(polls(&mut rounds, &mut slots, 5), [(0, None)]);
+        slots[1].membership = Membership::Joined(ConnectionId(0));
+        rounds.resume();
+        assert_eq!(polls(&mut rounds, &mut slots, 2), [(90, Some(8)), (180, Some(8))]);
+    }
+
+    #[test]
+    fn rounds_that_were_missed_are_not_repeated() {
+        let (mut rounds, mut slots) = (Rounds::default(), joined([7]));
+        polls(&mut rounds, &mut slots, 1);
+        for (now, next) in [(90, 180), (270, 360), (1_000, 1_090)] {
+            assert!(rounds.poll(at(now), PERIOD, &mut slots).is_some());
+            slots[0].poll.answer(at(now));
+            assert_eq!(rounds.poll_timeout(at(0)), Deadline::At(at(next)));
+        }
+    }
+
+    #[test]
+    fn strangers_are_not_answered_and_logged_once() {
+        let (mut rounds, mut slots, mut log) = (Rounds::default(), joined([7, 8]), Log::default());
+        polls(&mut rounds, &mut slots, 2);
+        rounds.poll(at(200), PERIOD, &mut slots);
+        let t3 = [T3, 0, 0];
+        let longer = [T3, 0, 0, 0];
+        for (from, datagram) in [(8, &t3[..]), (7, &longer), (7, &t3[..2])] {
+            assert_eq!(rounds.handle_datagram(at(210), endpoint(from), datagram, &mut slots, &mut log), None);
+        }
+        assert_eq!(log.0, 1);
+        let mut answer = || rounds.handle_datagram(at(220), endpoint(7), &t3, &mut slots, &mut log);
+        assert_eq!(answer(), Some(Datagram { to: endpoint(7), message: Message::T4(220) }));
+        assert_eq!(answer(), None, "one round has one answer");
+    }
+}

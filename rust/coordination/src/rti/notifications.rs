@@ -181,3 +181,38 @@ impl<O: Outlet> Sending<'_, '_, O> {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::super::storage::Slot;
+    use super::*;
+
+    const FEDERATES: usize = 4;
+
+    #[test]
+    fn each_federate_is_told_of_those_that_it_has_asked_for() {
+        let mut slots = [Slot::EMPTY; FEDERATES];
+        let mut registrations = [false; FEDERATES * FEDERATES];
+        let mut members = Members::new(&mut slots, &mut []).with_registrations(&mut registrations);
+        let pairs = || (0..FEDERATES).flat_map(|federate| (0..FEDERATES).map(move |other| (federate, other)));
+        let asks = |federate: usize, other: usize| (federate + 2 * other) % 3 == 1;
+        for (federate, other) in pairs() {
+            members.register(federate, id(other).0, asks(federate, other));
+        }
+        for forgotten in [None, Some(2), Some(0), Some(3)] {
+            if let Some(federate) = forgotten {
+                members.forget_registrations(federate);
+            }
+            let forgets = |federate| match forgotten {
+                None => false,
+                Some(0) => [0, 2].contains(&federate),
+                Some(3) => federate != 1,
+                last => last == Some(federate),
+            };
+            for (federate, other) in pairs() {
+                let expected = asks(federate, other) && !forgets(federate);
+                assert_eq!(members.is_registered(federate, other), expected, "{federate} {other} {forgotten:?}");
+            }
+        }
+    }
+}

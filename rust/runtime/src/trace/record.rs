@@ -275,6 +275,55 @@ mod tests {
         }
     }
 
+    /// Files of older releases are read by these numbers.
+    #[test]
+    fn every_event_has_a_kind_of_its_own_and_is_read_again() {
+        let (time, tag) = (Instant::from_nanos(7), Tag { time: Instant::from_nanos(8), microstep: Microstep(9) });
+        let kind = MessageType::TaggedMessage;
+        let message = TracedMessage { kind, peer: 1, to: (2, 3), tag: Some(tag), bytes: 4 };
+        let waits = [
+            Waits::Anything,
+            Waits::Time(tag),
+            Waits::Start,
+            Waits::Grant(tag),
+            Waits::Input(tag, 5, WaitLimit::Limited),
+            Waits::Room(tag, 6),
+            Waits::End,
+            Waits::Input(tag, 5, WaitLimit::Endless),
+        ];
+        let parts = [Part::Body, Part::MissedDeadline, Part::Tardy];
+        let events = [
+            (1, Event::Clock(time)),
+            (2, Event::Starts(time, true)),
+            (2, Event::Starts(time, false)),
+            (3, Event::TagBegins(tag)),
+            (4, Event::TagEnds(tag)),
+            (6, Event::ReactionEnds(5, 6)),
+            (7, Event::Sent(message)),
+            (8, Event::Received(message)),
+            (10, Event::WaitEnds),
+            (11, Event::Ends(true)),
+            (11, Event::Ends(false)),
+            (12, Event::Lost(u64::MAX)),
+            (13, Event::Seam),
+            (14, Event::Due(time)),
+            (15, Event::Held(message)),
+            (16, Event::Data(Chunk::new(&[1; CHUNK_BYTES], false))),
+            (17, Event::Data(Chunk::new(&[2], true))),
+            (18, Event::Physical(TriggerId(5))),
+        ];
+        let reactions = parts.map(|part| (5, Event::ReactionBegins(5, part, 6)));
+        let waits = waits.map(|waits| (9, Event::WaitBegins(waits)));
+        for (kind, event) in events.into_iter().chain(reactions).chain(waits) {
+            let record = Record { at: Instant::from_nanos(3), event };
+            let bytes = record.to_bytes();
+            assert_eq!((Record::from_bytes(&bytes), bytes[24]), (Ok(record), kind));
+        }
+        let header = Header { role: Role::Federate(1), sizes: [2, 3, 4] };
+        let begins = Record { at: Instant::from_nanos(3), event: Event::Begins(header) };
+        assert_eq!(begins.to_bytes(), header.to_bytes());
+    }
+
     #[test]
     fn a_message_of_every_type_is_read_again_with_its_tag() {
         let some = Tag::at(Instant::from_nanos(7));
