@@ -40,7 +40,7 @@ PARTS: dict[str, tuple[Callable[[Setting], Finding], str]] = {
     "sizes": (sizes.sizes, "flash and RAM of images for a small board, and what of them is this project's"),
 }
 NEEDS_ZEPHYR = ("drift", "boards", "sizes")
-# What these parts need from the command line.
+# Options without which a part is left out.
 NEEDS = {"pins": "recording", "suite": "benchmarks"}
 
 

@@ -170,7 +170,7 @@ def flow(setting: Setting) -> Finding:
                 try:
                     seen.append(Measured(row, who, "messages/s", flow_in(run(), pairs)))
                 except LfError as error:
-                    # What others lose is a finding; what ours lose is an error.
+                    # A failure of another runtime is a finding, and one of ours is an error.
                     if who not in RUNTIMES.values():
                         raise
                     failed.add((row, who))

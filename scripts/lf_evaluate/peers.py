@@ -26,7 +26,7 @@ class Lfc:
     program: Path
     # LF's Rust runtime; without it, programs in Rust are not compiled.
     reactor_rs: Path | None
-    # LF's RTI, in place of the one that the compiler makes for each federation without optimizations.
+    # LF's RTI, instead of the one that the compiler makes for each federation without optimizations.
     rti: Path | None
 
     @classmethod
@@ -64,5 +64,5 @@ def project_of(file: Path) -> Path:
 
 
 def of_target(text: str, target: str, properties: str) -> str:
-    """Return a program with these target properties in place of its own."""
+    """Return a program with these target properties instead of its own."""
     return re.sub(r"^target \w+[^\n]*$", f"target {target} {{ {properties} }}", text, count=1, flags=re.MULTILINE)

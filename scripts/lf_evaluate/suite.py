@@ -31,7 +31,7 @@ ITERATIONS = 5
 QUICK_ITERATIONS = 2
 # No program takes as long, except one that hangs.
 TIME_LIMIT_S = 120.0
-# How often a program's memory is looked at.
+# The time between two looks at a program's memory.
 SAMPLES_S = 0.02
 
 
@@ -51,7 +51,7 @@ class Benchmark:
 
     @property
     def row(self) -> str:
-        """What the program is called in tables."""
+        """Return the name of the program in tables."""
         of_workers = f", {self.workers} worker{'s' if self.workers > 1 else ''}" if self.workers else ""
         return f"{self.program}{of_workers}"
 
@@ -164,7 +164,7 @@ def _run(benchmark: Benchmark, who: str, program: Path) -> list[Measured]:
     with TemporaryFile() as output:
         process = subprocess.Popen(command, stdin=subprocess.DEVNULL, stdout=output, stderr=subprocess.STDOUT)
         while process.poll() is None:
-            # What the kernel counts for children begins with the memory of the process that started them.
+            # The kernel's count for children begins with the memory of the process that started them.
             memory = max(memory, _most_memory_of(process.pid))
             if time.monotonic() > deadline:
                 process.kill()

@@ -49,7 +49,9 @@ reactor Member(bank_index: int = 0, first: int = 1) {
         }
     =}
 
-    reaction(again) {= printf("again %d in %d at microstep %u\n", again->value, self->bank_index, lf_tag().microstep); =}
+    reaction(again) {=
+        printf("again %d in %d at microstep %u\n", again->value, self->bank_index, lf_tag().microstep);
+    =}
     reaction(outside) {=
         printf("outside in %d\n", self->bank_index);
         lf_request_stop();

@@ -9,9 +9,9 @@ use super::symbols::Owner;
 use crate::plan::ReactionKind;
 
 impl Owner<'_> {
-    /// Returns one arm per level at which several instances have reactions, if there are threads for them. `job` returns
-    /// the job of an instance for some of its reactions. The engine runs copies itself: two of different modes set one
-    /// port.
+    /// Returns one arm per level at which several instances have reactions, if there are threads for them. `job`
+    /// returns the job of an instance for some of its reactions. The engine runs copies itself: two of different modes
+    /// set one port.
     pub(in crate::emit) fn levels(&self, job: impl Fn(usize, &[ReactionId]) -> String) -> Vec<String> {
         let workers = self.job.workers();
         if workers < 2 {
