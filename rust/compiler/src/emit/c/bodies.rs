@@ -2,6 +2,8 @@
 //! The host's access to bodies in C: functions that take the number of a reaction, and cells of references to the
 //! values in C.
 
+use std::collections::BTreeMap;
+
 use lf_model::TriggerId;
 use proc_macro2::TokenStream;
 use quote::quote;
@@ -164,14 +166,16 @@ impl Bodies for CBodies<'_> {
     }
 
     fn shares(&self, owner: &Owner<'_>) -> Vec<String> {
+        let mut triggers: BTreeMap<&str, Vec<usize>> = BTreeMap::new();
+        for (id, trigger) in owner.federate.triggers.iter().enumerate() {
+            if let Some((reactor, _)) = trigger.path.rsplit_once('.') {
+                triggers.entry(reactor).or_default().push(id);
+            }
+        }
         owner.levels(|instance, reactions| {
             let own = |kinds: &[Cell]| -> Vec<usize> {
-                let rows = owner.tables.triggers.iter().zip(&owner.federate.triggers).enumerate();
-                let path = &owner.federate.instances[instance].path;
-                let is_own = |path_of: &str| path_of.rsplit_once('.').is_some_and(|(reactor, _)| reactor == path);
-                rows.filter(|(_, (row, trigger))| kinds.contains(&row.cell) && is_own(&trigger.path))
-                    .map(|(id, _)| id)
-                    .collect()
+                let all = triggers.get(&*owner.federate.instances[instance].path).into_iter().flatten();
+                all.copied().filter(|id| kinds.contains(&owner.tables.triggers[*id].cell)).collect()
             };
             let cells = |ids: &[usize]| {
                 let cells =
@@ -181,8 +185,8 @@ impl Bodies for CBodies<'_> {
             let (actions, watchdogs) = (own(&[Cell::Logical, Cell::Physical]), own(&[Cell::Watchdog]));
             let reactor = format!("c::ReactorCells::new(&mut [{}], &mut [{}])", cells(&actions), cells(&watchdogs));
             let all = actions.iter().chain(&watchdogs).filter_map(|id| Some(TriggerId(u16::try_from(*id).ok()?)));
-            let (reactions, triggers) = (ids(reactions), ids(&all.collect::<Vec<_>>()));
-            format!("Job::new({reactions}, {triggers}, &mut |id, part, ctx| {reactor}.run::<Self>(part, id, ctx))")
+            let (reactions, all) = (ids(reactions), ids(&all.collect::<Vec<_>>()));
+            format!("Job::new({reactions}, {all}, &mut |id, part, ctx| {reactor}.run::<Self>(part, id, ctx))")
         })
     }
 
