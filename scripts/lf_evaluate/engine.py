@@ -10,7 +10,7 @@ from functools import partial
 
 from lf_evaluate import figures
 from lf_evaluate.measured import Measured, no_result_in
-from lf_evaluate.peers import RUNTIMES, Lfc, of_target
+from lf_evaluate.peers import RUNTIMES, WITHOUT, Lfc, of_target
 from lf_evaluate.results import Finding, finding
 from lf_evaluate.setting import PROGRAMS, Setting, execute, variant
 
@@ -96,7 +96,7 @@ def engine(setting: Setting) -> Finding:
         [f"bodies in {target}" for target in TARGETS],
         ["ns/reaction"],
         figures=[figures.dots("A reaction", figures.axis("ns/reaction", False), "ns/reaction", seen)],
-        limits=[] if lfc is not None else ["LF's own runtimes are measured beside ours if --lfc names LF's compiler."],
+        limits=[] if lfc is not None else [WITHOUT],
     )
 
 

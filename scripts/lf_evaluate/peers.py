@@ -15,6 +15,8 @@ from lf_west.errors import LfError
 # The runtimes of its target languages.
 RUNTIMES = {"C": "LF's C runtime", "Rust": "reactor-rs"}
 
+# The limit of a finding without them.
+WITHOUT = "LF's own runtimes are measured beside ours if --lfc names LF's compiler."
 # It takes minutes for programs with a million connections.
 BUILD_LIMIT = "5m"
 

@@ -14,7 +14,7 @@ from pathlib import Path
 from tempfile import TemporaryFile
 
 from lf_evaluate.measured import Measured, no_result_in, rounds
-from lf_evaluate.peers import RUNTIMES, Lfc, project_of
+from lf_evaluate.peers import RUNTIMES, WITHOUT, Lfc, project_of
 from lf_evaluate.results import Finding, Table, finding, number
 from lf_evaluate.setting import FOLDER, Setting, Word, execute
 from lf_west.errors import LfError
@@ -90,7 +90,7 @@ def suite(setting: Setting) -> Finding:
         seen,
         [OURS],
         ["ms", "MB"],
-        limits=[] if lfc is not None else ["LF's own runtimes are measured beside ours if --lfc names LF's compiler."],
+        limits=[] if lfc is not None else [WITHOUT],
     )
     return Finding(**{**found, "tables": [*found["tables"], speed_ups(seen)]})
 
@@ -117,7 +117,10 @@ def changed(text: str, benchmark: Benchmark, iterations: int, lfc: Lfc | None) -
     """Return a program with this number of iterations and the benchmark's number of workers, for LF's compiler if it is
     given, and else for ours."""
     # The last one is the main reactor's; a comment that generates other numbers has no digits there.
-    *_, last = re.finditer(r"(num_?[iI]terations\s*:\s*\w+\s*=\s*)\d+", text)
+    found = list(re.finditer(r"(num_?[iI]terations\s*:\s*\w+\s*=\s*)\d+", text))
+    if not found:
+        raise LfError("error: no parameter of the main reactor is the number of iterations")
+    last = found[-1]
     text = f"{text[: last.start()]}{last[1]}{iterations}{text[last.end() :]}"
     text = re.sub(r"^  (?:single-threaded|build-type)\s*:\s*\w+,?", "", text, flags=re.MULTILINE)
     properties = [lfc.properties(benchmark.target) if lfc else "build-type: Release"]
@@ -163,12 +166,16 @@ def _run(benchmark: Benchmark, who: str, program: Path) -> list[Measured]:
     memory = 0
     with TemporaryFile() as output:
         process = subprocess.Popen(command, stdin=subprocess.DEVNULL, stdout=output, stderr=subprocess.STDOUT)
-        while process.poll() is None:
-            # The kernel's count for children begins with the memory of the process that started them.
-            memory = max(memory, _most_memory_of(process.pid))
-            if time.monotonic() > deadline:
-                process.kill()
-            time.sleep(SAMPLES_S)
+        try:
+            while process.poll() is None:
+                # The kernel's count for children begins with the memory of the process that started them.
+                memory = max(memory, _most_memory_of(process.pid))
+                if time.monotonic() > deadline:
+                    process.kill()
+                time.sleep(SAMPLES_S)
+        finally:
+            # An interruption ends the program, too.
+            process.kill()
         output.seek(0)
         said = output.read().decode("utf-8", "replace")
     if process.returncode != 0:

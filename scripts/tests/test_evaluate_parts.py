@@ -242,6 +242,8 @@ def test_benchmarks_get_iterations_and_workers_and_keep_the_rest() -> None:
     assert lines(RUST_BENCHMARK, "Rust", 0, lfc) == [theirs, main]
     threads = '  cargo-features: ["parallel-runtime", "cli"]'
     assert lines(RUST_BENCHMARK, "Rust", 1, lfc) == [f"{theirs[:-1]}, workers: 1,", threads, main]
+    with pytest.raises(LfError, match="is the number of iterations"):
+        lines("target C {\n}\nmain reactor {}\n", "C", 0, None)
 
 
 def test_benchmarks_are_those_with_a_main_reactor_and_parallel_ones_get_workers(tmp_path: Path) -> None:
