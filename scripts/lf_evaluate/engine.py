@@ -10,15 +10,13 @@ from functools import partial
 
 from lf_evaluate import figures
 from lf_evaluate.measured import Measured, no_result_in
-from lf_evaluate.peers import RUNTIMES, WITHOUT, Lfc, of_target
+from lf_evaluate.peers import RUNTIMES, SINGLE_THREADED, WITHOUT, Lfc, of_target
 from lf_evaluate.results import Finding, finding
 from lf_evaluate.setting import PROGRAMS, Setting, execute, variant
 
 TARGETS = ("Rust", "C")
 # The least round counts, of this many at least: a single one may have had to share its processor.
 ROUNDS_MIN = 7
-# Programs of LF's compiler have no threads either.
-SINGLE_THREADED = {"C": "single-threaded: true, ", "Rust": ""}
 
 
 @dataclass(frozen=True)
@@ -74,9 +72,7 @@ def engine(setting: Setting) -> Finding:
             setting.build("Linux", file)
             runs.append((program, f"bodies in {target}", partial(setting.run, "Linux", file)))
             if lfc is not None and target in lfc.targets():
-                file = variant(
-                    f"{name}OfLfc", of_target(text, target, SINGLE_THREADED[target] + lfc.properties(target))
-                )
+                file = variant(f"{name}OfLfc", of_target(text, target, f"{SINGLE_THREADED}, {lfc.properties(target)}"))
                 runs.append((program, RUNTIMES[target], partial(execute, [lfc.build(file)])))
     seen = [
         Measured(program.row, who, "ns/reaction", time / (program.count * program.reactions))

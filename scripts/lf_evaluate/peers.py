@@ -15,6 +15,9 @@ from lf_west.errors import LfError
 # The runtimes of its target languages.
 RUNTIMES = {"C": "LF's C runtime", "Rust": "reactor-rs"}
 
+# The target property of programs without threads, which their runtimes have otherwise.
+SINGLE_THREADED = "single-threaded: true"
+
 # The limit of a finding without them.
 WITHOUT = "LF's own runtimes are measured beside ours if --lfc names LF's compiler."
 # It takes minutes for programs with a million connections.

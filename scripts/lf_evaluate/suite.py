@@ -14,7 +14,7 @@ from pathlib import Path
 from tempfile import TemporaryFile
 
 from lf_evaluate.measured import Measured, no_result_in, rounds
-from lf_evaluate.peers import RUNTIMES, WITHOUT, Lfc, project_of
+from lf_evaluate.peers import RUNTIMES, SINGLE_THREADED, WITHOUT, Lfc, project_of
 from lf_evaluate.results import Finding, Table, finding, number
 from lf_evaluate.setting import FOLDER, Setting, Word, execute
 from lf_west.errors import LfError
@@ -124,16 +124,10 @@ def changed(text: str, benchmark: Benchmark, iterations: int, lfc: Lfc | None) -
     text = f"{text[: last.start()]}{last[1]}{iterations}{text[last.end() :]}"
     text = re.sub(r"^  (?:single-threaded|build-type)\s*:\s*\w+,?", "", text, flags=re.MULTILINE)
     properties = [lfc.properties(benchmark.target) if lfc else "build-type: Release"]
-    if benchmark.workers:
-        properties.append(f"workers: {benchmark.workers}")
-    elif benchmark.target == "C":
-        properties.append("single-threaded: true")
-    if benchmark.target == "Rust":
-        if lfc is None:
-            # `gen` is a name in these programs, and became a keyword of Rust 2024.
-            properties.append('edition: "2021"')
-        elif benchmark.workers:
-            text = text.replace('cargo-features: ["cli"', 'cargo-features: ["parallel-runtime", "cli"', 1)
+    properties.append(f"workers: {benchmark.workers}" if benchmark.workers else SINGLE_THREADED)
+    if benchmark.target == "Rust" and lfc is None:
+        # `gen` is a name in these programs, and became a keyword of Rust 2024.
+        properties.append('edition: "2021"')
     return re.sub(r"^target (\w+) \{", rf"target \1 {{ {', '.join(properties)},", text, count=1, flags=re.MULTILINE)
 
 

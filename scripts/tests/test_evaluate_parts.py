@@ -238,10 +238,9 @@ def test_benchmarks_get_iterations_and_workers_and_keep_the_rest() -> None:
     main = "main reactor(num_iterations: usize = 5, count: usize = 40000) {}"
     ours = 'target Rust { build-type: Release, workers: 1, edition: "2021",'
     assert lines(RUST_BENCHMARK, "Rust", 1, None) == [ours, main]
-    theirs = 'target Rust { build-type: Release, external-runtime-path: "/r",'
-    assert lines(RUST_BENCHMARK, "Rust", 0, lfc) == [theirs, main]
-    threads = '  cargo-features: ["parallel-runtime", "cli"]'
-    assert lines(RUST_BENCHMARK, "Rust", 1, lfc) == [f"{theirs[:-1]}, workers: 1,", threads, main]
+    theirs = 'target Rust { build-type: Release, external-runtime-path: "/r"'
+    assert lines(RUST_BENCHMARK, "Rust", 0, lfc) == [f"{theirs}, single-threaded: true,", main]
+    assert lines(RUST_BENCHMARK, "Rust", 1, lfc) == [f"{theirs}, workers: 1,", main]
     with pytest.raises(LfError, match="is the number of iterations"):
         lines("target C {\n}\nmain reactor {}\n", "C", 0, None)
 
