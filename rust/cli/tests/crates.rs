@@ -20,10 +20,10 @@ target Rust {
 
 main reactor(size: u32 = 4) {
     reaction(startup) {=
-        use crate::filters::least;
+        use crate::{filters::least, thermo::FEATURES};
         log::debug!("not shown");
         println!("{} {}", least(self.size, 2), crate::units::scale::KILO);
-        println!("{:?} {}", thermo::FEATURES, cfg!(debug_assertions));
+        println!("{:?} {} {}", thermo::FEATURES, FEATURES == thermo::FEATURES, cfg!(debug_assertions));
     =}
 }
 "#;
@@ -50,7 +50,7 @@ fn bodies_use_crates_and_modules_beside_the_program() {
     let folder = folder(&FILES);
     let output = said(&mut lfz(folder.path(), &["run"]));
     let errors = text(&output.stderr);
-    assert_eq!(text(&output.stdout), "2 1000\n[true, true, false] true\n", "{errors}");
+    assert_eq!(text(&output.stdout), "2 1000\n[true, true, false] true true\n", "{errors}");
     let lock = fs::read_to_string(folder.path().join("P.lf.lock")).expect("the versions are kept");
     assert!(lock.contains("name = \"log\"") && !lock.contains("thermo") && !lock.contains("name = \"p\""), "{lock}");
 

@@ -10,7 +10,7 @@ use super::manifest;
 use super::splice::Splices;
 use super::{federate, rti};
 use crate::emit::{EmitError, File, FileMap, Job, Lines, Piece, SourceMap};
-use crate::plan::{Federate, Plan};
+use crate::plan::{Cargo, Dependency, Federate, Plan};
 
 /// Adds the files of a participant's crate, and their source map.
 ///
@@ -69,6 +69,7 @@ fn root(job: &Job<'_>, bodies: &dyn Bodies) -> Result<(File, FileMap), EmitError
             }
         )
     });
+    let crates = crates(&job.view.cargo, &modules);
     let modules = modules.into_iter().map(|module| {
         let module = ident(module);
         quote!(pub mod #module;)
@@ -105,6 +106,7 @@ fn root(job: &Job<'_>, bodies: &dyn Bodies) -> Result<(File, FileMap), EmitError
             unused_braces, clippy::all, clippy::pedantic,
             reason = "names are the program's own, and a federate uses a part of what its files declare"
         )]
+        #crates
         #federate
         #rti
         #(#modules)*
@@ -115,6 +117,23 @@ fn root(job: &Job<'_>, bodies: &dyn Bodies) -> Result<(File, FileMap), EmitError
         #entry
     };
     Splices::new(job.plan()).finish(format!("{}/src/lib.rs", job.folder), tokens)
+}
+
+/// Emits the crates that the program asks for. LF's own compiler has them at the root, too: as `crate::rug`.
+fn crates(cargo: &Cargo, modules: &[&str]) -> TokenStream {
+    let Cargo { dependencies, modules: included, features, .. } = cargo;
+    let is_free = |name: &str| {
+        !["federate", "rti", "reactors", "sizes", "c"].contains(&name)
+            && !modules.contains(&name)
+            && included.iter().all(|module| module.name != name)
+    };
+    let is_used = |one: &&Dependency| {
+        let feature = |feature: &String| feature.split('/').next() == Some(&one.name);
+        !one.optional || features.iter().any(feature)
+    };
+    let names = dependencies.iter().filter(is_used).map(|one| one.name.replace('-', "_"));
+    let names = names.filter(|name| is_free(name)).map(|name| ident(&name));
+    quote!(#(extern crate #names;)*)
 }
 
 /// Emits `main.rs` of a program for this computer, with the places of its lines in the LF program, and the parameters
