@@ -130,11 +130,6 @@ int lf_multiport_next(lf_multiport_iterator_t *iterator)
 
 /* ---- The runtime's access to ports ---- */
 
-bool lf_c_has_port(uint16_t port)
-{
-	return port < lf_port_count;
-}
-
 bool lf_c_port_is_present(uint16_t port)
 {
 	return lf_ports[port]->is_present;
@@ -369,7 +364,7 @@ trigger_handle_t lf_schedule_copy(void *action, interval_t offset, const void *e
 
 bool lf_c_port_has_type(uint16_t port, const token_type_t *type)
 {
-	return lf_c_has_port(port) && &lf_ports[port]->type == type;
+	return port < lf_port_count && &lf_ports[port]->type == type;
 }
 
 bool lf_c_trigger_has_type(uint16_t trigger, const token_type_t *type)

@@ -42,6 +42,7 @@ pub(crate) const BYTES_REMAINDER: c_int = 2;
 
 unsafe extern "C" {
     // Generated code.
+    pub(crate) static lf_port_count: u16;
     pub(crate) safe fn lf_construct();
     pub(crate) fn lf_give_parameter(parameter: u16, whole: i64, real: f64, text: *mut c_char) -> bool;
     pub(crate) safe fn lf_react(reaction: u16);
@@ -58,7 +59,6 @@ unsafe extern "C" {
     pub(crate) fn lf_c_token_encode(token: *const RawToken, bytes: *mut u8, room: usize) -> usize;
 
     // cells.c
-    pub(crate) safe fn lf_c_has_port(port: u16) -> bool;
     pub(crate) safe fn lf_c_has_trigger(trigger: u16) -> bool;
     pub(crate) safe fn lf_c_shows_trigger(trigger: u16) -> bool;
     pub(crate) fn lf_c_port_is_present(port: u16) -> bool;

@@ -23,7 +23,6 @@ size_t lf_c_token_encode(const lf_token_t *token, unsigned char *bytes, size_t r
 
 /* ---- cells.c, for Rust ---- */
 
-bool lf_c_has_port(uint16_t port);
 bool lf_c_has_trigger(uint16_t trigger);
 bool lf_c_shows_trigger(uint16_t trigger);
 bool lf_c_port_is_present(uint16_t port);

@@ -9,10 +9,10 @@ use crate::ffi;
 use crate::running::physical_time;
 use crate::token::Token;
 
-/// A port, whose value lies in C.
-#[derive(Debug)]
+/// A reference to a port, which lies in C.
+#[derive(Clone, Copy, Debug)]
 pub struct Port {
-    pub(crate) id: PortId,
+    id: PortId,
 }
 
 impl Port {
@@ -21,17 +21,19 @@ impl Port {
     /// # Panics
     /// When C has no such port.
     pub fn new(id: PortId) -> Self {
-        assert!(ffi::lf_c_has_port(id.0), "C has no port {}", id.0);
+        // SAFETY: generated code has this constant.
+        let count = unsafe { ffi::lf_port_count };
+        assert!(id.0 < count, "C has no port {}", id.0);
         Self { id }
     }
 
-    fn is_present(&self) -> bool {
+    fn is_present(self) -> bool {
         // SAFETY: there is such a port.
         unsafe { ffi::lf_c_port_is_present(self.id.0) }
     }
 
     /// Drops the value, for [`model::Program::clear_port`].
-    pub fn clear(&mut self) {
+    pub fn clear(self) {
         // SAFETY: there is such a port.
         unsafe { ffi::lf_c_port_clear(self.id.0) };
     }
@@ -40,7 +42,7 @@ impl Port {
     ///
     /// # Errors
     /// When there is no value, or the bytes do not fit.
-    pub fn encode(&self, bytes: &mut [u8]) -> Result<usize, PayloadError> {
+    pub fn encode(self, bytes: &mut [u8]) -> Result<usize, PayloadError> {
         if !self.is_present() {
             return Err(PayloadError::Absent);
         }
@@ -51,7 +53,7 @@ impl Port {
     }
 
     /// Shows the value of a queue, which was intended for a tag.
-    fn fill(&self, value: Option<Token>, intended: Tag) {
+    fn fill(self, value: Option<Token>, intended: Tag) {
         if let Some(token) = value {
             // SAFETY: there is such a port, and it gets the share of `token`.
             unsafe { ffi::lf_c_port_fill(self.id.0, token.into_raw(), intended.into()) };
@@ -59,14 +61,14 @@ impl Port {
     }
 
     /// Returns the value of a port for the connection with a delay that ends here.
-    fn capture(&self, source: &Self, trigger: TriggerId) -> Result<Token, PayloadError> {
+    fn capture(self, source: Self, trigger: TriggerId) -> Result<Token, PayloadError> {
         // SAFETY: there are such ports and such a trigger; the source is present, and passes on a share of its value.
         let token = unsafe { Token::from_raw(ffi::lf_c_port_capture(source.id.0, self.id.0, trigger.0)) };
         token.ok_or(PayloadError::Absent)
     }
 
     /// Returns the value in the bytes of a message.
-    fn decode(&self, trigger: TriggerId, bytes: &[u8]) -> Result<Token, PayloadError> {
+    fn decode(self, trigger: TriggerId, bytes: &[u8]) -> Result<Token, PayloadError> {
         let (mut expected, found) = (0, bytes.len());
         // SAFETY: there is such a port, and the pointer and the length are those of a slice.
         match unsafe { ffi::lf_c_port_check(self.id.0, bytes.as_ptr(), found, &raw mut expected) } {
@@ -84,7 +86,7 @@ impl Port {
 }
 
 /// Sets a port to the value of another one, if that has one: a connection in a mode.
-pub fn copy(ctx: &mut ReactionContext<'_>, from: &Port, to: &mut Port) {
+pub fn copy(ctx: &mut ReactionContext<'_>, from: Port, to: Port) {
     if from.is_present() {
         // SAFETY: there are such ports, and the first one is present.
         unsafe { ffi::lf_c_port_copy(from.id.0, to.id.0) };
@@ -97,8 +99,7 @@ macro_rules! queued_port {
     ($(#[$attribute:meta])* $name:ident) => {
         $(#[$attribute])*
         pub struct $name<const N: usize> {
-            /// The port that it fills.
-            pub port: Port,
+            port: Port,
             trigger: TriggerId,
             queue: model::$name<Token, N>,
         }
@@ -150,11 +151,11 @@ impl<const N: usize> QueuedPort<N> {
     ///
     /// # Errors
     /// When the queue is full.
-    pub fn capture(&mut self, tag: Tag, source: &Port) -> Result<(), Full> {
+    pub fn capture(&mut self, tag: Tag, source: Port) -> Result<(), Full> {
         if !source.is_present() {
             return Ok(());
         }
-        let (port, trigger) = (&self.port, self.trigger);
+        let (port, trigger) = (self.port, self.trigger);
         match self.queue.put(tag, || port.capture(source, trigger)) {
             Err(Undelivered::Full(full)) => Err(full),
             _ => Ok(()),
@@ -166,7 +167,7 @@ impl<const N: usize> QueuedPort<N> {
     /// # Errors
     /// When the queue is full, or the bytes are not a value.
     pub fn deliver(&mut self, tag: Tag, bytes: &[u8]) -> Result<(), Undelivered> {
-        let (port, trigger) = (&self.port, self.trigger);
+        let (port, trigger) = (self.port, self.trigger);
         self.queue.put(tag, || port.decode(trigger, bytes))
     }
 }
@@ -186,7 +187,7 @@ impl<const N: usize> TardyInput<N> {
     /// # Errors
     /// When the queue is full, or the bytes are not a value.
     pub fn deliver_tardy(&mut self, tag: Tag, intended: Tag, bytes: &[u8]) -> Result<Placed, Undelivered> {
-        let (port, trigger) = (&self.port, self.trigger);
+        let (port, trigger) = (self.port, self.trigger);
         self.queue.put(tag, intended, || port.decode(trigger, bytes))
     }
 

@@ -131,8 +131,7 @@ impl Bodies for CBodies<'_> {
         format!("c::{}", name.trim_end_matches("Queue"))
     }
 
-    // The program shows the triggers to bodies.
-    fn cells_know_triggers(&self) -> bool {
+    fn cells_refer(&self) -> bool {
         true
     }
 
@@ -149,8 +148,8 @@ impl Bodies for CBodies<'_> {
         let reactions = || owner.federate.reactions.iter().enumerate();
         let copy = |(id, reaction): (usize, &crate::plan::ScheduledReaction)| match &reaction.kind {
             ReactionKind::Copy { from, to } if part == ReactionPart::Body => {
-                let (from, to) = (owner.port_place(from.0), owner.port_place(to.0));
-                Some(format!("ReactionId({id}) => c::copy(ctx, &{from}, &mut {to})"))
+                let [from, to] = [from, to].map(|port| format!("c::Port::new(PortId({}))", port.0));
+                Some(format!("ReactionId({id}) => c::copy(ctx, {from}, {to})"))
             }
             _ => None,
         };

@@ -59,8 +59,8 @@ pub(in crate::emit) trait Bodies {
     /// Returns the path of a type of cells: ports, timers, actions and their queues.
     fn cell(&self, name: &str) -> String;
 
-    /// Returns whether each cell has to know its trigger.
-    fn cells_know_triggers(&self) -> bool;
+    /// Returns whether cells refer to values elsewhere by the numbers of ports and triggers, instead of having them.
+    fn cells_refer(&self) -> bool;
 
     /// Returns the type of a serializer for values of a type; nothing where cells know it by themselves.
     fn serializer(&self, serializer: &Serializer, ty: &str) -> Option<String>;

@@ -37,6 +37,14 @@ impl FederateModule<'_> {
         self.bodies.value_type(&port.path, &port.ty)
     }
 
+    /// Returns the expression of a port: its place, or a reference to it.
+    pub(super) fn port(&self, port: usize) -> String {
+        match self.bodies.cells_refer() {
+            true => format!("{}::new(PortId({port}))", self.bodies.cell("Port")),
+            false => self.owner.port_place(port),
+        }
+    }
+
     /// Returns the suffix of the methods that convert values to bytes, if a serializer is given.
     pub(super) fn by(&self, serializer: Option<&Serializer>, port: lf_model::PortId) -> String {
         // The tables have refused a type that cannot be named.

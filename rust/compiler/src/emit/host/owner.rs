@@ -37,7 +37,7 @@ impl FederateModule<'_> {
         self.bodies.instances(&self.owner, &mut members, splices)?;
         for (index, (row, port)) in self.owner.tables.ports.iter().zip(&self.owner.federate.ports).enumerate() {
             // A port with a queue lives in the field of the trigger that fills it.
-            if row.filled_by.is_none() {
+            if row.filled_by.is_none() && !self.bodies.cells_refer() {
                 let (ty, id) = (self.bodies.value_type(&port.path, &port.ty)?, Literal::usize_unsuffixed(index));
                 let name = tokens(&self.bodies.cell("Port"));
                 let value = quote!(#name::new(PortId(#id)));
@@ -85,10 +85,10 @@ impl FederateModule<'_> {
     ) -> Result<Option<(String, TokenStream)>, EmitError> {
         let (capacity, id) = (row.capacity, Literal::usize_unsuffixed(index));
         let action = ty.map(|ty| self.bodies.value_type(row.name, ty)).transpose()?.unwrap_or_default();
-        let knows = self.bodies.cells_know_triggers();
+        let refer = self.bodies.cells_refer();
         let (cell, ty, arguments) = match row.cell {
             Cell::None => return Ok(None),
-            Cell::Timer if knows => ("Timer", None, quote!(TriggerId(#id))),
+            Cell::Timer if refer => ("Timer", None, quote!(TriggerId(#id))),
             Cell::Timer => ("Timer", None, quote!()),
             Cell::Watchdog => ("Watchdog", None, quote!(TriggerId(#id))),
             Cell::Logical => ("LogicalActionQueue", Some(action), quote!(TriggerId(#id))),
@@ -99,14 +99,14 @@ impl FederateModule<'_> {
             Cell::Queued(fills) | Cell::Tardy(fills) => {
                 let cell = if row.cell == Cell::Queued(fills) { "QueuedPort" } else { "TardyInput" };
                 let (ty, port) = (self.port_type(fills)?, Literal::u16_unsuffixed(fills.0));
-                let trigger = knows.then(|| quote!(, TriggerId(#id)));
+                let trigger = refer.then(|| quote!(, TriggerId(#id)));
                 (cell, Some(ty), quote!(PortId(#port) #trigger))
             }
         };
         let is_action = matches!(row.cell, Cell::Logical | Cell::Physical);
         let capacity = ty.is_some().then(|| if is_action { self.bodies.room(capacity) } else { capacity });
         let name = tokens(&self.bodies.cell(cell));
-        let encoder = (row.cell == Cell::Physical && !knows).then(|| {
+        let encoder = (row.cell == Cell::Physical && !refer).then(|| {
             let ty = tokens(ty.as_deref().unwrap_or_default());
             quote!(.encoded_by(::lf::model::encoder!(#ty)))
         });

@@ -131,7 +131,7 @@ impl Bodies for RustBodies<'_> {
         name.to_owned()
     }
 
-    fn cells_know_triggers(&self) -> bool {
+    fn cells_refer(&self) -> bool {
         false
     }
 
