@@ -142,8 +142,6 @@ macro(_lf_add_bodies_in_c)
   list(FILTER bodies EXCLUDE REGEX "/c/(sizes[.](c|cpp)|src/linux[.]c)$")
   target_sources(app PRIVATE ${bodies})
   target_include_directories(app PRIVATE ${LF_REPOSITORY}/rust/c/include ${crate}/c)
-  # Values of ports and actions are read by way of their common part.
-  target_compile_options(app PRIVATE -fno-strict-aliasing)
   # LF's `string` is a `char *`, and ports have values of types of which the standard does not promise that offsetof()
   # works.
   target_compile_options(app PRIVATE $<$<COMPILE_LANGUAGE:CXX>:-Wno-write-strings>)

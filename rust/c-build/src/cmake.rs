@@ -8,6 +8,8 @@ use std::{env, fs, process};
 
 use serde_json::Value;
 
+use crate::compiler;
+
 /// The name of the program in CMake, and of its folder.
 const TARGET: &str = "lf_program";
 
@@ -54,8 +56,7 @@ impl Project<'_> {
         fs::write(source.join("CMakeLists.txt"), self.text()).expect("cargo's folder can be written to");
         let mut command = Command::new("cmake");
         command.arg("-S").arg(&source).arg("-B").arg(&folder);
-        let is_optimized = env::var("OPT_LEVEL").is_ok_and(|level| level != "0");
-        command.arg(format!("-DCMAKE_BUILD_TYPE={}", if is_optimized { "RelWithDebInfo" } else { "Debug" }));
+        command.arg(format!("-DCMAKE_BUILD_TYPE={}", compiler::build_type()));
         for (variable, is_cpp) in [("CMAKE_C_COMPILER", false), ("CMAKE_CXX_COMPILER", true)] {
             let compiler = cc::Build::new().cpp(is_cpp).cargo_metadata(false).cargo_warnings(false).try_get_compiler();
             if let Ok(compiler) = compiler {

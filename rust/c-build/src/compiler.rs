@@ -31,6 +31,15 @@ pub(crate) fn is_cpp(file: &Path) -> bool {
     file.extension().is_some_and(|extension| ["cc", "cpp", "cxx"].map(OsStr::new).contains(&extension))
 }
 
+/// Returns CMake's name of cargo's profile.
+pub(crate) fn build_type() -> &'static str {
+    match env::var("OPT_LEVEL").expect("cargo tells build scripts the profile").as_str() {
+        "0" => "Debug",
+        "s" | "z" => "MinSizeRel",
+        _ => "Release",
+    }
+}
+
 impl Compiler {
     pub(crate) fn new(includes: Vec<PathBuf>, flags: Vec<String>, out: &Path) -> Self {
         let mistakes = [false, true].map(|is_cpp| about_mistakes(is_cpp, &out.join("c")));
@@ -101,8 +110,7 @@ impl Compiler {
         command.extend(tool.args().iter().filter(|argument| *argument != "-w").cloned());
         let given = [&self.mistakes[usize::from(is_cpp(file))]];
         command.extend(given.into_iter().flatten().map(Into::into));
-        // Values of ports and actions are read by way of their common part.
-        command.extend(["-fno-strict-aliasing", "-D_GNU_SOURCE", "-fdiagnostics-color=never", "-MMD"].map(Into::into));
+        command.extend(["-D_GNU_SOURCE", "-fdiagnostics-color=never", "-MMD"].map(Into::into));
         if is_cpp(file) {
             // LF's `string` is a `char *`, and ports have values of types of which the standard does not promise that
             // `offsetof` works.
@@ -113,6 +121,10 @@ impl Compiler {
         } else {
             for folder in &self.includes {
                 command.extend(["-I".into(), folder.into()]);
+            }
+            if build_type() != "Debug" {
+                // CMake sets it, too.
+                command.push("-DNDEBUG".into());
             }
             command.extend(self.flags.iter().map(Into::into));
         }

@@ -168,6 +168,8 @@ typedef struct {
 #endif
 } lf_cell_info_t;
 
+#define LF_MAY_ALIAS_ __attribute__((__may_alias__))
+
 #define LF_PORT_FIELDS_                                                                                                \
 	token_type_t type;                                                                                             \
 	lf_token_t *token;                                                                                             \
@@ -190,7 +192,8 @@ typedef struct {
 #else
 #define LF_PORT_BASE LF_PORT_FIELDS_
 #endif
-typedef struct lf_port_base_t {
+/* What all ports have in common. Each of them is of a type of its own, whose values this type may alias. */
+typedef struct LF_MAY_ALIAS_ lf_port_base_t {
 	LF_PORT_BASE;
 } lf_port_base_t;
 
@@ -201,7 +204,8 @@ typedef struct lf_port_base_t {
 	bool is_present;                                                                                               \
 	bool has_value;                                                                                                \
 	const lf_cell_info_t *info
-typedef struct lf_action_base_t {
+/* The same for actions. */
+typedef struct LF_MAY_ALIAS_ lf_action_base_t {
 	LF_ACTION_BASE;
 } lf_action_base_t;
 typedef lf_action_base_t lf_timer_t;
@@ -271,14 +275,17 @@ lf_token_t *lf_c_writable_copy(lf_port_base_t *port);
 
 /* ---- Multiports of which few channels are present ---- */
 
+/* The address of a channel, which bodies have as a pointer to a type of its own. */
+typedef lf_port_base_t *LF_MAY_ALIAS_ lf_channel_t;
+
 /* Goes over the channels that are present: `int i; while ((i = lf_multiport_next(&iterator)) >= 0) …`. */
 typedef struct lf_multiport_iterator_t {
-	lf_port_base_t **ports;
+	lf_channel_t *ports;
 	int width;
 	int next;
 } lf_multiport_iterator_t;
 
-#define lf_multiport_iterator(port) ((lf_multiport_iterator_t)LF_ITERATOR_((lf_port_base_t **)(port), port##_width))
+#define lf_multiport_iterator(port) ((lf_multiport_iterator_t)LF_ITERATOR_((lf_channel_t *)(port), port##_width))
 #define LF_ITERATOR_(ports, width)  {(ports), (width), 0}
 /* The next channel that is present, or -1. */
 int lf_multiport_next(lf_multiport_iterator_t *iterator);
