@@ -21,6 +21,7 @@ mod rti_families;
 mod rti_flow;
 mod rti_golden;
 mod rti_ordered_stop;
+mod rti_out_of_turn;
 mod rti_plain;
 mod rti_property;
 mod rti_quirks;

@@ -4,8 +4,10 @@
 
 use std::collections::BTreeMap;
 
-use lf_coordination::rti::{Config, ConnectionId, Status};
-use lf_testkit::rti::dialogue::{at, config, started};
+use lf_coordination::rti::{Config, ConnectionId, STOP_REPLY_TIME_OUT, Status};
+use lf_coordination::{Deadline, to_wire};
+use lf_model::time::Interval;
+use lf_testkit::rti::dialogue::{at, config, read, started, wait};
 use lf_testkit::rti::{Rig, Sizes};
 use lf_wire::{Decoded, Limits, Message, Tag, decode};
 use proptest::prelude::*;
@@ -108,6 +110,25 @@ impl Federation {
     fn latest_named(&self) -> Option<Tag> {
         self.testers.iter().filter_map(|tester| tester.named).max()
     }
+}
+
+/// The RTI does not ask for its time-out again.
+#[test]
+fn who_does_not_answer_is_lost_and_the_others_stop() {
+    let (mut rig, federates) = started(config(), Sizes::ample(4), &vec![vec![]; 4]);
+    rig.message(federates[0], &Message::StopRequest(at(3)));
+    rig.message(federates[1], &Message::StopReply(at(4)));
+    assert_eq!(rig.rti.poll_timeout(), Deadline::At(rig.now + STOP_REPLY_TIME_OUT));
+    wait(&mut rig, Interval::from_nanos(STOP_REPLY_TIME_OUT.as_nanos() - 1));
+    for (federate, heard) in federates.iter().zip([&[][..], &["STOP_REQUEST"], &["STOP_REQUEST"], &["STOP_REQUEST"]]) {
+        assert_eq!(read(&mut rig, *federate), heard);
+    }
+    wait(&mut rig, Interval::from_nanos(1));
+    for (federate, heard) in federates.iter().zip(["STOP_GRANTED", "STOP_GRANTED", "FAILED", "FAILED"]) {
+        assert_eq!(read(&mut rig, *federate), [heard]);
+    }
+    assert_eq!(rig.rti.stop_tag().map(to_wire), Some(at(4)));
+    assert_eq!(rig.rti.poll_timeout(), Deadline::Never);
 }
 
 proptest! {

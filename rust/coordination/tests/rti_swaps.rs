@@ -247,9 +247,11 @@ fn a_federate_that_is_not_ready_cannot_act() {
 #[test]
 fn each_incarnation_has_the_same_connections() {
     let (mut rig, [_, old, _]) = chain();
-    let other = introduce(&mut rig, 1, &[(2, DELAY_NONE)]);
-    assert_eq!(heard(&mut rig, other), ["ACK", "REJECT 4"]);
-    assert!(rig.outlet.log_events.last().is_some_and(|event| event.contains("its connections are not those")));
+    for others in [&[(2, DELAY_NONE)][..], &[], &[(0, DELAY_NONE), (2, DELAY_NONE)], &[(0, 0)]] {
+        let other = introduce(&mut rig, 1, others);
+        assert_eq!(heard(&mut rig, other), ["ACK", "REJECT 4"], "{others:?}");
+        assert!(rig.outlet.log_events.last().is_some_and(|event| event.contains("its connections are not those")));
+    }
     let twice = introduce(&mut rig, 1, &[(0, DELAY_NONE), (0, 5)]);
     assert_eq!(heard(&mut rig, twice), ["ACK"], "the shorter of parallel connections counts");
     assert_eq!(heard(&mut rig, old), ["STOP"]);

@@ -5,6 +5,7 @@
 use lf_coordination::Deadline;
 use lf_coordination::rti::{Config, ConnectionId, START_REPORT};
 use lf_model::time::Interval;
+use lf_testkit::messages::introduction;
 use lf_testkit::rti::dialogue::{FEDERATION, at, config, hello, message, read, started, wait};
 use lf_testkit::rti::{Rig, Sizes};
 use lf_wire::{DELAY_NONE, Message};
@@ -56,6 +57,24 @@ fn the_start_says_who_is_missing_and_how_far_the_others_are() {
         })
         .collect();
     assert_eq!(pauses, [10, 20, 40, 60, 60]);
+}
+
+#[test]
+fn all_are_named_if_there_are_eight() {
+    let reporting = Config { start_report: Some(START_REPORT), start_barrier_time_out: None, ..config() };
+    let mut rig = Rig::new(reporting, Sizes::ample(9));
+    wait(&mut rig, Interval::ZERO);
+    let ready = hello(&mut rig, 0, &[]);
+    rig.message(ready, &Message::Timestamp(0));
+    let joining = rig.connect();
+    for message in &introduction(1, FEDERATION, &[], &[])[..2] {
+        rig.message(joining, message);
+    }
+    let (_, said) = next_report(&mut rig);
+    assert_eq!(said[0], "the start waits for 8 of 9 federates");
+    assert_eq!(said[1], "federate 1 has connected; UDP_PORT of it is to come");
+    assert_eq!(said.len(), 9);
+    assert!(said[8].starts_with("federate 8 has not connected"), "{said:?}");
 }
 
 /// Two federates, the second downstream of the first, whose waits are logged after a second.
@@ -116,6 +135,16 @@ fn a_stop_says_whose_answer_is_missing() {
     rig.message(up, &Message::StopRequest(at(1)));
     let said = said_within(&mut rig, 5);
     assert_eq!(said, ["the stop waits for federate 1, which has not answered the request"]);
+}
+
+/// It gets that grant with the stop.
+#[test]
+fn a_federate_that_waits_for_a_grant_and_a_stop_is_not_told() {
+    let (mut rig, [_, down]) = chain();
+    rig.message(down, &Message::NextEventTag(at(1)));
+    rig.message(down, &Message::StopRequest(at(1)));
+    let said = said_within(&mut rig, 5);
+    assert_eq!(said, ["the stop waits for federate 0, which has not answered the request"]);
 }
 
 /// Without the option nothing is logged, and no time is awaited for it.

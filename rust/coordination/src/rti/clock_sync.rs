@@ -200,7 +200,7 @@ mod tests {
     fn rounds_that_were_missed_are_not_repeated() {
         let (mut rounds, mut slots) = (Rounds::default(), joined([7]));
         polls(&mut rounds, &mut slots, 1);
-        for (now, next) in [(90, 180), (270, 360), (1_000, 1_090)] {
+        for (now, next) in [(95, 180), (270, 360), (1_000, 1_090)] {
             assert!(rounds.poll(at(now), PERIOD, &mut slots).is_some());
             slots[0].poll.answer(at(now));
             assert_eq!(rounds.poll_timeout(at(0)), Deadline::At(at(next)));

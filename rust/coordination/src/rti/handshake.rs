@@ -111,11 +111,11 @@ impl Handshake<'_, '_> {
             #[cfg(feature = "transients")]
             Phase::Successor => return Verdict::Closed,
         };
-        // A peer that does not authenticate may send less than a proof has, and then wait for an answer.
-        let authenticates = matches!(expected, MessageType::FedNonce | MessageType::FedResponse);
-        let may_be_whole = authenticates && bytes.first().is_some_and(|found| *found != expected.byte());
-        if bytes.len() < expected.fixed_bytes() && !may_be_whole {
-            return Verdict::Incomplete(expected.fixed_bytes());
+        // A message of another type may be shorter than the expected one, and its sender waits for an answer.
+        let found = MessageType::from_byte(bytes[0]).map_or(usize::MAX, MessageType::fixed_bytes);
+        let needed = expected.fixed_bytes().min(found);
+        if bytes.len() < needed {
+            return Verdict::Incomplete(needed);
         }
         if !is_expected(expected, bytes[0]) {
             return self.refuse_type(connection, expected, bytes, outlet);

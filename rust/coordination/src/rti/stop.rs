@@ -133,11 +133,6 @@ impl Stop {
             _ => next_event,
         }
     }
-
-    /// Stops waiting for federates that have not answered.
-    pub(super) fn give_up(&mut self) {
-        self.deadline = None;
-    }
 }
 
 /// Returns whether a federate asks for the stop tag again, as for any other tag.

@@ -41,7 +41,7 @@ impl Rti<'_> {
             }
         }
         if self.stop.deadline().is_some_and(|deadline| deadline <= now) {
-            self.stop.give_up();
+            // Without them the stop is granted.
             for federate in 0..self.members.slots.len() {
                 if self.members.running(federate).is_some() && !self.members.slots[federate].stop_agreed {
                     self.expel(federate, Cause::NoStopReply, outlet);
