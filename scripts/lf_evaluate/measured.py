@@ -5,7 +5,8 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Collection, Iterable, Sequence
+import re
+from collections.abc import Callable, Collection, Iterable, Sequence
 from dataclasses import dataclass, replace
 
 from lf_west.errors import LfError
@@ -35,6 +36,36 @@ def read(text: str) -> list[Measured]:
         ]
     except (ValueError, KeyError, TypeError, AttributeError) as error:
         raise LfError(f"lf-bench printed what is no measurement: {error!r}") from error
+
+
+# A row, an owner, and what measures it once.
+Run = tuple[str, str, Callable[[], list[Measured]]]
+
+
+def in_turns(count: int, runs: Sequence[Run], must_succeed: Collection[str] = ()) -> list[Measured]:
+    """Run all of them this many times, in turns. One that has failed is a finding, and not tried again; a failure of
+    these owners is an error.
+    """
+    seen: list[Measured] = []
+    failed: set[tuple[str, str]] = set()
+    for _ in range(count):
+        for row, who, run in runs:
+            if (row, who) not in failed:
+                try:
+                    seen += run()
+                except LfError as error:
+                    if who in must_succeed:
+                        raise
+                    failed.add((row, who))
+                    seen.append(Measured(row, who, "", error=telling_line(error)))
+    return seen
+
+
+def telling_line(error: LfError) -> str:
+    """Return the line of an error that says most: the first that names an error, or the last one."""
+    lines = [line.strip() for line in str(error).splitlines() if line.strip()]
+    telling = next((line for line in lines if re.search(r"\b(?:error|fatal)\b *[\[:]", line)), lines[-1])
+    return re.sub(r"^.*?(?=\berror\b)", "", telling)[:120]
 
 
 def no_result_in(output: str) -> LfError:

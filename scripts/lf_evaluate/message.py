@@ -10,7 +10,7 @@ from functools import partial
 from pathlib import Path
 
 from lf_evaluate import figures, thesis
-from lf_evaluate.measured import Measured, no_result_in, spread_out
+from lf_evaluate.measured import Measured, Run, in_turns, no_result_in, spread_out
 from lf_evaluate.peers import RUNTIMES, Lfc, of_target
 from lf_evaluate.results import Finding, finding
 from lf_evaluate.setting import (
@@ -24,7 +24,6 @@ from lf_evaluate.setting import (
     execute,
     variant,
 )
-from lf_west.errors import LfError
 
 COORDINATIONS = ("centralized", "decentralized")
 # As in MessageDelays.lf.
@@ -147,7 +146,11 @@ def rate_in(row: str, who: str, output: str) -> list[Measured]:
 def flow(setting: Setting) -> Finding:
     """Measure the messages per second of federates whose senders are as fast as they can be, in turns."""
     lfc = Lfc.of(setting)
-    runs: list[tuple[str, str, int, Callable[[], str]]] = []
+    runs: list[Run] = []
+
+    def add(row: str, who: str, pairs: int, run: Callable[[], str]) -> None:
+        runs.append((row, who, lambda: [Measured(row, who, "messages/s", flow_in(run(), pairs))]))
+
     for coordination in COORDINATIONS:
         for pairs in FLOW_PAIRS:
             row = f"{coordination}, {2 * pairs} federates"
@@ -156,25 +159,14 @@ def flow(setting: Setting) -> Finding:
                 name = f"Flow{target}{coordination.title()}{2 * pairs}"
                 file = variant(name, text)
                 setting.build("Linux", file)
-                runs.append((row, f"bodies in {target}", pairs, partial(setting.run, "Linux", file)))
+                add(row, f"bodies in {target}", pairs, partial(setting.run, "Linux", file))
                 if lfc is not None and target == "C":
                     # Without a time-out, LF's federates do not end: receivers wait for what may still come.
                     properties = f"coordination: {coordination}, timeout: {LFC_TIMEOUT}, {lfc.properties(target)}"
                     program = lfc.build(variant(f"{name}OfLfc", of_target(text, target, properties)))
-                    runs.append((row, RUNTIMES[target], pairs, partial(execute, [program], errors=True)))
-    seen = []
-    failed: set[tuple[str, str]] = set()
-    for _ in range(setting.rounds):
-        for row, who, pairs, run in runs:
-            if (row, who) not in failed:
-                try:
-                    seen.append(Measured(row, who, "messages/s", flow_in(run(), pairs)))
-                except LfError as error:
-                    # A failure of another runtime is a finding, and one of ours is an error.
-                    if who not in RUNTIMES.values():
-                        raise
-                    failed.add((row, who))
-                    seen.append(Measured(row, who, "", error=str(error).splitlines()[0]))
+                    add(row, RUNTIMES[target], pairs, partial(execute, [program], errors=True))
+    ours = [f"bodies in {target}" for target in FLOW_TARGETS]
+    seen = in_turns(setting.rounds, runs, must_succeed=ours)
     return finding(
         "Throughput of federates",
         "How many messages get through where no timer limits the senders?",
@@ -184,7 +176,7 @@ def flow(setting: Setting) -> Finding:
             "Each message causes the next one, a microstep later.",
         ],
         seen,
-        [f"bodies in {target}" for target in FLOW_TARGETS],
+        ours,
         ["messages/s"],
         figures=[figures.dots("Messages/s without a limit", figures.axis("messages/s", True), "messages/s", seen)],
         limits=["All federates share the processors of one computer."],

@@ -10,10 +10,11 @@ import subprocess
 import time
 from collections.abc import Iterable
 from dataclasses import dataclass, replace
+from functools import partial
 from pathlib import Path
 from tempfile import TemporaryFile
 
-from lf_evaluate.measured import Measured, no_result_in, rounds
+from lf_evaluate.measured import Measured, Run, in_turns, no_result_in, rounds, telling_line
 from lf_evaluate.peers import RUNTIMES, SINGLE_THREADED, WITHOUT, Lfc, project_of
 from lf_evaluate.results import Finding, Table, finding, number
 from lf_evaluate.setting import FOLDER, Setting, Word, execute
@@ -63,22 +64,15 @@ def suite(setting: Setting) -> Finding:
     iterations = QUICK_ITERATIONS if setting.quick else ITERATIONS
     seen = []
     for benchmark in benchmarks_in(setting.benchmarks, setting.quick):
-        programs: list[tuple[str, Path]] = []
+        runs: list[Run] = []
         for who in (OURS, *([RUNTIMES[benchmark.target]] if lfc and benchmark.target in lfc.targets() else [])):
             try:
                 file = _copy(setting.benchmarks, benchmark, iterations, None if who == OURS else lfc)
-                programs.append((who, _build(setting, file) if who == OURS or not lfc else lfc.build(file)))
+                program = _build(setting, file) if who == OURS or not lfc else lfc.build(file)
+                runs.append((benchmark.row, who, partial(_run, benchmark, who, program)))
             except LfError as error:
-                seen.append(Measured(benchmark.row, who, "", error=_short(error)))
-        failed: set[str] = set()
-        for _ in range(setting.rounds):
-            for who, program in programs:
-                if who not in failed:
-                    try:
-                        seen += _run(benchmark, who, program)
-                    except LfError as error:
-                        failed.add(who)
-                        seen.append(Measured(benchmark.row, who, "", error=_short(error)))
+                seen.append(Measured(benchmark.row, who, "", error=telling_line(error)))
+        seen += in_turns(setting.rounds, runs)
     found = finding(
         "LF's benchmarks",
         "How long do LF's own benchmarks take?",
@@ -218,10 +212,3 @@ def speed_ups(seen: Iterable[Measured]) -> Table:
         rows.append([program, *cells])
     headings = [f"{who}: {what}" for who in owners for what in ("one worker / two", "one worker / none")]
     return Table(title="Workers", headings=["", *headings], rows=rows)
-
-
-def _short(error: LfError) -> str:
-    """Return the line of an error that says most: the first that names an error, or the last one."""
-    lines = [line.strip() for line in str(error).splitlines() if line.strip()]
-    telling = next((line for line in lines if re.search(r"\b(?:error|fatal)\b *[\[:]", line)), lines[-1])
-    return re.sub(r"^.*?(?=\berror\b)", "", telling)[:120]

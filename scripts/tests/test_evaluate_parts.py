@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 
 from lf_evaluate import clocks, grid, message, sizes, suite, thesis
-from lf_evaluate.measured import Measured, percentile, read, spread_out
+from lf_evaluate.measured import Measured, in_turns, percentile, read, spread_out
 from lf_evaluate.peers import Lfc
 from lf_evaluate.results import Number, compare, finding_text, load, number, range_of, tabulate, value_of, verdict
 from lf_evaluate.setting import Setting
@@ -268,3 +268,17 @@ def test_iterations_of_benchmarks_are_read_and_workers_compared() -> None:
     table = suite.speed_ups(Measured(row, "ours", "ms", value) for row, value in times.items())
     assert table["headings"] == ["", "ours: one worker / two", "ours: one worker / none"]
     assert table["rows"] == [["C MatMul", number(2.0, digits=2), number(1.1, digits=2)]]
+
+
+def test_who_has_failed_is_not_measured_again_and_some_must_not_fail() -> None:
+    def good() -> list[Measured]:
+        return [Measured("row", "good", "ms", 1.0)]
+
+    def bad() -> list[Measured]:
+        raise LfError("compiling\nP.lf:1:1: error: no such port\nstopped")
+
+    runs = [("row", "bad", bad), ("row", "good", good)]
+    seen = in_turns(2, runs, must_succeed=["good"])
+    assert seen == [Measured("row", "bad", "", error="error: no such port"), *good(), *good()]
+    with pytest.raises(LfError, match="no such port"):
+        in_turns(2, runs, must_succeed=["bad"])
