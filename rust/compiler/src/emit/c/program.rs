@@ -11,7 +11,7 @@ use super::text::Text;
 use super::types::CType;
 use crate::emit::File;
 use crate::emit::host::ReactionPart;
-use crate::plan::{Argument, PortIndex, Reaction, ReactionKind, ScheduledReaction, TriggerKind, VariableKind};
+use crate::plan::{Argument, Reaction, ReactionKind, ScheduledReaction, TriggerKind, VariableKind};
 use crate::tables::handed_over;
 
 /// Emits the file.
@@ -29,6 +29,7 @@ pub(super) fn emit(symbols: &Symbols<'_>, folder: &str) -> File {
     program.declarations();
     program.tables();
     program.construct();
+    program.multiports();
     for part in ReactionPart::ALL {
         program.reactions(part);
     }
@@ -130,7 +131,7 @@ impl ProgramFile<'_, '_> {
     fn table(&mut self, name: &str, mut rows: Vec<String>) {
         // C has no arrays of no elements.
         if rows.is_empty() {
-            rows.push("NULL".to_owned());
+            rows.push("0".to_owned());
         }
         self.text.line(format_args!("\n{name} = {{"));
         for row in rows {
@@ -167,30 +168,52 @@ impl ProgramFile<'_, '_> {
         self.text.line("}");
     }
 
+    /// Emits the addresses of the channels of each reaction's multiports. As constants they take no time, and no memory
+    /// of a board.
+    fn multiports(&mut self) {
+        for (id, reaction) in self.symbols.federate.reactions.iter().enumerate() {
+            let ReactionKind::Body { arguments, .. } = &reaction.kind else { continue };
+            for (position, argument) in arguments.iter().enumerate() {
+                let ports = match argument {
+                    Argument::Ports(ports) => ports,
+                    Argument::Bank { ports, widths } => {
+                        let widths = widths.iter().map(ToString::to_string).collect();
+                        self.table(&format!("static const int {}[]", widths_name(id, position)), widths);
+                        ports
+                    }
+                    _ => continue,
+                };
+                let places = ports.iter().map(|port| format!("&lf_port_{}", port.0)).collect();
+                self.table(&format!("static void *const {}[]", places_name(id, position)), places);
+            }
+        }
+    }
+
     /// Adds the function that runs a part of each reaction by its number.
     fn reactions(&mut self, part: ReactionPart) {
         let function = part.method();
         self.text.line(format_args!("\nvoid lf_{function}(uint16_t reaction) {{\n    switch (reaction) {{"));
         for (id, reaction) in self.symbols.federate.reactions.iter().enumerate() {
-            if let Some(call) = self.call(reaction, part) {
+            if let Some(call) = self.call(id, reaction, part) {
                 self.text.line(format_args!("    case {id}:\n        {call};\n        break;"));
             }
         }
         self.text.line("    default:\n        break;\n    }\n}");
     }
 
-    fn call(&self, reaction: &ScheduledReaction, part: ReactionPart) -> Option<String> {
+    fn call(&self, id: usize, reaction: &ScheduledReaction, part: ReactionPart) -> Option<String> {
         let (plan, federate) = (self.symbols.plan, self.symbols.federate);
         let ReactionKind::Body { instance, reaction: number, arguments } = &reaction.kind else { return None };
         let class = plan.class(&federate.instances[instance.0]);
         let declared: &Reaction = &class.reactions[number - 1];
         let suffix = part.run(declared)?.suffix();
-        let given = declared.parameters.iter().zip(arguments).map(|(parameter, argument)| match argument {
+        let given = declared.parameters.iter().zip(arguments).enumerate();
+        let given = given.map(|(position, (parameter, argument))| match argument {
             Argument::Port(place) => format!(", &lf_port_{}", place.0),
-            Argument::Ports(ports) => format!(", {}, {}", places(ports), ports.len()),
-            Argument::Bank { ports, widths } => {
-                let listed = widths.iter().map(|width| format!("{width}, ")).collect::<Vec<_>>().concat();
-                format!(", {}, (const int[]){{ {listed}0 }}, {}", places(ports), widths.len())
+            Argument::Ports(ports) => format!(", (void **){}, {}", places_name(id, position), ports.len()),
+            Argument::Bank { widths, .. } => {
+                let (places, listed) = (places_name(id, position), widths_name(id, position));
+                format!(", (void **){places}, {listed}, {}", widths.len())
             }
             Argument::Trigger(trigger) => format!(", &lf_trigger_{}", trigger.0),
             Argument::Mode(mode) => {
@@ -236,10 +259,14 @@ impl ProgramFile<'_, '_> {
     }
 }
 
-/// Returns the addresses of ports, as an array; a null pointer for no ports.
-fn places(ports: &[PortIndex]) -> String {
-    let places = ports.iter().map(|port| format!("&lf_port_{}, ", port.0)).collect::<Vec<_>>();
-    format!("(void *[]){{ {}NULL }}", places.concat())
+/// Returns the name of the addresses for a parameter of a reaction, by its position.
+fn places_name(reaction: usize, parameter: usize) -> String {
+    format!("lf_places_{reaction}_{parameter}")
+}
+
+/// Returns the name of the widths of a bank's ports, for the same.
+fn widths_name(reaction: usize, parameter: usize) -> String {
+    format!("lf_widths_{reaction}_{parameter}")
 }
 
 /// Returns whether bodies see a trigger.
