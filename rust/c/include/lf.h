@@ -192,7 +192,7 @@ typedef struct {
 #else
 #define LF_PORT_BASE LF_PORT_FIELDS_
 #endif
-/* What all ports have in common. Each of them is of a type of its own, whose values this type may alias. */
+/* The common part of all ports. Each of them is of a type of its own, whose values this type may alias. */
 typedef struct LF_MAY_ALIAS_ lf_port_base_t {
 	LF_PORT_BASE;
 } lf_port_base_t;

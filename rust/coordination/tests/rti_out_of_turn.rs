@@ -78,9 +78,9 @@ fn every_message_before_a_federate_has_joined() {
     let nonce = Message::FedNonce { federate: 0, nonce: NONCE };
     insta::assert_snapshot!("connected", outcomes(|| after(config(), &[])));
     insta::assert_snapshot!("connected_to_one_that_authenticates", outcomes(|| after(authenticating(), &[])));
-    insta::assert_snapshot!("nonce", outcomes(|| after(authenticating(), &[nonce.clone()])));
-    insta::assert_snapshot!("ids", outcomes(|| after(config(), &[ids.clone()])));
-    insta::assert_snapshot!("neighbors", outcomes(|| after(config(), &[ids.clone(), neighbors.clone()])));
+    insta::assert_snapshot!("nonce", outcomes(|| after(authenticating(), &[nonce])));
+    insta::assert_snapshot!("ids", outcomes(|| after(config(), &[ids])));
+    insta::assert_snapshot!("neighbors", outcomes(|| after(config(), &[ids, neighbors])));
 }
 
 #[test]
@@ -92,7 +92,7 @@ fn every_message_of_a_federate() {
     };
     let running = || {
         let (rig, connections) = started(config(), Sizes::ample(2), &[vec![], vec![]]);
-        assert_eq!(rig.rti.start_time().map(|start| start.as_nanos()), Some(START));
+        assert_eq!(rig.rti.start_time().map(lf_model::time::Instant::as_nanos), Some(START));
         (rig, connections[0])
     };
     let resigned = || {

@@ -177,8 +177,7 @@ impl Bodies for CBodies<'_> {
                 all.copied().filter(|id| kinds.contains(&owner.tables.triggers[*id].cell)).collect()
             };
             let cells = |ids: &[usize]| {
-                let cells =
-                    ids.iter().map(|id| format!("(TriggerId({id}), &mut self.{})", owner.symbols.triggers[*id]));
+                let cells = ids.iter().map(|id| format!("(TriggerId({id}), &mut {})", owner.symbols.triggers[*id]));
                 cells.collect::<Vec<_>>().join(", ")
             };
             let (actions, watchdogs) = (own(&[Cell::Logical, Cell::Physical]), own(&[Cell::Watchdog]));
@@ -209,7 +208,7 @@ impl Bodies for CBodies<'_> {
         let (triggers, symbols) = (&owner.tables.triggers, &owner.symbols);
         let cells = |kinds: &[Cell]| {
             let cells = triggers.iter().enumerate().filter(|(_, row)| kinds.contains(&row.cell));
-            cells.map(|(id, _)| format!("TriggerId({id}) => Some(&mut self.{})", symbols.triggers[id])).collect()
+            cells.map(|(id, _)| format!("TriggerId({id}) => Some(&mut {})", symbols.triggers[id])).collect()
         };
         let inboxes = triggers.iter().enumerate().filter(|(_, row)| row.cell == Cell::Physical);
         let inboxes = inboxes.map(|(id, _)| format!("TriggerId({id}) => Some(&{})", symbols.inboxes[id]));

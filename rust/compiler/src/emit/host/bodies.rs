@@ -5,9 +5,10 @@
 //! of the bodies; an implementation per language provides the access to them. Implementations may use the host's
 //! functions, and not each other's.
 
-use proc_macro2::{Ident, TokenStream};
+use proc_macro2::TokenStream;
 use quote::quote;
 
+use super::places::{Group, PlaceExpression};
 use super::splice::Splices;
 use super::symbols::Owner;
 use crate::emit::{EmitError, File, FileMap};
@@ -149,18 +150,41 @@ pub(in crate::emit) struct Members {
     pub(in crate::emit) locals: TokenStream,
 }
 
+/// An instance, a port or a queue in that struct.
+pub(in crate::emit) struct Member<'p> {
+    /// A word before its path in the documentation, with a space.
+    pub(in crate::emit) word: &'static str,
+    pub(in crate::emit) path: &'p str,
+    pub(in crate::emit) at: Location,
+    pub(in crate::emit) ty: String,
+    pub(in crate::emit) value: TokenStream,
+}
+
 impl Members {
-    pub(super) fn field(
+    /// Adds the fields of all members of one kind, by their numbers; some numbers have none.
+    pub(in crate::emit) fn add(
         &mut self,
         splices: &mut Splices<'_>,
-        (text, at): (String, Location),
-        name: &Ident,
-        ty: &str,
-        value: &TokenStream,
+        (places, arrays): (&[PlaceExpression], &[Group]),
+        members: &[Option<Member<'_>>],
     ) {
-        let (doc, ty) = (splices.doc(&text, at), tokens(ty));
-        self.fields.extend(quote! { #doc #name: #ty, });
-        self.values.extend(quote! { #name: #value, });
+        for (number, place) in places.iter().enumerate() {
+            let (Some(member), Some(field)) = (&members[number], place.begun_field()) else { continue };
+            let Member { word, path, at, ty, value } = member;
+            let (text, ty, value) = match arrays.iter().find(|array| array.parts[0] == number) {
+                None => (format!("{word}`{path}`"), ty.clone(), value.clone()),
+                Some(array) => {
+                    let all: Vec<_> = array.parts.iter().filter_map(|part| members[*part].as_ref()).collect();
+                    let last = all.last().map_or(*path, |member| member.path);
+                    let values: Vec<_> = all.iter().map(|member| member.value.clone()).collect();
+                    (format!("{word}`{path}` to `{last}`"), array.array_type(ty), array.array(&values))
+                }
+            };
+            let (doc, ty) = (splices.doc(&text, *at), tokens(&ty));
+            self.fields.extend(quote! { #doc #field: #ty, });
+            let is_variable = *field == value.to_string();
+            self.values.extend(if is_variable { quote!(#field,) } else { quote!(#field: #value,) });
+        }
     }
 }
 

@@ -3,6 +3,7 @@
 //!
 //! No code in this module depends on a language; [`Bodies`] provides the parts that differ between languages.
 
+mod arms;
 mod beside;
 mod bodies;
 mod class;
@@ -16,6 +17,7 @@ mod levels;
 mod manifest;
 mod module;
 mod owner;
+mod places;
 mod print;
 mod program;
 mod rti;
@@ -25,7 +27,7 @@ mod symbols;
 mod tables;
 
 pub(super) use beside::Beside;
-pub(super) use bodies::{Bodies, Members, NativeParts, Output, ReactionPart, tokens};
+pub(super) use bodies::{Bodies, Member, Members, NativeParts, Output, ReactionPart, tokens};
 pub(super) use class::GivenValue;
 pub(super) use compilation::CompilerArguments;
 pub(super) use crates::emit;
@@ -35,5 +37,5 @@ pub(super) use print::interval;
 pub(super) use program::push_methods;
 pub(super) use sending::{SentPort, copied_ports, sent_ports, serializer_type};
 pub(super) use splice::Splices;
-pub(super) use symbols::Owner;
+pub(super) use symbols::{Owner, numbers};
 pub(super) use tables::ids;

@@ -39,9 +39,10 @@ impl FederateModule<'_> {
 
     /// Returns the expression of a port: its place, or a reference to it.
     pub(super) fn port(&self, port: usize) -> String {
-        match self.bodies.cells_refer() {
-            true => format!("{}::new(PortId({port}))", self.bodies.cell("Port")),
-            false => self.owner.port_place(port),
+        if self.bodies.cells_refer() {
+            format!("{}::new(PortId({port}))", self.bodies.cell("Port"))
+        } else {
+            self.owner.port_place(port)
         }
     }
 

@@ -4,11 +4,11 @@
 use proc_macro2::{Ident, Literal, TokenStream};
 use quote::quote;
 
-use super::bodies::{Members, tokens};
+use super::bodies::{Member, Members, tokens};
 use super::module::FederateModule;
 use super::splice::Splices;
 use crate::emit::EmitError;
-use crate::plan::{TriggerKind, Type};
+use crate::plan::{Port, TriggerKind, Type};
 use crate::tables::{Cell, TriggerRow};
 
 impl FederateModule<'_> {
@@ -35,33 +35,26 @@ impl FederateModule<'_> {
         let doc = splices.doc("All state, ports and queues", self.owner.federate.at);
         let mut members = Members::default();
         self.bodies.instances(&self.owner, &mut members, splices)?;
-        for (index, (row, port)) in self.owner.tables.ports.iter().zip(&self.owner.federate.ports).enumerate() {
+        let (federate, tables, symbols) = (self.owner.federate, &self.owner.tables, &self.owner.symbols);
+        let mut all = Vec::new();
+        for (index, (row, port)) in tables.ports.iter().zip(&federate.ports).enumerate() {
             // A port with a queue lives in the field of the trigger that fills it.
-            if row.filled_by.is_none() && !self.bodies.cells_refer() {
-                let (ty, id) = (self.bodies.value_type(&port.path, &port.ty)?, Literal::usize_unsuffixed(index));
-                let name = tokens(&self.bodies.cell("Port"));
-                let value = quote!(#name::new(PortId(#id)));
-                let (doc, ty) = ((format!("Port `{}`", port.path), port.at), self.cell_type("Port", &ty, None));
-                members.field(splices, doc, &self.owner.symbols.ports[index], &ty, &value);
-            }
+            let is_own = row.filled_by.is_none() && !self.bodies.cells_refer();
+            all.push(if is_own { Some(self.port_member(index, port)?) } else { None });
         }
-        for (index, (row, trigger)) in self.owner.tables.triggers.iter().zip(&self.owner.federate.triggers).enumerate()
-        {
-            let Some(at) = trigger.at else { continue };
+        members.add(splices, (&symbols.ports, &symbols.arrays.ports), &all);
+        let mut all = Vec::new();
+        for (index, (row, trigger)) in tables.triggers.iter().zip(&federate.triggers).enumerate() {
             let ty = match &trigger.kind {
                 TriggerKind::Action { ty, .. } => Some(ty),
                 _ => None,
             };
-            if let Some((ty, value)) = self.cell(index, row, ty)? {
-                members.field(
-                    splices,
-                    (format!("`{}`", trigger.path), at),
-                    &self.owner.symbols.triggers[index],
-                    &ty,
-                    &value,
-                );
-            }
+            let cell = if trigger.at.is_some() { self.cell(index, row, ty)? } else { None };
+            let path = &trigger.path;
+            let member = cell.zip(trigger.at).map(|((ty, value), at)| Member { word: "", path, at, ty, value });
+            all.push(member);
         }
+        members.add(splices, (&symbols.triggers, &symbols.arrays.triggers), &all);
         let Members { fields, values, locals } = members;
         Ok(quote! {
             #doc
@@ -74,6 +67,12 @@ impl FederateModule<'_> {
                 }
             }
         })
+    }
+
+    fn port_member<'p>(&self, index: usize, port: &'p Port) -> Result<Member<'p>, EmitError> {
+        let (ty, id) = (self.bodies.value_type(&port.path, &port.ty)?, Literal::usize_unsuffixed(index));
+        let (ty, cell) = (self.cell_type("Port", &ty, None), tokens(&self.bodies.cell("Port")));
+        Ok(Member { word: "Port ", path: &port.path, at: port.at, ty, value: quote!(#cell::new(PortId(#id))) })
     }
 
     /// Returns the type and the first value of a trigger's field; startup and shutdown have none.

@@ -2,6 +2,7 @@
 //! The implementation of `Program`: maps numbers to fields and methods. The trait's own methods remain for all parts
 //! that a program does not have.
 
+use super::arms::merge;
 use super::bodies::ReactionPart;
 use super::module::FederateModule;
 use crate::tables::{Cell, TriggerRow};
@@ -61,14 +62,14 @@ impl FederateModule<'_> {
             ids.map(|id| format!("PortId({id}) => {}.clear()", self.owner.port_place(id))).collect()
         };
         let triggers = tables.triggers.iter().enumerate().filter(|(_, row)| row.cell != Cell::None);
-        let triggers = triggers.map(|(id, _)| format!("TriggerId({id}) => Some(&mut self.{})", trigger(id)));
+        let triggers = triggers.map(|(id, _)| format!("TriggerId({id}) => Some(&mut {})", trigger(id)));
         let is_queue = |row: &TriggerRow<'_>| row.mode.is_some() && row.cell != Cell::Timer;
         let in_modes = tables.triggers.iter().enumerate().filter(|(_, row)| is_queue(row));
-        let in_modes = in_modes.map(|(id, _)| format!("TriggerId({id}) => Some(&mut self.{})", trigger(id)));
+        let in_modes = in_modes.map(|(id, _)| format!("TriggerId({id}) => Some(&mut {})", trigger(id)));
         let captures = tables.triggers.iter().enumerate().filter_map(|(id, row)| {
             let source = self.port(usize::from(row.captures?.0));
             let by_reference = if self.bodies.cells_refer() { "" } else { "&" };
-            Some(format!("TriggerId({id}) => self.{}.capture(tag, {by_reference}{source})", trigger(id)))
+            Some(format!("TriggerId({id}) => {}.capture(tag, {by_reference}{source})", trigger(id)))
         });
         let encodes = tables.outputs.iter().enumerate().map(|(id, output)| {
             let by = self.by(self.owner.federate.outputs[id].serializer.as_ref(), output.source);
@@ -80,10 +81,10 @@ impl FederateModule<'_> {
             self.by(self.owner.federate.inputs[id].serializer.as_ref(), input.fills)
         };
         let delivers = inputs()
-            .map(|(id, input)| format!("InputId({id}) => self.{}.deliver{}(tag, bytes)", queue(input), by(id, input)));
+            .map(|(id, input)| format!("InputId({id}) => {}.deliver{}(tag, bytes)", queue(input), by(id, input)));
         let tardies = inputs().filter(|(_, input)| input.tardy).map(|(id, input)| {
             let by = by(id, input);
-            format!("InputId({id}) => self.{}.deliver_tardy{by}(tag, intended, bytes)", queue(input))
+            format!("InputId({id}) => {}.deliver_tardy{by}(tag, intended, bytes)", queue(input))
         });
         let [handed_over, taken_over] = self.bodies.handovers(&self.owner);
         let mut text = format!(
@@ -123,6 +124,7 @@ pub(in crate::emit) fn push_methods<const N: usize>(text: &mut String, methods: 
             continue;
         }
         text.extend(["\n    fn ", signature, " {\n        match ", id, " {\n"]);
+        let arms = merge(&arms);
         let is_whole = arms.iter().any(|arm| arm.starts_with("_ => "));
         text.extend(arms.iter().flat_map(|arm| ["            ", arm, ",\n"]));
         if !is_whole {

@@ -6,7 +6,7 @@ use std::fmt::Write as _;
 use lf_model::{ReactionId, TriggerId};
 
 use super::reactor::{handover_methods, reaction_method, reset_method};
-use crate::emit::host::{Owner, ReactionPart, ids};
+use crate::emit::host::{Owner, ReactionPart, ids, numbers};
 use crate::plan::{Argument, InstanceIndex, ReactionKind, ScheduledReaction, VariableKind};
 use crate::tables::HandedOverRow;
 
@@ -15,9 +15,9 @@ pub(super) fn modes(owner: &Owner<'_>) -> Vec<String> {
     let arm = |(id, resets): (usize, Vec<(InstanceIndex, Option<usize>)>)| {
         let mut calls = String::new();
         for (instance, of) in &resets {
-            let (field, method) = (&owner.symbols.instances[instance.0], reset_method(*of));
+            let (place, method) = (&owner.symbols.instances[instance.0], reset_method(*of));
             // Writing to a String cannot fail.
-            let _ = write!(calls, "self.{field}.{method}(); ");
+            let _ = write!(calls, "{place}.{method}(); ");
         }
         (!calls.is_empty()).then(|| format!("ModeId({id}) => {{ {calls}}}"))
     };
@@ -28,8 +28,8 @@ pub(super) fn modes(owner: &Owner<'_>) -> Vec<String> {
 pub(super) fn handovers(owner: &Owner<'_>) -> [Vec<String>; 2] {
     let call = |which: usize| {
         let arm = |(number, row): (usize, &HandedOverRow<'_>)| {
-            let (field, methods) = (&owner.symbols.instances[row.instance.0], handover_methods(&row.state.name));
-            format!("{number} => self.{field}.{}(bytes)", methods[which])
+            let (place, methods) = (&owner.symbols.instances[row.instance.0], handover_methods(&row.state.name));
+            format!("{number} => {place}.{}(bytes)", methods[which])
         };
         owner.tables.handed_over.iter().enumerate().map(arm).collect()
     };
@@ -55,25 +55,29 @@ fn call(owner: &Owner<'_>, reaction: &ScheduledReaction, part: ReactionPart) -> 
     let ReactionKind::Body { instance, reaction: number, arguments } = &reaction.kind else { return None };
     let declared = &owner.plan.class(&owner.federate.instances[instance.0]).reactions[number - 1];
     let method = reaction_method(*number, part.run(declared)?);
-    let field = &owner.symbols.instances[instance.0];
+    let place = &owner.symbols.instances[instance.0];
     let arguments = declared.parameters.iter().zip(arguments).map(|(parameter, argument)| {
         let mutable = if parameter.effect && parameter.kind != VariableKind::Timer { "mut " } else { "" };
         match argument {
             Argument::Port(place) => format!(", &{mutable}{}", owner.port_place(place.0)),
             Argument::Ports(ports) | Argument::Bank { ports, .. } => {
-                let places = ports.iter().map(|port| format!("&{mutable}{}", owner.port_place(port.0)));
-                let places = places.collect::<Vec<_>>().join(", ");
-                let name = if mutable.is_empty() { "Multiport" } else { "MultiportMut" };
-                format!(", &{mutable}{name}::new(&{mutable}[{places}])")
+                let (name, each) =
+                    if mutable.is_empty() { ("Multiport", "each_ref") } else { ("MultiportMut", "each_mut") };
+                let places = || ports.iter().map(|port| format!("&{mutable}{}", owner.port_place(port.0)));
+                let all = match owner.array_of(&numbers(argument)) {
+                    Some(array) => format!("{array}.{each}()"),
+                    None => format!("[{}]", places().collect::<Vec<_>>().join(", ")),
+                };
+                format!(", &{mutable}{name}::new(&{mutable}{all})")
             }
-            Argument::Trigger(trigger) => format!(", &{mutable}self.{}", owner.symbols.triggers[trigger.0]),
+            Argument::Trigger(trigger) => format!(", &{mutable}{}", owner.symbols.triggers[trigger.0]),
             Argument::Mode(mode) => {
                 let is_history = matches!(parameter.kind, VariableKind::Mode { history: true });
                 format!(", Transition::{}(ModeId({mode}))", if is_history { "history" } else { "reset" })
             }
         }
     });
-    Some(format!("self.{field}.{method}(ctx{})", arguments.collect::<String>()))
+    Some(format!("{place}.{method}(ctx{})", arguments.collect::<String>()))
 }
 
 /// Returns one arm per level at which several instances have reactions, if there are threads for them.

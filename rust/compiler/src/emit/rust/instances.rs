@@ -7,7 +7,7 @@ use quote::quote;
 use super::bodies::RustBodies;
 use super::reactor::child_method;
 use crate::emit::EmitError;
-use crate::emit::host::{Members, Owner, Splices, tokens};
+use crate::emit::host::{Member, Members, Owner, Splices, tokens};
 
 impl RustBodies<'_> {
     /// Adds the construction of the instances, containers first, and fields for those with reactions.
@@ -23,12 +23,13 @@ impl RustBodies<'_> {
             let value = self.new_main()?;
             members.locals.extend(quote! { let #main = #value; });
         }
+        let mut kept = Vec::new();
         for (index, instance) in federate.instances.iter().enumerate() {
-            let field = &symbols.instances[index];
+            let local = &symbols.locals[index];
             let value = match plan.child(federate, instance) {
                 None => self.new_main()?,
                 Some(child) => {
-                    let container = instance.parent.map_or(main, |parent| &symbols.instances[parent.0]);
+                    let container = instance.parent.map_or(main, |parent| &symbols.locals[parent.0]);
                     let method = child_method(child);
                     let member = instance.bank_index.map(Literal::usize_unsuffixed);
                     quote!(#container.#method(#member))
@@ -37,18 +38,17 @@ impl RustBodies<'_> {
             let is_kept = !plan.class(instance).reactions.is_empty();
             let is_container = federate.instances.iter().any(|other| other.parent.is_some_and(|at| at.0 == index));
             members.locals.extend(if is_kept || is_container {
-                quote! { let #field = #value; }
+                quote! { let #local = #value; }
             } else {
                 // The initial values are still evaluated; a variable would be unused.
                 quote! { let _ = #value; }
             });
-            if is_kept {
-                let doc = splices.doc(&format!("Instance `{}`", instance.path), instance.at);
-                let path = tokens(&self.class(instance.class));
-                members.fields.extend(quote! { #doc #field: #path, });
-                members.values.extend(quote! { #field, });
-            }
+            let (path, at) = (&instance.path, instance.at);
+            let member =
+                || Member { word: "Instance ", path, at, ty: self.class(instance.class), value: quote!(#local) };
+            kept.push(is_kept.then(member));
         }
+        members.add(splices, (&symbols.instances, &symbols.arrays.instances), &kept);
         Ok(())
     }
 
