@@ -120,8 +120,8 @@ def changed(text: str, benchmark: Benchmark, iterations: int, lfc: Lfc | None) -
     properties = [lfc.properties(benchmark.target) if lfc else "build-type: Release"]
     properties.append(f"workers: {benchmark.workers}" if benchmark.workers else SINGLE_THREADED)
     if benchmark.target == "Rust" and lfc is None:
-        # `gen` is a name in these programs, and became a keyword of Rust 2024.
-        properties.append('edition: "2021"')
+        # `gen` is a name in these programs, and became a keyword of Rust 2024; reactor-rs logs warnings only.
+        properties += ['edition: "2021"', "logging: warn"]
     return re.sub(r"^target (\w+) \{", rf"target \1 {{ {', '.join(properties)},", text, count=1, flags=re.MULTILINE)
 
 

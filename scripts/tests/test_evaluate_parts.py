@@ -236,7 +236,7 @@ def test_benchmarks_get_iterations_and_workers_and_keep_the_rest() -> None:
     assert lines(C_BENCHMARK, "C", 0, None) == lines(C_BENCHMARK, "C", 0, lfc) == [single, main]
     assert lines(C_BENCHMARK, "C", 2, None) == ["target C { build-type: Release, workers: 2,", main]
     main = "main reactor(num_iterations: usize = 5, count: usize = 40000) {}"
-    ours = 'target Rust { build-type: Release, workers: 1, edition: "2021",'
+    ours = 'target Rust { build-type: Release, workers: 1, edition: "2021", logging: warn,'
     assert lines(RUST_BENCHMARK, "Rust", 1, None) == [ours, main]
     theirs = 'target Rust { build-type: Release, external-runtime-path: "/r"'
     assert lines(RUST_BENCHMARK, "Rust", 0, lfc) == [f"{theirs}, single-threaded: true,", main]

@@ -10,7 +10,7 @@ use super::identifiers::{give, ident};
 use super::places::{ArrayUses, Group, PlaceExpression};
 use crate::emit::Job;
 use crate::emit::names::{Names, snake_case};
-use crate::plan::{Argument, Federate, Plan, ReactionKind, TriggerKind, VariableKind};
+use crate::plan::{Argument, ClassIndex, Federate, Plan, ReactionKind, TriggerKind, VariableKind};
 use crate::tables::{Cell, Tables};
 
 /// The struct that owns all state, ports and queues of a federate.
@@ -66,14 +66,17 @@ impl Arrays {
                 && triggers[one].at.is_some()
                 && value_type(&triggers[one].kind) == value_type(&triggers[other].kind)
         });
+        let classes: BTreeMap<&str, ClassIndex> =
+            instances.iter().map(|instance| (&*instance.path, instance.class)).collect();
+        let owner_of = |port: usize| ports[port].path.rsplit_once('.').and_then(|(owner, _)| classes.get(owner));
         let mut of_ports = Group::of(ports.iter().map(|port| &*port.path), |one, other| {
             [one, other].iter().all(|at| tables.ports[*at].filled_by.is_none())
                 && ports[one].ty.text == ports[other].ty.text
-                && federate.declared(&ports[one].path) == federate.declared(&ports[other].path)
+                && owner_of(one) == owner_of(other)
         });
-        let clashes = port_clashes(plan, federate, &of_ports);
+        let refused = port_clashes(plan, federate, &of_ports);
         let mut at = 0..;
-        of_ports.retain(|_| at.next().is_some_and(|at| !clashes.contains(&at)));
+        of_ports.retain(|_| at.next().is_some_and(|at| !refused.contains(&at)));
         Self { instances: of_instances, triggers: of_triggers, ports: of_ports }
     }
 }
