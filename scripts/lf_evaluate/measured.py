@@ -62,9 +62,9 @@ def in_turns(count: int, runs: Sequence[Run], must_succeed: Collection[str] = ()
 
 
 def telling_line(error: LfError) -> str:
-    """Return the line of an error that says most: the first that names an error, or the last one."""
+    """Return the line of an error that says most: the first that names an error, or else the first one."""
     lines = [line.strip() for line in str(error).splitlines() if line.strip()]
-    telling = next((line for line in lines if re.search(r"\b(?:error|fatal)\b *[\[:]", line)), lines[-1])
+    telling = next((line for line in lines if re.search(r"\b(?:error|fatal)\b *[\[:]", line)), lines[0])
     return re.sub(r"^.*?(?=\berror\b)", "", telling)[:120]
 
 
