@@ -151,12 +151,12 @@ impl<const N: usize> QueuedPort<N> {
     ///
     /// # Errors
     /// When the queue is full.
-    pub fn capture(&mut self, tag: Tag, source: Port) -> Result<(), Full> {
+    pub fn capture(&mut self, tag: Tag, source: &Port) -> Result<(), Full> {
         if !source.is_present() {
             return Ok(());
         }
         let (port, trigger) = (self.port, self.trigger);
-        match self.queue.put(tag, || port.capture(source, trigger)) {
+        match self.queue.put(tag, || port.capture(*source, trigger)) {
             Err(Undelivered::Full(full)) => Err(full),
             _ => Ok(()),
         }

@@ -273,6 +273,13 @@ pub struct ReactionParameter {
     pub at: Location,
 }
 
+impl ReactionParameter {
+    /// Returns whether bodies may change the variable. A timer among the effects is only seen.
+    pub fn is_mutable(&self) -> bool {
+        self.effect && self.kind != VariableKind::Timer
+    }
+}
+
 /// A port of a contained reactor.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct ChildPort {

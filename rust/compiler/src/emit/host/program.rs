@@ -54,13 +54,7 @@ impl FederateModule<'_> {
         let tables = &self.owner.tables;
         let trigger = |index: usize| &self.owner.symbols.triggers[index];
         let arms = |part: ReactionPart| self.bodies.reactions(&self.owner, part);
-        let clears = if self.bodies.cells_refer() {
-            let any = format!("_ => {}::new(port).clear()", self.bodies.cell("Port"));
-            tables.ports.first().map(|_| any).into_iter().collect()
-        } else {
-            let ids = 0..tables.ports.len();
-            ids.map(|id| format!("PortId({id}) => {}.clear()", self.owner.port_place(id))).collect()
-        };
+        let clears = (0..tables.ports.len()).map(|id| format!("PortId({id}) => {}.clear()", self.port(id)));
         let triggers = tables.triggers.iter().enumerate().filter(|(_, row)| row.cell != Cell::None);
         let triggers = triggers.map(|(id, _)| format!("TriggerId({id}) => Some(&mut {})", trigger(id)));
         let is_queue = |row: &TriggerRow<'_>| row.mode.is_some() && row.cell != Cell::Timer;
@@ -68,8 +62,7 @@ impl FederateModule<'_> {
         let in_modes = in_modes.map(|(id, _)| format!("TriggerId({id}) => Some(&mut {})", trigger(id)));
         let captures = tables.triggers.iter().enumerate().filter_map(|(id, row)| {
             let source = self.port(usize::from(row.captures?.0));
-            let by_reference = if self.bodies.cells_refer() { "" } else { "&" };
-            Some(format!("TriggerId({id}) => {}.capture(tag, {by_reference}{source})", trigger(id)))
+            Some(format!("TriggerId({id}) => {}.capture(tag, &{source})", trigger(id)))
         });
         let encodes = tables.outputs.iter().enumerate().map(|(id, output)| {
             let by = self.by(self.owner.federate.outputs[id].serializer.as_ref(), output.source);
@@ -97,7 +90,7 @@ impl FederateModule<'_> {
                 (MISS, arms(ReactionPart::MissedDeadline)),
                 (TARDY, if tables.has_tardy_inputs() { arms(ReactionPart::Tardy) } else { Vec::new() }),
                 (SHARE, self.bodies.shares(&self.owner)),
-                (CLEAR_PORT, clears),
+                (CLEAR_PORT, clears.collect()),
                 (TRIGGER, triggers.collect()),
                 (CAPTURE, captures.collect()),
                 (ENCODE, encodes.collect()),

@@ -10,7 +10,7 @@ use super::identifiers::{give, ident};
 use super::places::{ArrayUses, Group, PlaceExpression};
 use crate::emit::Job;
 use crate::emit::names::{Names, snake_case};
-use crate::plan::{Argument, ClassIndex, Federate, Plan, ReactionKind, TriggerKind, VariableKind};
+use crate::plan::{Argument, ClassIndex, Federate, Plan, ReactionKind, TriggerKind};
 use crate::tables::{Cell, Tables};
 
 /// The struct that owns all state, ports and queues of a federate.
@@ -99,8 +99,7 @@ fn port_clashes(plan: &Plan, federate: &Federate, groups: &[Group]) -> BTreeSet<
             ReactionKind::Body { instance, reaction, arguments } => {
                 let declared = &plan.class(&federate.instances[instance.0]).reactions[reaction - 1];
                 for (parameter, argument) in declared.parameters.iter().zip(arguments) {
-                    let changes = parameter.effect && parameter.kind != VariableKind::Timer;
-                    uses.add(groups, &of, &numbers(argument), changes);
+                    uses.add(groups, &of, &numbers(argument), parameter.is_mutable());
                 }
             }
             ReactionKind::Copy { from, to } => {

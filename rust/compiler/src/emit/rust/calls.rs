@@ -57,7 +57,7 @@ fn call(owner: &Owner<'_>, reaction: &ScheduledReaction, part: ReactionPart) -> 
     let method = reaction_method(*number, part.run(declared)?);
     let place = &owner.symbols.instances[instance.0];
     let arguments = declared.parameters.iter().zip(arguments).map(|(parameter, argument)| {
-        let mutable = if parameter.effect && parameter.kind != VariableKind::Timer { "mut " } else { "" };
+        let mutable = if parameter.is_mutable() { "mut " } else { "" };
         match argument {
             Argument::Port(place) => format!(", &{mutable}{}", owner.port_place(place.0)),
             Argument::Ports(ports) | Argument::Bank { ports, .. } => {
