@@ -103,14 +103,16 @@ impl Compiler {
         println!("cargo::rerun-if-changed={}", file.display());
         let mut build = cc::Build::new();
         build.cpp(is_cpp(file)).cargo_metadata(false).cargo_warnings(false).warnings(false);
-        let tool = build.get_compiler();
+        // The code of a program, as CMake compiles it: nothing in it can be replaced, and debuggers need no frame
+        // pointers. The library would compile it for a shared object.
+        let tool = build.pic(false).force_frame_pointer(false).get_compiler();
         let mut command: Vec<_> = vec![tool.path().into()];
         // Only the compiler's default warnings: bodies need not use all of their parameters. The library would suppress
         // all warnings.
         command.extend(tool.args().iter().filter(|argument| *argument != "-w").cloned());
         let given = [&self.mistakes[usize::from(is_cpp(file))]];
         command.extend(given.into_iter().flatten().map(Into::into));
-        command.extend(["-D_GNU_SOURCE", "-fdiagnostics-color=never", "-MMD"].map(Into::into));
+        command.extend(["-fPIE", "-D_GNU_SOURCE", "-fdiagnostics-color=never", "-MMD"].map(Into::into));
         if is_cpp(file) {
             // LF's `string` is a `char *`, and ports have values of types of which the standard does not promise that
             // `offsetof` works.

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 //! A set of small numbers over borrowed words.
+use crate::ids::ReactionId;
 
 #[derive(Debug)]
 pub(crate) struct Bits<'a>(pub(crate) &'a mut [u32]);
@@ -21,18 +22,50 @@ impl Bits<'_> {
         self.0[usize::from(index / 32)] &= !(1 << (index % 32));
     }
 
+    /// Adds reactions, those of a word at once: a processor waits for what it has just written.
+    pub(crate) fn insert_reactions(&mut self, reactions: &[ReactionId]) {
+        let mut rest = reactions;
+        while let [first, others @ ..] = rest {
+            let (word, mut bits) = (first.0 / 32, 1 << (first.0 % 32));
+            rest = others;
+            while let [next, others @ ..] = rest
+                && next.0 / 32 == word
+            {
+                bits |= 1 << (next.0 % 32);
+                rest = others;
+            }
+            self.0[usize::from(word)] |= bits;
+        }
+    }
+
     /// Returns the smallest number in the set, not below `from`.
     pub(crate) fn first_from(&self, from: u16) -> Option<u16> {
         let mut mask = u32::MAX << (from % 32);
         for (index, word) in self.0.iter().enumerate().skip(usize::from(from / 32)) {
             if word & mask != 0 {
-                // The index fits: a set is never larger than its 16-bit numbers.
-                #[allow(clippy::cast_possible_truncation)]
-                return Some(index as u16 * 32 + (word & mask).trailing_zeros() as u16);
+                return Some(number(index, word & mask));
             }
             mask = u32::MAX;
         }
         None
+    }
+
+    /// Removes the next number of a walk, and returns it; `None` if that is above `last`.
+    #[inline]
+    pub(crate) fn next(&mut self, walk: &mut Walk, last: u16) -> Option<u16> {
+        let mut rest = self.0[walk.word] & walk.above;
+        while rest == 0 && walk.word < usize::from(last / 32) {
+            self.0[walk.word] = 0;
+            walk.word += 1;
+            (rest, walk.above) = (self.0[walk.word], u32::MAX);
+        }
+        let next = (rest != 0).then(|| number(walk.word, rest)).filter(|next| *next <= last);
+        if next.is_some() {
+            walk.above = !(rest ^ (rest - 1));
+        } else {
+            self.0[walk.word] &= walk.above;
+        }
+        next
     }
 
     pub(crate) fn pop_first(&mut self) -> Option<u16> {
@@ -51,6 +84,30 @@ impl Bits<'_> {
     pub(crate) fn clear(&mut self) {
         self.0.fill(0);
     }
+}
+
+/// A walk upwards through a set that has nothing below its begin, and gets nothing below where the walk is. The set
+/// loses the numbers of a word when the walk leaves it: a processor waits for what it has just written.
+pub(crate) struct Walk {
+    word: usize,
+    /// The bits of the word that the walk has not reached.
+    above: u32,
+}
+
+impl Walk {
+    /// Returns a walk to the numbers above this one.
+    pub(crate) fn above(number: u16) -> Self {
+        Self { word: usize::from(number / 32), above: (u32::MAX << (number % 32)) << 1 }
+    }
+}
+
+/// Returns the smallest number of a word that has some.
+#[inline]
+fn number(index: usize, word: u32) -> u16 {
+    // The index fits: a set is never larger than its 16-bit numbers.
+    #[allow(clippy::cast_possible_truncation)]
+    let number = index as u16 * 32 + word.trailing_zeros() as u16;
+    number
 }
 
 #[cfg(test)]

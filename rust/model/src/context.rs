@@ -2,7 +2,7 @@
 //! The API of a reaction's body, that of Lingua Franca's Rust target.
 use core::time::Duration;
 
-use crate::bits::Bits;
+use crate::bits::{Bits, Walk};
 use crate::cell::{Readable, Schedulable, ScheduleContext};
 use crate::env::Env;
 use crate::error::{ModelError, ScheduleError};
@@ -12,8 +12,8 @@ use crate::outside::Outside;
 use crate::physical::{PhysicalActionRef, PhysicalLink};
 use crate::port::Port;
 use crate::queue::Full;
-use crate::state::{Settings, State, intended_for, mark_tardy};
-use crate::tables::{PortId, Tables, TriggerKind};
+use crate::state::{Settings, State, intended_for};
+use crate::tables::{PortId, ReactionId, Tables, TriggerKind};
 use crate::time::{EventTag, Instant, Interval, Offset, Tag};
 use crate::watchdog::Watchdog;
 
@@ -32,12 +32,32 @@ pub struct ReactionContext<'a> {
     pub(crate) intended: &'a [Tag],
     /// Whether what this reaction triggers is tardy too.
     pub(crate) inherits_tardy: bool,
+    /// Whether nothing has to happen between two reactions but that the second is looked for.
+    pub(crate) runs_in_turn: bool,
     /// The mode that it has requested.
     pub(crate) mode: Option<Transition>,
     pub(crate) env: &'a mut (dyn Env + 'a),
 }
 
 impl ReactionContext<'_> {
+    /// Calls `body` for reaction `first`, and for those up to `last` that are ready after it: what an engine does,
+    /// without what these reactions do not need. They are bodies without deadlines, in a program without modes. On a
+    /// board, whose flash is scarcer than the time that this saves, only the first one runs.
+    #[doc(hidden)]
+    #[inline]
+    pub fn in_turn(&mut self, first: u16, last: u16, mut body: impl FnMut(&mut Self, ReactionId)) {
+        let (mut id, mut walk) = (first, Walk::above(first));
+        loop {
+            body(self, ReactionId(id));
+            if cfg!(target_os = "none") || !self.runs_in_turn || self.state.error.is_some() {
+                return;
+            }
+            let Some(next) = self.ready.next(&mut walk, last) else { break };
+            id = next;
+        }
+        self.state.untouched = self.tables.reactions[usize::from(id)].level.saturating_add(1);
+    }
+
     /// Returns the value of a port or action at this tag, or `None` when it is absent, or present without a value.
     pub fn get<R>(&self, container: &R) -> Option<R::Value>
     where
@@ -82,12 +102,10 @@ impl ReactionContext<'_> {
     pub fn mark_present(&mut self, port: PortId) {
         let reactions = self.tables.ports[usize::from(port.0)].reactions;
         if self.ports.insert(port.0) {
-            for reaction in reactions {
-                self.ready.insert(reaction.0);
-            }
+            self.ready.insert_reactions(reactions);
         }
         if self.inherits_tardy {
-            mark_tardy(&mut self.tardy, reactions);
+            self.tardy.insert_reactions(reactions);
         }
     }
 

@@ -18,7 +18,7 @@ impl Events<'_> {
     pub(crate) fn reset(&mut self) {
         self.next.fill(Tag::FOREVER);
         for node in (1..self.next.len()).rev() {
-            self.replay(node);
+            self.winners[node] = self.earlier(2 * node, self.winner(2 * node), self.winner(2 * node + 1));
         }
     }
 
@@ -41,22 +41,23 @@ impl Events<'_> {
             return;
         }
         *next = tag;
-        let mut node = usize::midpoint(self.next.len(), leaf);
-        while node >= 1 {
-            let before = self.winners[node];
-            self.replay(node);
-            if self.winners[node] == before && before != trigger.0 {
+        // A leaf, and the earliest trigger below it.
+        let (mut node, mut first) = (self.next.len() + leaf, trigger.0);
+        while node > 1 {
+            first = self.earlier(node, first, self.winner(node ^ 1));
+            node /= 2;
+            if self.winners[node] == first && first != trigger.0 {
                 // The earliest below this node is the same, with the same tag, and so are those above.
                 return;
             }
-            node /= 2;
+            self.winners[node] = first;
         }
     }
 
-    fn replay(&mut self, node: usize) {
-        let (left, right) = (self.winner(2 * node), self.winner(2 * node + 1));
-        let left_first = self.next[usize::from(left)] <= self.next[usize::from(right)];
-        self.winners[node] = if left_first { left } else { right };
+    /// Returns the earlier of the triggers of a node and of its neighbor; of two at one tag, that of the left node.
+    fn earlier(&self, node: usize, trigger: u16, neighbor: u16) -> u16 {
+        let order = self.next[usize::from(trigger)].cmp(&self.next[usize::from(neighbor)]);
+        if order.is_lt() || (order.is_eq() && node.is_multiple_of(2)) { trigger } else { neighbor }
     }
 
     fn winner(&self, node: usize) -> u16 {

@@ -31,10 +31,11 @@ impl SharedTag {
     #[inline]
     pub fn replace(&self, tag: Tag) -> Option<Tag> {
         let count = self.count.load(Ordering::Relaxed);
-        let before = self.read(count);
-        if before == words(tag) {
+        // Word by word: a processor is slow to load several words at once just after it has stored each.
+        if self.copy(count).iter().zip(words(tag)).all(|(word, value)| word.load(Ordering::Relaxed) == value) {
             return None;
         }
+        let before = self.read(count);
         let next = count.wrapping_add(1);
         // With that of `get`: who reads a word that is stored now sees that the count is no longer the one before.
         fence(Ordering::Release);

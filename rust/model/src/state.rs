@@ -140,13 +140,6 @@ pub(crate) fn is_tardy(tardy: &Bits<'_>, reaction: ReactionId) -> bool {
     !tardy.0.is_empty() && tardy.contains(reaction.0)
 }
 
-/// Marks reactions as tardy.
-pub(crate) fn mark_tardy(tardy: &mut Bits<'_>, reactions: &[ReactionId]) {
-    for reaction in reactions {
-        tardy.insert(reaction.0);
-    }
-}
-
 /// Returns the intended tag of the value of the input that fills this port, if it is tardy.
 pub(crate) fn intended_for(tables: &Tables, intended: &[Tag], port: PortId) -> Option<Tag> {
     let fills = |trigger: TriggerId| tables.triggers[usize::from(trigger.0)].kind.fills() == Some(port);

@@ -133,6 +133,7 @@ impl<'a> Worker<'a> {
             tardy: Bits(notes.tardy.0),
             intended: seen.intended,
             inherits_tardy: job.tardy && !info.tardy,
+            runs_in_turn: false,
             mode: None,
             env: &mut env,
         };

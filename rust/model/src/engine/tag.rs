@@ -37,9 +37,7 @@ impl Engine<'_> {
         self.state.current = tag;
         self.state.network_input = false;
         self.state.untouched = 0;
-        for reaction in self.tables.absence {
-            self.ready.insert(reaction.0);
-        }
+        self.ready.insert_reactions(self.tables.absence);
         while let Some((_, trigger)) = self.events.earliest().filter(|(pending, _)| *pending == tag) {
             self.activate(program, trigger);
         }
@@ -59,18 +57,33 @@ impl Engine<'_> {
     /// level on see inputs that are not known yet. Without an open tag it returns [`Progress::Complete`].
     pub fn advance(&mut self, program: &mut dyn Program, env: &mut dyn Env, max_level: Option<u16>) -> Progress {
         if self.state.phase != Phase::InTag {
-            return self.state.error.map_or(Progress::Complete, Progress::Failed);
+            return self.outcome();
         }
         let progress = self.run_reactions(program, env, max_level);
         if progress != Progress::Complete {
             return progress;
         }
         self.complete(program, env);
+        self.outcome()
+    }
+
+    /// Returns the progress of a tag in which nothing is left to do.
+    fn outcome(&self) -> Progress {
+        if self.state.error.is_none() { Progress::Complete } else { self.failure() }
+    }
+
+    // Not a part of the code above: it would copy an error before it looks for one.
+    #[cold]
+    fn failure(&self) -> Progress {
         self.state.error.map_or(Progress::Complete, Progress::Failed)
     }
 
     /// Runs ready reactions. The tag is complete if none is left, or if one has failed.
     fn run_reactions(&mut self, program: &mut dyn Program, env: &mut dyn Env, max_level: Option<u16>) -> Progress {
+        // Between two reactions levels are limited or shared among workers, steps are told, and marks are read.
+        let runs_in_turn = max_level.is_none() && cfg!(not(feature = "workers")) && self.tardy.reactions.0.is_empty();
+        #[cfg(feature = "traces")]
+        let runs_in_turn = runs_in_turn && !self.state.records_steps;
         // One context serves all reactions.
         let mut ctx = ReactionContext {
             tables: self.tables,
@@ -82,6 +95,7 @@ impl Engine<'_> {
             tardy: Bits(self.tardy.reactions.0),
             intended: self.tardy.intended,
             inherits_tardy: false,
+            runs_in_turn,
             mode: None,
             env,
         };
@@ -101,23 +115,26 @@ impl Engine<'_> {
             let has_run = ctx.share_level(program, self.modes, first);
             #[cfg(not(feature = "workers"))]
             let has_run = false;
+            let untouched = info.level.saturating_add(1);
             match info.kind {
-                _ if has_run => {}
+                _ if has_run => ctx.state.untouched = untouched,
                 ReactionKind::Send(output) => {
                     if !ctx.send(program, output) {
                         return Progress::OutputFull { output };
                     }
                     ctx.ready.remove(first);
+                    ctx.state.untouched = untouched;
                 }
                 ReactionKind::Body => {
                     ctx.ready.remove(first);
+                    // Those that run after it, in turn, change it again.
+                    ctx.state.untouched = untouched;
                     ctx.run(program, ReactionId(first), info);
                     if let Some(mode) = ctx.mode.take() {
                         ctx.tables.request_mode(self.modes, mode);
                     }
                 }
             }
-            ctx.state.untouched = info.level.saturating_add(1);
             if ctx.state.error.is_some() {
                 return Progress::Complete;
             }
@@ -158,16 +175,12 @@ impl Engine<'_> {
     }
 
     fn trigger_reactions(&mut self, id: TriggerId) {
-        for reaction in self.tables.triggers[usize::from(id.0)].reactions {
-            self.ready.insert(reaction.0);
-        }
+        self.ready.insert_reactions(self.tables.triggers[usize::from(id.0)].reactions);
     }
 
     fn fill(&mut self, port: PortId) {
         self.ports.insert(port.0);
-        for reaction in self.tables.ports[usize::from(port.0)].reactions {
-            self.ready.insert(reaction.0);
-        }
+        self.ready.insert_reactions(self.tables.ports[usize::from(port.0)].reactions);
     }
 
     /// Closes the tag: delayed connections take their values, and present values become absent.

@@ -4,7 +4,7 @@ use super::Engine;
 use crate::cell::Placed;
 use crate::error::DeliverError;
 use crate::program::Program;
-use crate::state::{Last, mark_tardy};
+use crate::state::Last;
 use crate::tables::{InputId, PortId, TriggerId};
 use crate::time::{Instant, Tag};
 
@@ -81,7 +81,7 @@ impl Engine<'_> {
         let mut inputs = self.tables.inputs.iter().zip(&mut *self.tardy.intended);
         let Some((input, place)) = inputs.find(|(input, _)| input.trigger == id) else { return };
         *place = intended;
-        mark_tardy(&mut self.tardy.reactions, self.tables.ports[usize::from(port.0)].reactions);
-        mark_tardy(&mut self.tardy.reactions, input.readers);
+        self.tardy.reactions.insert_reactions(self.tables.ports[usize::from(port.0)].reactions);
+        self.tardy.reactions.insert_reactions(input.readers);
     }
 }

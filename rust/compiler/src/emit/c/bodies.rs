@@ -15,7 +15,7 @@ use crate::emit::host::{
     Bodies, CompilerArguments, Members, NativeParts, Output, Owner, ReactionPart, Splices, ids, push_methods,
 };
 use crate::emit::{EmitError, File, Job};
-use crate::plan::{FileIndex, Location, Port, ReactionKind, Serializer, Type};
+use crate::plan::{FileIndex, Location, Port, ReactionKind, ScheduledReaction, Serializer, Type};
 use crate::tables::{Cell, HandedOverRow};
 
 /// Signatures of the methods by which C reaches cells, the value that each matches on, and its result for other values.
@@ -144,24 +144,20 @@ impl Bodies for CBodies<'_> {
         Ok(())
     }
 
-    fn reactions(&self, owner: &Owner<'_>, part: ReactionPart) -> Vec<String> {
-        let reactions = || owner.federate.reactions.iter().enumerate();
-        let copy = |(id, reaction): (usize, &crate::plan::ScheduledReaction)| match &reaction.kind {
+    fn reactions(&self, owner: &Owner<'_>, part: ReactionPart) -> Vec<(usize, String)> {
+        let call = |(id, reaction): (usize, &ScheduledReaction)| match &reaction.kind {
             ReactionKind::Copy { from, to } if part == ReactionPart::Body => {
                 let [from, to] = [from, to].map(|port| format!("c::Port::new(PortId({}))", port.0));
-                Some(format!("ReactionId({id}) => c::copy(ctx, {from}, {to})"))
+                Some((id, format!("c::copy(ctx, {from}, {to})")))
+            }
+            ReactionKind::Body { instance, reaction, .. } => {
+                let declared = &owner.plan.class(&owner.federate.instances[instance.0]).reactions[reaction - 1];
+                part.run(declared)?;
+                Some((id, format!("c::{}(self, ReactionId({id}), ctx)", part.method())))
             }
             _ => None,
         };
-        let runs = reactions().any(|(_, reaction)| match &reaction.kind {
-            ReactionKind::Body { instance, reaction, .. } => {
-                let declared = &owner.plan.class(&owner.federate.instances[instance.0]).reactions[reaction - 1];
-                part.run(declared).is_some()
-            }
-            _ => false,
-        });
-        let all = runs.then(|| format!("_ => c::{}(self, reaction, ctx)", part.method()));
-        reactions().filter_map(copy).chain(all).collect()
+        owner.federate.reactions.iter().enumerate().filter_map(call).collect()
     }
 
     fn shares(&self, owner: &Owner<'_>) -> Vec<String> {

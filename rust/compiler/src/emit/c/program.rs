@@ -10,7 +10,7 @@ use super::symbols::Symbols;
 use super::text::Text;
 use super::types::CType;
 use crate::emit::File;
-use crate::emit::host::ReactionPart;
+use crate::emit::host::{ReactionPart, merge_cases};
 use crate::plan::{Argument, Reaction, ReactionKind, ScheduledReaction, TriggerKind, VariableKind};
 use crate::tables::handed_over;
 
@@ -117,6 +117,8 @@ impl ProgramFile<'_, '_> {
         let ports = (0..federate.ports.len()).map(|index| format!("(lf_port_base_t *)&lf_port_{index}"));
         self.table("lf_port_base_t *const lf_ports[]", ports.collect());
         self.text.line(format_args!("const uint16_t lf_port_count = {};", federate.ports.len()));
+        let instances = (0..federate.instances.len()).map(|index| format!("&{}", Symbols::instance(Some(index))));
+        self.table("static void *const lf_instances[]", instances.collect());
         let triggers = federate.triggers.iter().enumerate().map(|(index, trigger)| {
             if is_shown(&trigger.kind) { format!("(lf_action_base_t *)&lf_trigger_{index}") } else { "NULL".to_owned() }
         });
@@ -192,11 +194,12 @@ impl ProgramFile<'_, '_> {
     /// Adds the function that runs a part of each reaction by its number.
     fn reactions(&mut self, part: ReactionPart) {
         let function = part.method();
-        self.text.line(format_args!("\nvoid lf_{function}(uint16_t reaction) {{\n    switch (reaction) {{"));
-        for (id, reaction) in self.symbols.federate.reactions.iter().enumerate() {
-            if let Some(call) = self.call(id, reaction, part) {
-                self.text.line(format_args!("    case {id}:\n        {call};\n        break;"));
-            }
+        self.text.line(format_args!("\nvoid lf_{function}(uint16_t id) {{\n    switch (id) {{"));
+        let reactions = self.symbols.federate.reactions.iter().enumerate();
+        let cases = reactions.filter_map(|(id, reaction)| Some(format!("{id} => {}", self.call(id, reaction, part)?)));
+        for case in merge_cases(&cases.collect::<Vec<_>>()) {
+            let (ids, call) = case.split_once(" => ").unwrap_or_default();
+            self.text.line(format_args!("    case {ids}:\n        {call};\n        break;"));
         }
         self.text.line("    default:\n        break;\n    }\n}");
     }
@@ -209,22 +212,21 @@ impl ProgramFile<'_, '_> {
         let suffix = part.run(declared)?.suffix();
         let given = declared.parameters.iter().zip(arguments).enumerate();
         let given = given.map(|(position, (parameter, argument))| match argument {
-            Argument::Port(place) => format!(", &lf_port_{}", place.0),
+            Argument::Port(place) => format!(", lf_ports[{}]", place.0),
             Argument::Ports(ports) => format!(", (void **){}, {}", places_name(id, position), ports.len()),
             Argument::Bank { widths, .. } => {
                 let (places, listed) = (places_name(id, position), widths_name(id, position));
                 format!(", (void **){places}, {listed}, {}", widths.len())
             }
-            Argument::Trigger(trigger) => format!(", &lf_trigger_{}", trigger.0),
+            Argument::Trigger(trigger) => format!(", lf_triggers[{}]", trigger.0),
             Argument::Mode(mode) => {
                 let history = matches!(parameter.kind, VariableKind::Mode { history: true });
                 format!(", (lf_mode_change_t){{ {mode}, {history} }}")
             }
         });
         let given: String = given.collect();
-        let (name, own) =
-            (self.symbols.class(federate.instances[instance.0].class), Symbols::instance(Some(instance.0)));
-        Some(format!("{name}_reaction_{number}{suffix}(&{own}{given})"))
+        let name = self.symbols.class(federate.instances[instance.0].class);
+        Some(format!("{name}_reaction_{number}{suffix}(lf_instances[{}]{given})", instance.0))
     }
 
     fn reset(&mut self) {

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Arms of a `match` over numbers: those that differ only in numbers that grow with theirs become one.
-
-use std::ops::RangeInclusive;
+//! Arms of a `match` over numbers, and cases of a `switch`: those that differ only in numbers that grow with theirs
+//! become one.
 
 /// An arm: `ReactionId(5) => self.workers[2].reaction_1(ctx)`.
 struct Arm<'a> {
@@ -12,7 +11,7 @@ struct Arm<'a> {
 }
 
 /// The texts before numbers that may differ, with the type of these.
-const BEFORE: [(&str, &str); 3] = [("[", "usize"), ("PortId(", "u16"), ("TriggerId(", "u16")];
+const BEFORE: [(&str, &str); 4] = [("[", "usize"), ("PortId(", "u16"), ("TriggerId(", "u16"), ("ReactionId(", "u16")];
 
 impl<'a> Arm<'a> {
     fn of(text: &'a str) -> Option<Self> {
@@ -45,34 +44,68 @@ impl<'a> Arm<'a> {
         is_next.then(|| pairs().map(|(one, other)| other.checked_sub(*one)).collect())?
     }
 
-    /// Returns the text of an arm that stands for several.
-    fn merged(&self, numbers: RangeInclusive<usize>, steps: &[usize]) -> String {
-        let binds = if steps.iter().any(|step| *step > 0) { "id @ " } else { "" };
-        let pattern = format!("{binds}{}..={}", numbers.start(), numbers.end());
-        let name = self.pieces[0];
-        let mut text = if name.is_empty() { pattern } else { format!("{name}{pattern})") } + " => ";
-        let from = if self.number == 0 { "id".to_owned() } else { format!("id - {}", self.number) };
+    /// Returns the text of an arm that stands for this and those to `last`.
+    fn merged(&self, last: usize, steps: &[usize], language: Language) -> String {
+        let mut call = String::new();
         for ((piece, number), step) in self.pieces[1..].iter().zip(&self.numbers).zip(steps) {
-            text += piece;
+            call += piece;
             let (_, ty) = BEFORE.iter().find(|(before, _)| piece.ends_with(before)).unwrap_or(&BEFORE[0]);
-            text += &match (step, *ty) {
-                (0, _) => number.to_string(),
-                (_, "usize") => grown(&format!("usize::from({from})"), *step, *number),
-                _ if self.number == 0 => grown("id", *step, *number),
-                _ => grown(&format!("({from})"), *step, *number),
+            call += &match step {
+                0 => number.to_string(),
+                step => language.grown(self.number, ty, *step, *number),
             };
         }
-        text + self.pieces.last().unwrap_or(&"")
+        call += self.pieces.last().unwrap_or(&"");
+        let (name, pattern) = (self.pieces[0], language.pattern(self.number, last, steps.iter().any(|step| *step > 0)));
+        if name.is_empty() { format!("{pattern} => {call}") } else { format!("{name}{pattern}) => {call}") }
     }
 }
 
-fn grown(distance: &str, step: usize, first: usize) -> String {
-    let product = if step == 1 { distance.to_owned() } else { format!("{distance} * {step}") };
-    if first == 0 { product } else { format!("{product} + {first}") }
+/// The language of the arms.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Language {
+    /// The number of an arm that stands for several is bound as `id`.
+    Rust,
+    /// It is a parameter, `id`.
+    C,
+}
+
+impl Language {
+    fn pattern(self, first: usize, last: usize, uses_id: bool) -> String {
+        match self {
+            Self::Rust if uses_id => format!("id @ {first}..={last}"),
+            Self::Rust => format!("{first}..={last}"),
+            Self::C => format!("{first} ... {last}"),
+        }
+    }
+
+    /// Returns the expression of a number that is `number` in the first arm, and grows by `step`.
+    fn grown(self, first: usize, ty: &str, step: usize, number: usize) -> String {
+        if step == 1 && number == first && (self == Self::C || ty != "usize") {
+            return "id".to_owned();
+        }
+        let from = if first == 0 { "id".to_owned() } else { format!("id - {first}") };
+        let distance = match self {
+            Self::Rust if ty == "usize" => format!("usize::from({from})"),
+            _ if first == 0 => from,
+            _ => format!("({from})"),
+        };
+        let product = if step == 1 { distance } else { format!("{distance} * {step}") };
+        if number == 0 { product } else { format!("{product} + {number}") }
+    }
 }
 
 /// Returns the arms with as few as possible of them; the pattern of each is a number, or has one in parentheses.
 pub(super) fn merge(texts: &[String]) -> Vec<String> {
+    merge_in(Language::Rust, texts)
+}
+
+/// Returns the cases of a `switch` over `id` with as few as possible of them, as arms: `3 ... 5 => call(ports[id - 3])`.
+pub(in crate::emit) fn merge_cases(texts: &[String]) -> Vec<String> {
+    merge_in(Language::C, texts)
+}
+
+fn merge_in(language: Language, texts: &[String]) -> Vec<String> {
     let arms: Vec<_> = texts.iter().map(|text| Arm::of(text)).collect();
     let (mut merged, mut at) = (Vec::new(), 0);
     while at < arms.len() {
@@ -86,10 +119,31 @@ pub(super) fn merge(texts: &[String]) -> Vec<String> {
         while steps(last).as_ref() == Some(&common) {
             last += 1;
         }
-        merged.push(first.merged(first.number..=first.number + last - at, &common));
+        merged.push(first.merged(first.number + last - at, &common, language));
         at = last + 1;
     }
     merged
+}
+
+/// Returns the arms that make these calls, each for a reaction. Neighbors that may run in turn have one arm, which goes
+/// on with those that are ready.
+pub(super) fn arms_in_turn(calls: &[(usize, String)], may: impl Fn(usize) -> bool) -> Vec<String> {
+    let runs = calls.chunk_by(|(one, _), (next, _)| *next == one + 1 && may(*one) && may(*next));
+    let arm = |run: &[(usize, String)]| {
+        let each: Vec<_> = run.iter().map(reaction_arm).collect();
+        let ([(first, _), .., (last, _)], merged) = (run, merge(&each)) else { return each };
+        let arms: String = merged.iter().flat_map(|arm| ["                ", arm, ",\n"]).collect();
+        vec![format!(
+            "ReactionId(first @ {first}..={last}) => ctx.in_turn(first, {last}, |ctx, id| match id {{\n{arms}\
+             \x20               _ => {{}}\n            }})"
+        )]
+    };
+    runs.flat_map(arm).collect()
+}
+
+/// Returns the arm that makes a call for a reaction.
+pub(super) fn reaction_arm((id, call): &(usize, String)) -> String {
+    format!("ReactionId({id}) => {call}")
 }
 
 #[cfg(test)]
@@ -115,6 +169,18 @@ mod tests {
     }
 
     #[test]
+    fn reactions_run_in_turn_if_they_may() {
+        let calls: Vec<_> = (0..5).map(|id| (id, format!("c::react(self, ReactionId({id}), ctx)"))).collect();
+        let in_turn = "ReactionId(first @ 0..=1) => ctx.in_turn(first, 1, |ctx, id| match id {\n                \
+                       ReactionId(id @ 0..=1) => c::react(self, ReactionId(id), ctx),\n                \
+                       _ => {}\n            })";
+        let others = [2, 3, 4].map(|id| reaction_arm(&calls[id]));
+        let arms = arms_in_turn(&calls, |id| id < 2);
+        assert_eq!(arms[0], in_turn);
+        assert_eq!(arms[1..], others);
+    }
+
+    #[test]
     fn ids_of_ports_grow_too_and_other_texts_are_as_they_are() {
         let arms =
             ["0 => c::copy(ctx, c::Port::new(PortId(2)))", "1 => c::copy(ctx, c::Port::new(PortId(3)))", "_ => {}"];
@@ -122,6 +188,10 @@ mod tests {
         let others =
             ["ModeId(1) => self.a.reset_1()", "ModeId(2) => self.a.reset_2()", "ModeId(4) => self.a.reset_2()"];
         assert_eq!(merged(&others), others);
+        let cases = ["2 => react(selfs[5], ports[2])", "3 => react(selfs[6], ports[4])", "4 => stop(selfs[7])"];
+        let cases = cases.map(str::to_owned);
+        let one = "2 ... 3 => react(selfs[(id - 2) + 5], ports[(id - 2) * 2 + 2])";
+        assert_eq!(merge_cases(&cases), [one, &cases[2]]);
         let falling = ["PortId(1) => self.a[2].clear()", "PortId(2) => self.a[1].clear()"];
         assert_eq!(merged(&falling), falling);
     }

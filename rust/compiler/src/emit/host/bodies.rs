@@ -79,8 +79,8 @@ pub(in crate::emit) trait Bodies {
     /// An instance that cannot be constructed.
     fn instances(&self, owner: &Owner<'_>, members: &mut Members, splices: &mut Splices<'_>) -> Result<(), EmitError>;
 
-    /// Returns the arms that run a part of each reaction, by reaction.
-    fn reactions(&self, owner: &Owner<'_>, part: ReactionPart) -> Vec<String>;
+    /// Returns the calls that run a part of each reaction that has it, with the reaction's number.
+    fn reactions(&self, owner: &Owner<'_>, part: ReactionPart) -> Vec<(usize, String)>;
 
     /// Returns the arms that share the reactions of a level among several threads, by level.
     fn shares(&self, owner: &Owner<'_>) -> Vec<String>;

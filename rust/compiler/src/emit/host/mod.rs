@@ -26,6 +26,7 @@ mod splice;
 mod symbols;
 mod tables;
 
+pub(super) use arms::merge_cases;
 pub(super) use beside::Beside;
 pub(super) use bodies::{Bodies, Member, Members, NativeParts, Output, ReactionPart, tokens};
 pub(super) use class::GivenValue;

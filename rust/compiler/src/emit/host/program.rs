@@ -2,7 +2,7 @@
 //! The implementation of `Program`: maps numbers to fields and methods. The trait's own methods remain for all parts
 //! that a program does not have.
 
-use super::arms::merge;
+use super::arms::{arms_in_turn, merge, reaction_arm};
 use super::bodies::ReactionPart;
 use super::module::FederateModule;
 use crate::tables::{Cell, TriggerRow};
@@ -53,7 +53,11 @@ impl FederateModule<'_> {
     pub(super) fn program(&self, owner: &str) -> String {
         let tables = &self.owner.tables;
         let trigger = |index: usize| &self.owner.symbols.triggers[index];
-        let arms = |part: ReactionPart| self.bodies.reactions(&self.owner, part);
+        let calls = |part: ReactionPart| self.bodies.reactions(&self.owner, part);
+        let arms = |part: ReactionPart| calls(part).iter().map(reaction_arm).collect();
+        // Nothing has to happen between two of these.
+        let is_alone = tables.modes.is_empty() && self.owner.job.workers() <= 1;
+        let in_turn = |id: usize| is_alone && tables.reactions[id].deadline.is_none();
         let clears = (0..tables.ports.len()).map(|id| format!("PortId({id}) => {}.clear()", self.port(id)));
         let triggers = tables.triggers.iter().enumerate().filter(|(_, row)| row.cell != Cell::None);
         let triggers = triggers.map(|(id, _)| format!("TriggerId({id}) => Some(&mut {})", trigger(id)));
@@ -86,7 +90,7 @@ impl FederateModule<'_> {
         push_methods(
             &mut text,
             [
-                (REACT, arms(ReactionPart::Body)),
+                (REACT, arms_in_turn(&calls(ReactionPart::Body), in_turn)),
                 (MISS, arms(ReactionPart::MissedDeadline)),
                 (TARDY, if tables.has_tardy_inputs() { arms(ReactionPart::Tardy) } else { Vec::new() }),
                 (SHARE, self.bodies.shares(&self.owner)),
@@ -110,7 +114,7 @@ impl FederateModule<'_> {
     }
 }
 
-/// Adds the methods that have arms.
+/// Adds the methods that have arms, and merges these.
 pub(in crate::emit) fn push_methods<const N: usize>(text: &mut String, methods: [([&str; 3], Vec<String>); N]) {
     for ([signature, id, otherwise], arms) in methods {
         if arms.is_empty() {

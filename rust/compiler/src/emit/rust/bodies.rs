@@ -148,8 +148,8 @@ impl Bodies for RustBodies<'_> {
         self.add_instances(owner, members, splices)
     }
 
-    fn reactions(&self, owner: &Owner<'_>, part: ReactionPart) -> Vec<String> {
-        calls::arms(owner, part)
+    fn reactions(&self, owner: &Owner<'_>, part: ReactionPart) -> Vec<(usize, String)> {
+        calls::of_reactions(owner, part)
     }
 
     fn shares(&self, owner: &Owner<'_>) -> Vec<String> {

@@ -36,18 +36,18 @@ pub(super) fn handovers(owner: &Owner<'_>) -> [Vec<String>; 2] {
     [call(0), call(1)]
 }
 
-/// Returns one arm per reaction that has this part, and for bodies per connection that copies.
-pub(super) fn arms(owner: &Owner<'_>, part: ReactionPart) -> Vec<String> {
-    let arm = |(id, reaction): (usize, &ScheduledReaction)| {
+/// Returns one call per reaction that has this part, and for bodies per connection that copies.
+pub(super) fn of_reactions(owner: &Owner<'_>, part: ReactionPart) -> Vec<(usize, String)> {
+    let numbered = |(id, reaction): (usize, &ScheduledReaction)| {
         let call = match &reaction.kind {
             ReactionKind::Copy { from, to } if part == ReactionPart::Body => {
                 format!("ctx.copy(&{}, &mut {})", owner.port_place(from.0), owner.port_place(to.0))
             }
             _ => call(owner, reaction, part)?,
         };
-        Some(format!("ReactionId({id}) => {call}"))
+        Some((id, call))
     };
-    owner.federate.reactions.iter().enumerate().filter_map(arm).collect()
+    owner.federate.reactions.iter().enumerate().filter_map(numbered).collect()
 }
 
 /// Returns the call of the method that runs a part of a reaction, if there is one.
