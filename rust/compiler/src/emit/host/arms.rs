@@ -45,32 +45,32 @@ impl<'a> Arm<'a> {
     }
 
     /// Returns the text of an arm that stands for this and those to `last`.
-    fn merged(&self, last: usize, steps: &[usize], language: Language) -> String {
+    fn merged(&self, last: usize, steps: &[usize], syntax: ArmSyntax) -> String {
         let mut call = String::new();
         for ((piece, number), step) in self.pieces[1..].iter().zip(&self.numbers).zip(steps) {
             call += piece;
             let (_, ty) = BEFORE.iter().find(|(before, _)| piece.ends_with(before)).unwrap_or(&BEFORE[0]);
             call += &match step {
                 0 => number.to_string(),
-                step => language.grown(self.number, ty, *step, *number),
+                step => syntax.grown(self.number, ty, *step, *number),
             };
         }
         call += self.pieces.last().unwrap_or(&"");
-        let (name, pattern) = (self.pieces[0], language.pattern(self.number, last, steps.iter().any(|step| *step > 0)));
+        let (name, pattern) = (self.pieces[0], syntax.pattern(self.number, last, steps.iter().any(|step| *step > 0)));
         if name.is_empty() { format!("{pattern} => {call}") } else { format!("{name}{pattern}) => {call}") }
     }
 }
 
-/// The language of the arms.
+/// The syntax of the arms.
 #[derive(Clone, Copy, PartialEq, Eq)]
-enum Language {
+enum ArmSyntax {
     /// The number of an arm that stands for several is bound as `id`.
     Rust,
     /// It is a parameter, `id`.
     C,
 }
 
-impl Language {
+impl ArmSyntax {
     fn pattern(self, first: usize, last: usize, uses_id: bool) -> String {
         match self {
             Self::Rust if uses_id => format!("id @ {first}..={last}"),
@@ -97,15 +97,15 @@ impl Language {
 
 /// Returns the arms with as few as possible of them; the pattern of each is a number, or has one in parentheses.
 pub(super) fn merge(texts: &[String]) -> Vec<String> {
-    merge_in(Language::Rust, texts)
+    merge_in(ArmSyntax::Rust, texts)
 }
 
-/// Returns the cases of a `switch` over `id` with as few as possible of them, as arms: `3 ... 5 => call(ports[id - 3])`.
+/// Returns the cases of a `switch` over `id` with as few as possible of them, as arms: `3 ... 5 => call(ports[id])`.
 pub(in crate::emit) fn merge_cases(texts: &[String]) -> Vec<String> {
-    merge_in(Language::C, texts)
+    merge_in(ArmSyntax::C, texts)
 }
 
-fn merge_in(language: Language, texts: &[String]) -> Vec<String> {
+fn merge_in(syntax: ArmSyntax, texts: &[String]) -> Vec<String> {
     let arms: Vec<_> = texts.iter().map(|text| Arm::of(text)).collect();
     let (mut merged, mut at) = (Vec::new(), 0);
     while at < arms.len() {
@@ -119,7 +119,7 @@ fn merge_in(language: Language, texts: &[String]) -> Vec<String> {
         while steps(last).as_ref() == Some(&common) {
             last += 1;
         }
-        merged.push(first.merged(first.number + last - at, &common, language));
+        merged.push(first.merged(first.number + last - at, &common, syntax));
         at = last + 1;
     }
     merged
