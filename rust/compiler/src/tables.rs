@@ -268,6 +268,12 @@ impl<'p> Tables<'p> {
         }
     }
 
+    /// Returns whether a reaction needs no more of the engine, between one before it and itself, than to be found.
+    pub fn runs_in_turn(&self, reaction: usize) -> bool {
+        let row = &self.reactions[reaction];
+        row.deadline.is_none() && row.kind == ReactionKind::Body && self.modes.is_empty()
+    }
+
     /// Returns whether a message can arrive after its tag at any input.
     pub fn has_tardy_inputs(&self) -> bool {
         self.inputs.iter().any(|input| input.tardy)

@@ -81,7 +81,9 @@ impl Engine<'_> {
     /// Runs ready reactions. The tag is complete if none is left, or if one has failed.
     fn run_reactions(&mut self, program: &mut dyn Program, env: &mut dyn Env, max_level: Option<u16>) -> Progress {
         // Between two reactions levels are limited or shared among workers, steps are told, and marks are read.
-        let runs_in_turn = max_level.is_none() && cfg!(not(feature = "workers")) && self.tardy.reactions.0.is_empty();
+        let runs_in_turn = max_level.is_none() && self.tardy.reactions.0.is_empty();
+        #[cfg(feature = "workers")]
+        let runs_in_turn = runs_in_turn && self.tables.workers < 2;
         #[cfg(feature = "traces")]
         let runs_in_turn = runs_in_turn && !self.state.records_steps;
         // One context serves all reactions.

@@ -122,13 +122,8 @@ impl RandomProgram {
     }
 }
 
-impl Program for RandomProgram {
-    fn tables(&self) -> &'static Tables {
-        self.tables
-    }
-
-    fn react(&mut self, reaction: ReactionId, ctx: &mut ReactionContext<'_>) {
-        let reaction = usize::from(reaction.0);
+impl RandomProgram {
+    fn body(&mut self, reaction: usize, ctx: &mut ReactionContext<'_>) {
         let tag: TagPair = ((ctx.get_logical_time().as_nanos()) - START, ctx.get_tag().microstep);
         let value = match reaction {
             AT_TIMERS..AT_ACTIONS => ctx.is_present(&self.timers[reaction - AT_TIMERS]).then_some(1),
@@ -150,6 +145,16 @@ impl Program for RandomProgram {
             }
         }
         assert_eq!(ctx.get_start_time(), Instant::from_nanos(START));
+    }
+}
+
+impl Program for RandomProgram {
+    fn tables(&self) -> &'static Tables {
+        self.tables
+    }
+
+    fn react(&mut self, reaction: ReactionId, ctx: &mut ReactionContext<'_>) {
+        ctx.in_turn(reaction.0, id(SHUTDOWN), |ctx, id| self.body(usize::from(id.0), ctx));
     }
 
     fn clear_port(&mut self, port: PortId) {

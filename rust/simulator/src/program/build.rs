@@ -68,6 +68,7 @@ impl Scripted {
             tables: tables(&planned, runs),
             groups: Group::all(planned.reactions.iter().map(|reaction| reaction.level), &bodies),
             bodies,
+            last_in_turn: last_in_turn(&planned),
             copies: federate.reactions.iter().map(copy).collect(),
             memory: Memory { cells, ports, side, replayed: played.is_some() },
             sources: sources.collect(),
@@ -81,6 +82,17 @@ impl Scripted {
             mishandled: None,
         })
     }
+}
+
+/// Returns, by reaction, the last one of those that run in turn with it.
+fn last_in_turn(planned: &Tables<'_>) -> Vec<u16> {
+    let mut last: Vec<_> = (0..).zip(&planned.reactions).map(|(id, _)| id).collect();
+    for id in (1..last.len()).rev() {
+        if planned.runs_in_turn(id - 1) && planned.runs_in_turn(id) {
+            last[id - 1] = last[id];
+        }
+    }
+    last
 }
 
 fn cell(id: TriggerId, trigger: &TriggerRow<'_>, played: Option<&Played>, side: &'static Side) -> Option<Cell> {

@@ -35,6 +35,8 @@ pub(crate) struct Scripted {
     bodies: Vec<Option<Body>>,
     /// The groups of bodies that can run in parallel with others of their level.
     groups: Vec<Group>,
+    /// By reaction: the last one of those that run in turn with it.
+    last_in_turn: Vec<u16>,
     /// By reaction: source and destination, if it stands for a connection.
     copies: Vec<Option<(usize, usize)>>,
     memory: Memory,
@@ -103,6 +105,20 @@ impl Scripted {
 }
 
 impl Scripted {
+    fn body(&mut self, reaction: ReactionId, ctx: &mut ReactionContext<'_>) {
+        let index = usize::from(reaction.0);
+        if let Some((from, to)) = self.copies[index]
+            && let Some(value) = self.memory.port(from).and_then(Readable::value).copied()
+            && let Some(port) = self.memory.port_mut(to)
+        {
+            ctx.set(port, value);
+        }
+        if self.bodies.get(index).and_then(Option::as_ref).is_some_and(|body| body.tardy && self.sees_tardy(body)) {
+            self.mishandled.get_or_insert(current_tag(ctx));
+        }
+        self.run(reaction, ctx);
+    }
+
     fn run(&mut self, reaction: ReactionId, ctx: &mut ReactionContext<'_>) {
         let mut taken = self.take(&[reaction]);
         taken.run(reaction, &self.memory, ctx);
@@ -162,17 +178,8 @@ impl Program for Scripted {
     }
 
     fn react(&mut self, reaction: ReactionId, ctx: &mut ReactionContext<'_>) {
-        let index = usize::from(reaction.0);
-        if let Some((from, to)) = self.copies[index]
-            && let Some(value) = self.memory.port(from).and_then(Readable::value).copied()
-            && let Some(port) = self.memory.port_mut(to)
-        {
-            ctx.set(port, value);
-        }
-        if self.bodies.get(index).and_then(Option::as_ref).is_some_and(|body| body.tardy && self.sees_tardy(body)) {
-            self.mishandled.get_or_insert(current_tag(ctx));
-        }
-        self.run(reaction, ctx);
+        let last = self.last_in_turn[usize::from(reaction.0)];
+        ctx.in_turn(reaction.0, last, |ctx, reaction| self.body(reaction, ctx));
     }
 
     /// Does the same as the body.
@@ -187,7 +194,7 @@ impl Program for Scripted {
     }
 
     fn miss_deadline(&mut self, reaction: ReactionId, ctx: &mut ReactionContext<'_>) {
-        self.react(reaction, ctx);
+        self.body(reaction, ctx);
     }
 
     fn share(&mut self, number: u16, level: &mut Level<'_>) {

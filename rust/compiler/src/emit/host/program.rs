@@ -55,9 +55,7 @@ impl FederateModule<'_> {
         let trigger = |index: usize| &self.owner.symbols.triggers[index];
         let calls = |part: ReactionPart| self.bodies.reactions(&self.owner, part);
         let arms = |part: ReactionPart| calls(part).iter().map(reaction_arm).collect();
-        // Nothing has to happen between two of these.
-        let is_alone = tables.modes.is_empty() && self.owner.job.workers() <= 1;
-        let in_turn = |id: usize| is_alone && tables.reactions[id].deadline.is_none();
+        let in_turn = |id: usize| tables.runs_in_turn(id) && self.owner.job.workers() < 2;
         let clears = (0..tables.ports.len()).map(|id| format!("PortId({id}) => {}.clear()", self.port(id)));
         let triggers = tables.triggers.iter().enumerate().filter(|(_, row)| row.cell != Cell::None);
         let triggers = triggers.map(|(id, _)| format!("TriggerId({id}) => Some(&mut {})", trigger(id)));
