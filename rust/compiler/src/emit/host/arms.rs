@@ -10,8 +10,9 @@ struct Arm<'a> {
     numbers: Vec<usize>,
 }
 
-/// The texts before numbers that may differ, with the type of these.
-const BEFORE: [(&str, &str); 4] = [("[", "usize"), ("PortId(", "u16"), ("TriggerId(", "u16"), ("ReactionId(", "u16")];
+/// The texts before numbers that may differ, with the type of these. Lists of reactions are constants.
+const BEFORE: [(&str, &str); 4] =
+    [("[", "usize"), ("PortId(", "u16"), ("TriggerId(", "u16"), ("(self, ReactionId(", "u16")];
 
 impl<'a> Arm<'a> {
     fn of(text: &'a str) -> Option<Self> {
@@ -192,6 +193,8 @@ mod tests {
         let cases = cases.map(str::to_owned);
         let one = "2 ... 3 => react(selfs[(id - 2) + 5], ports[(id - 2) * 2 + 2])";
         assert_eq!(merge_cases(&cases), [one, &cases[2]]);
+        let lists = ["2 => share(&[ReactionId(2), ReactionId(3)])", "3 => share(&[ReactionId(3), ReactionId(4)])"];
+        assert_eq!(merged(&lists), lists);
         let falling = ["PortId(1) => self.a[2].clear()", "PortId(2) => self.a[1].clear()"];
         assert_eq!(merged(&falling), falling);
     }
