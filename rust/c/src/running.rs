@@ -42,7 +42,7 @@ pub trait Bodies {
 /// Sets the parameters and the initial state of all reactors. Call it when the owner of the program is made.
 pub fn construct() {
     critical_section::with(|cs| *KNOWN.borrow_ref_mut(cs) = Known::NOTHING);
-    LAST_TAG.replace(Tag::NEVER);
+    LAST_TAG.set(Tag::NEVER);
     CHANGED_DEADLINES.store(false, Ordering::Relaxed);
     ffi::lf_c_begin();
     ffi::lf_construct();
@@ -284,22 +284,32 @@ pub(crate) fn physical_time() -> Instant {
 
 /// Stores the tag, and the program at its first reaction. Returns whether the reaction is late for a deadline that a
 /// body has changed.
+#[inline]
 fn begin<B: Bodies>(reaction: ReactionId, ctx: &ReactionContext<'_>) -> Option<bool> {
-    #[cfg(not(feature = "workers"))]
-    if LAST_TAG.replace(ctx.current_tag()) == Some(Tag::NEVER) {
-        know::<B>(ctx);
-    }
-    // One thread at a time stores the tag, and none runs a body before the program is known.
-    #[cfg(feature = "workers")]
-    if LAST_TAG.get() != ctx.current_tag() {
-        critical_section::with(|_| {
-            if LAST_TAG.get() == Tag::NEVER {
-                know::<B>(ctx);
-            }
-            LAST_TAG.replace(ctx.current_tag());
-        });
+    if !LAST_TAG.is(ctx.current_tag()) {
+        begin_tag::<B>(ctx);
     }
     Some(is_late(ctx, changed_deadline(reaction)?))
+}
+
+// Not a part of the code above, which runs before each reaction.
+#[inline(never)]
+fn begin_tag<B: Bodies>(ctx: &ReactionContext<'_>) {
+    let begin = || {
+        if LAST_TAG.is(Tag::NEVER) {
+            know::<B>(ctx);
+        }
+        LAST_TAG.set(ctx.current_tag());
+    };
+    #[cfg(not(feature = "workers"))]
+    begin();
+    // One thread at a time stores the tag, and none runs a body before the program is known.
+    #[cfg(feature = "workers")]
+    critical_section::with(|_| {
+        if !LAST_TAG.is(ctx.current_tag()) {
+            begin();
+        }
+    });
 }
 
 /// Stores the program.
@@ -324,9 +334,11 @@ pub(crate) fn deadline_of(reaction: ReactionId, ctx: &ReactionContext<'_>) -> Op
 /// Returns the deadline that a body has given to a reaction.
 #[inline]
 fn changed_deadline(reaction: ReactionId) -> Option<Interval> {
-    if !CHANGED_DEADLINES.load(Ordering::Relaxed) {
-        return None;
-    }
+    if CHANGED_DEADLINES.load(Ordering::Relaxed) { known_deadline(reaction) } else { None }
+}
+
+#[cold]
+fn known_deadline(reaction: ReactionId) -> Option<Interval> {
     critical_section::with(|cs| {
         let known = KNOWN.borrow_ref(cs);
         known.deadlines.iter().find(|changed| changed.0 == reaction).map(|changed| changed.1)

@@ -140,5 +140,35 @@ mod tests {
             }
             prop_assert!(set.is_empty());
         }
+
+        /// A walk finds all numbers up to the last, also those that are added above it meanwhile, and removes them.
+        #[test]
+        fn a_walk_takes_what_is_ahead(
+            begin in prop::collection::btree_set(0..96u16, 1..30),
+            added in prop::collection::vec(0..96u16, 0..30),
+            last in 0..96u16,
+        ) {
+            let mut words = [0; 3];
+            let mut bits = Bits(&mut words);
+            let mut set = begin;
+            for number in &set {
+                bits.insert(*number);
+            }
+            let mut at = set.pop_first().unwrap();
+            bits.remove(at);
+            let (last, mut added, mut walk) = (last.max(at), added.into_iter(), Walk::above(at));
+            loop {
+                for number in added.by_ref().take(2).filter(|number| *number > at) {
+                    bits.insert_reactions(&[ReactionId(number)]);
+                    set.insert(number);
+                }
+                let next = set.first().copied().filter(|next| *next <= last);
+                prop_assert_eq!(bits.next(&mut walk, last), next);
+                let Some(next) = next else { break };
+                set.remove(&next);
+                at = next;
+            }
+            prop_assert!((0..96).all(|number| bits.contains(number) == set.contains(&number)));
+        }
     }
 }

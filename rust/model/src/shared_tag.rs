@@ -27,21 +27,21 @@ impl SharedTag {
         Self { count: AtomicU32::new(0), copies: [never(), never()] }
     }
 
-    /// Stores a tag; one thread alone calls it. Returns the tag before, if it was another one.
-    #[inline]
-    pub fn replace(&self, tag: Tag) -> Option<Tag> {
-        let count = self.count.load(Ordering::Relaxed);
-        // Word by word: a processor is slow to load several words at once just after it has stored each.
-        if self.copy(count).iter().zip(words(tag)).all(|(word, value)| word.load(Ordering::Relaxed) == value) {
-            return None;
-        }
-        let before = self.read(count);
-        let next = count.wrapping_add(1);
+    /// Stores a tag; one thread at a time calls it.
+    pub fn set(&self, tag: Tag) {
+        let next = self.count.load(Ordering::Relaxed).wrapping_add(1);
         // With that of `get`: who reads a word that is stored now sees that the count is no longer the one before.
         fence(Ordering::Release);
         self.copy(next).iter().zip(words(tag)).for_each(|(word, value)| word.store(value, Ordering::Relaxed));
         self.count.store(next, Ordering::Release);
-        Some(tag_of(before))
+    }
+
+    /// Returns whether this is the tag; no other thread stores more than one meanwhile.
+    #[inline]
+    pub fn is(&self, tag: Tag) -> bool {
+        let words = self.copy(self.count.load(Ordering::Relaxed)).iter().zip(words(tag));
+        // Word by word: a processor is slow to load several words at once just after it has stored each.
+        words.fold(true, |is, (word, value)| is & (word.load(Ordering::Relaxed) == value))
     }
 
     /// Returns the tag.
@@ -105,7 +105,7 @@ mod tests {
         // Both halves of the time and the microstep are the same number.
         let tag = |number: u32| tag_of([number; 3]);
         assert_eq!(SHARED.get(), Tag::NEVER);
-        assert_eq!(SHARED.replace(tag(0)), Some(Tag::NEVER));
+        SHARED.set(tag(0));
         let reader = std::thread::spawn(|| {
             let mut last = 0;
             while !DONE.load(Ordering::Acquire) {
@@ -115,8 +115,9 @@ mod tests {
             }
         });
         for number in 1..200_000 {
-            assert_eq!(SHARED.replace(tag(number)), Some(tag(number - 1)));
-            assert_eq!(SHARED.replace(tag(number)), None);
+            assert!(!SHARED.is(tag(number)));
+            SHARED.set(tag(number));
+            assert!(SHARED.is(tag(number)));
         }
         DONE.store(true, Ordering::Release);
         assert!(reader.join().is_ok());
