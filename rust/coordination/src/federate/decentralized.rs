@@ -123,6 +123,7 @@ mod tests {
         assert_eq!(awaited.begin_time(tag(0, 1), tag(0, 1).time, max_wait), START);
         assert_eq!(awaited.pause(tag(0, 1), tag(0, 1).time, wait_limit).map(|pause| pause.level), Some(3));
         assert_eq!(awaited.begin_time(tag(2, 0), tag(2, 0).time, max_wait), Instant::FOREVER);
+        assert!(awaited.knows_before(tag(0, 1)) && !awaited.knows_before(tag(2, 0)));
         awaited.learn(0, Tag::FOREVER);
         assert_eq!(awaited.begin_time(tag(10, 0), tag(10, 0).time, max_wait), START + Interval::from_nanos(10));
         assert_eq!(awaited.begin_time(tag(11, 0), tag(11, 0).time, max_wait), START + Interval::from_nanos(16));

@@ -150,10 +150,50 @@ fn impossible_configurations_are_refused_at_once() {
     let long = [b'x'; 256];
     let error = Federate::new(Config::with_needs(FederateId(0), &long)).unwrap_err();
     assert_eq!(error, ConfigError::FederationIdTooLong { bytes: 256 });
+    assert!(Federate::new(Config::with_needs(FederateId(0), &long[1..])).is_ok());
     let mut none = config(&[], &[]);
     none.clock_sync = ClockSync::Init { trials: 0 };
     assert_eq!(Federate::new(none).unwrap_err(), ConfigError::NoTrials);
     let mut never = config(&[], DOWNSTREAM);
     (never.physical_delay, never.advance_interval) = (Some(Interval::ZERO), Interval::ZERO);
     assert_eq!(Federate::new(never).unwrap_err(), ConfigError::AdvanceInterval);
+}
+
+#[test]
+fn answers_before_their_questions_are_unexpected() {
+    let unexpected = |message: &Message<'_>, phase| {
+        let message = message.message_type();
+        Err(FederateError::Unexpected { message, phase })
+    };
+    let reply = Message::AddressQueryReply { port: 4711, address: [127, 0, 0, 1] };
+    for message in [Message::Failed, reply] {
+        let mut federate = Federate::new(config(&[], DOWNSTREAM)).unwrap();
+        assert_eq!(federate.handle_message(NOW, message), unexpected(&message, Phase::Disconnected));
+    }
+    let mut federate = Federate::new(config(&[], DOWNSTREAM)).unwrap();
+    federate.handle_connected(NOW, [0; 8]);
+    assert_eq!(federate.handle_message(NOW, Message::Ack), unexpected(&Message::Ack, Phase::Introducing));
+    let mut federate = connected(config(&[], DOWNSTREAM));
+    federate.handle_message(NOW, Message::Ack).unwrap();
+    let start = Message::Timestamp(0);
+    assert_eq!(federate.handle_message(NOW, start), unexpected(&start, Phase::Starting), "its own clock comes first");
+}
+
+#[test]
+fn an_rti_that_fails_before_the_start_is_no_stranger() {
+    for mut federate in [connected(config(&[], DOWNSTREAM)), accepted(config(&[], DOWNSTREAM))] {
+        assert_eq!(federate.handle_message(NOW, Message::Failed), Err(FederateError::RtiFailed));
+    }
+}
+
+#[test]
+fn addresses_that_nobody_has_asked_for_do_no_harm_before_the_start() {
+    let mut federate = accepted(config(&[], DOWNSTREAM));
+    for reply in [
+        Message::AddressQueryReply { port: 4711, address: [127, 0, 0, 1] },
+        Message::AddressQueryReplyIpv6 { port: 4711, address: [1; 16], scope: 0 },
+    ] {
+        assert_eq!(federate.handle_message(NOW, reply), Ok(Event::None));
+    }
+    assert_eq!(federate.phase(), Phase::Starting);
 }

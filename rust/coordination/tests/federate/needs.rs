@@ -82,3 +82,11 @@ fn a_grant_says_nothing_to_a_program_that_waits_for_none() {
     assert!(federate.next_event(NOW, ms(5)));
     assert_eq!(drain(&mut federate), [net(ms(5))]);
 }
+
+#[test]
+fn a_departure_says_nothing_to_a_program_without_cycles() {
+    let mut federate = started::<CentralizedSource>();
+    let left = Message::UpstreamDisconnected { federate: 2 };
+    assert_eq!(federate.handle_message(NOW, left), Ok(Event::None));
+    assert_eq!(federate.phase(), Phase::Running);
+}

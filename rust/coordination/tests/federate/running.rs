@@ -172,6 +172,7 @@ fn a_ptag_of_the_stop_tag_takes_earlier_grants_back() {
 fn messages_after_the_end_are_ignored() {
     let mut federate = started(config(UPSTREAM, DOWNSTREAM));
     federate.finish();
+    federate.finish();
     assert_eq!(federate.handle_message(NOW, tagged(Tag::NEVER, &[])), Ok(Event::None));
     assert_eq!(drain(&mut federate), [net(Tag::FOREVER), Message::Resign]);
     assert_eq!(federate.handle_message(NOW, Message::Failed), Ok(Event::None));

@@ -2,7 +2,7 @@
 //! Dialogues with a running federate that needs no inputs for them, each named after what it proves.
 
 use super::{Federate, config};
-use crate::federate_support::dialogue::{DOWNSTREAM, NOW, drain, ms, net, started};
+use crate::federate_support::dialogue::{DOWNSTREAM, NOW, accepted, drain, ms, net, started};
 use lf_coordination::federate::{Disconnected, Event, FederateError, Phase, TAGS_AHEAD_MAX};
 use lf_coordination::to_wire;
 use lf_model::time::Tag;
@@ -140,8 +140,12 @@ fn a_federate_without_neighbors_only_resigns() {
 #[test]
 fn address_replies_are_ignored_and_other_strangers_are_named() {
     let mut federate = started(config(&[], DOWNSTREAM));
-    let reply = Message::AddressQueryReply { port: -1, address: [0; 4] };
-    assert_eq!(federate.handle_message(NOW, reply), Ok(Event::None));
+    for reply in [
+        Message::AddressQueryReply { port: -1, address: [0; 4] },
+        Message::AddressQueryReplyIpv6 { port: -1, address: [0; 16], scope: 0 },
+    ] {
+        assert_eq!(federate.handle_message(NOW, reply), Ok(Event::None));
+    }
     let error = federate.handle_message(NOW, Message::Resign).unwrap_err();
     assert_eq!(
         error.to_string(),
@@ -160,8 +164,22 @@ fn a_program_that_fails_says_so_instead_of_resigning() {
         assert_eq!(drain(&mut federate), if connected { vec![Message::Failed] } else { vec![] });
     }
     // Before the start a federate cannot leave in order: the others wait for it.
-    let mut federate = Federate::new(config(&[], DOWNSTREAM)).unwrap();
-    federate.handle_connected(NOW, [0; 8]);
-    federate.finish();
-    assert_eq!(drain(&mut federate), [Message::Failed]);
+    let mut connected = Federate::new(config(&[], DOWNSTREAM)).unwrap();
+    connected.handle_connected(NOW, [0; 8]);
+    for mut federate in [connected, accepted(config(&[], DOWNSTREAM))] {
+        federate.finish();
+        assert_eq!(drain(&mut federate), [Message::Failed]);
+    }
+}
+
+#[test]
+fn a_stop_before_the_first_tag_is_at_the_start() {
+    let mut federate = started(config(&[], DOWNSTREAM));
+    assert!(!federate.awaits_stop_tag());
+    federate.request_stop(ms(-1));
+    assert_eq!(drain(&mut federate), [Message::StopRequest(to_wire(ms(0)))]);
+    assert!(federate.awaits_stop_tag());
+    let granted = Message::StopGranted(to_wire(ms(0)));
+    assert_eq!(federate.handle_message(NOW, granted), Ok(Event::StopGranted(ms(0))));
+    assert!(!federate.awaits_stop_tag());
 }

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Dialogues with a federate whose messages go to federates that come and go, or that is transient itself.
 
-use std::net::Ipv4Addr;
+use std::net::{Ipv4Addr, Ipv6Addr};
 
-use lf_coordination::federate::{Coordination, Event};
-use lf_coordination::{Endpoint, FederateId};
+use lf_coordination::federate::{CONNECT_RETRY, Coordination, Event, Phase};
+use lf_coordination::{Endpoint, FederateId, IpAddress};
 use lf_wire::Message;
 
 use super::{Config, config};
@@ -47,6 +47,28 @@ fn the_start_waits_for_no_transient_receiver() {
     }
 }
 
+/// Of the receivers it is the next one that counts, and not the first one.
+#[test]
+fn the_start_waits_for_a_persistent_receiver_after_a_transient_one() {
+    let mut federate = connected(direct());
+    federate.handle_message(NOW, Message::Ack).unwrap();
+    drain(&mut federate);
+    for (index, federate_id) in [(0, 2), (1, 3)] {
+        assert_eq!(federate.next_peer_index(), Some(index));
+        assert_eq!(federate.handle_message(NOW, REPLY), Ok(found(federate_id)));
+        if federate_id == 3 {
+            federate.peer_lost(NOW).unwrap();
+            assert_eq!((federate.phase(), drain(&mut federate)), (Phase::Meeting, vec![]));
+            federate.handle_timeout(NOW + CONNECT_RETRY).unwrap();
+            assert_eq!(drain(&mut federate), [query(3, false)]);
+            federate.handle_message(NOW, REPLY).unwrap();
+        }
+        federate.peer_connected(NOW);
+        assert_eq!(drain(&mut federate).len(), 1, "a question, or the clock");
+    }
+    assert_eq!((federate.next_peer_index(), federate.phase()), (None, Phase::Starting));
+}
+
 #[test]
 fn a_receiver_that_comes_is_looked_for_one_at_a_time() {
     let mut federate = started(Config { peers: &[], ..direct() });
@@ -80,4 +102,15 @@ fn with_decentralized_coordination_a_transient_receiver_begins_later() {
         let clock = Message::Timestamp(NOW.as_nanos() + seconds * 1_000_000_000);
         assert_eq!(drain(&mut federate).last(), Some(&clock));
     }
+}
+
+#[test]
+fn a_receiver_that_comes_is_found_over_ipv6() {
+    let mut federate = started(Config { peers: &[], ..direct() });
+    assert!(federate.find_peer(FederateId(2)));
+    assert_eq!(drain(&mut federate), [query(2, true)]);
+    let far = Ipv6Addr::new(0xfd00, 0, 0, 0, 0, 0, 0, 7);
+    let reply = Message::AddressQueryReplyIpv6 { port: 4711, address: far.octets(), scope: 0 };
+    let address = Endpoint::new(IpAddress::v6(far, 0), 4711);
+    assert_eq!(federate.handle_message(NOW, reply), Ok(Event::PeerFound { federate: FederateId(2), address }));
 }

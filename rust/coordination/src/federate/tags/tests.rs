@@ -103,6 +103,183 @@ fn a_bound_is_told_once_until_it_is_renewed() {
     assert_eq!((tags.net(), tags.poll_timeout()), (Some(Tag::FOREVER), Deadline::Never));
 }
 
+#[test]
+fn a_tag_that_has_begun_is_not_taken_back() {
+    let mut tags = started();
+    tags.grant(tag(9, 0));
+    tags.begin(tag(5, 0));
+    tags.grant_provisionally(tag(5, 0), true);
+    assert_eq!((tags.granted(), tags.knows_all_inputs()), (tag(9, 0), true));
+}
+
+#[test]
+fn an_event_at_the_demanded_tag_is_announced_and_a_later_one_is_not() {
+    for (next, announced) in [(tag(5, 0), Some(tag(5, 0))), (tag(5, 1), None)] {
+        let mut tags = started();
+        announce(&mut tags, tag(1, 0));
+        tags.net_transmitted();
+        tags.grant_provisionally(tag(5, 0), false);
+        announce(&mut tags, next);
+        assert_eq!(tags.net(), announced);
+    }
+}
+
+/// Announces a next event while a physical action can cause an output from `earliest` on.
+fn announce_bounded(tags: &mut Tags<All>, next: Tag, earliest: i64) {
+    assert!(tags.next_event(next));
+    tags.announce(START, Some(START + Interval::from_nanos(earliest)), |_| START + Interval::from_nanos(100));
+}
+
+#[test]
+fn nothing_physical_comes_before_the_next_microstep() {
+    let mut tags = started();
+    tags.grant(tag(5, 0));
+    tags.begin(tag(5, 0));
+    tags.complete(false);
+    announce_bounded(&mut tags, tag(5, 1), 2);
+    assert_eq!((tags.net(), tags.poll_timeout()), (Some(tag(5, 1)), Deadline::Never));
+}
+
+#[test]
+fn after_a_tag_the_bound_is_told_at_once() {
+    for is_demanded in [false, true] {
+        let mut tags = started();
+        if is_demanded {
+            tags.grant_provisionally(tag(5, 0), false);
+        } else {
+            tags.grant(tag(9, 0));
+        }
+        // A message can come for an earlier tag than the next event.
+        announce_bounded(&mut tags, tag(if is_demanded { 5 } else { 20 }, 0), 2);
+        assert_eq!(tags.net(), Some(tag(1, 0)));
+        tags.net_transmitted();
+        tags.begin(tag(5, 0));
+        tags.complete(false);
+        announce_bounded(&mut tags, tag(20, 0), 9);
+        assert_eq!(tags.net(), Some(tag(8, 0)), "{is_demanded}");
+    }
+}
+
+#[test]
+fn a_bound_is_owed_until_it_is_granted_though_an_earlier_tag_is_demanded() {
+    let mut tags = started();
+    tags.grant_provisionally(tag(1, 0), false);
+    tags.begin(tag(1, 0));
+    tags.complete(false);
+    announce_bounded(&mut tags, tag(20, 0), 10);
+    assert_eq!(tags.net(), Some(tag(9, 0)));
+    tags.net_transmitted();
+    tags.grant_provisionally(tag(5, 0), false);
+    tags.begin(tag(5, 0));
+    tags.complete(false);
+    announce(&mut tags, tag(20, 0));
+    assert_eq!(tags.net(), None);
+    tags.grant(tag(9, 0));
+    announce(&mut tags, tag(20, 0));
+    assert_eq!(tags.net(), Some(tag(20, 0)));
+}
+
+#[test]
+fn a_message_takes_the_place_of_a_bound() {
+    let mut tags = started();
+    tags.grant_provisionally(tag(1, 0), false);
+    tags.begin(tag(1, 0));
+    tags.complete(false);
+    announce_bounded(&mut tags, tag(20, 0), 10);
+    tags.net_transmitted();
+    assert_eq!(tags.message_received(tag(5, 0)), Arrival::InTime);
+    announce(&mut tags, tag(5, 0));
+    tags.net_transmitted();
+    tags.grant(tag(5, 0));
+    tags.begin(tag(5, 0));
+    tags.complete(true);
+    announce(&mut tags, tag(20, 0));
+    assert_eq!(tags.net(), Some(tag(20, 0)));
+}
+
+/// A DNET says that nothing up to its tag matters, and nothing is told later either.
+#[test]
+fn an_event_at_the_tag_of_a_dnet_is_left_out() {
+    for has_upstream in [false, true] {
+        let mut tags = Tags::<All>::new(has_upstream, true);
+        tags.start(START);
+        tags.grant(tag(9, 0));
+        tags.handle_dnet(tag(7, 0));
+        announce(&mut tags, tag(7, 0));
+        assert_eq!((tags.net(), tags.poll_timeout()), (None, Deadline::Never));
+        tags.begin(tag(7, 0));
+        tags.complete(false);
+        announce(&mut tags, tag(8, 0));
+        assert_eq!(tags.net(), Some(tag(8, 0)));
+    }
+}
+
+#[test]
+fn without_a_grant_an_event_at_the_tag_of_a_dnet_matters_to_those_with_inputs() {
+    for has_upstream in [false, true] {
+        let mut tags = Tags::<All>::new(has_upstream, true);
+        tags.start(START);
+        tags.handle_dnet(tag(7, 0));
+        announce(&mut tags, tag(7, 0));
+        assert_eq!(tags.net(), has_upstream.then_some(tag(7, 0)));
+    }
+}
+
+#[test]
+fn a_bound_is_told_if_a_grant_of_it_or_somebody_downstream_needs_it() {
+    for (dnet, granted, is_told) in [(8, 20, true), (9, 20, false), (50, 20, false), (50, 9, false), (50, 8, true)] {
+        let mut tags = started();
+        tags.handle_dnet(tag(dnet, 0));
+        tags.grant(tag(granted, 0));
+        announce_bounded(&mut tags, tag(30, 0), 10);
+        assert_eq!(tags.net(), is_told.then_some(tag(9, 0)), "{dnet} {granted}");
+    }
+}
+
+#[test]
+fn a_net_that_promises_more_does_not_go_out_while_a_tag_is_owed() {
+    let mut tags = started();
+    announce(&mut tags, tag(1, 0));
+    tags.net_transmitted();
+    announce(&mut tags, tag(20, 0));
+    tags.grant_provisionally(tag(5, 0), false);
+    assert_eq!(tags.net(), Some(tag(20, 0)));
+    announce(&mut tags, tag(15, 0));
+    assert_eq!(tags.net(), None);
+}
+
+/// Neither one that is due nor one that was left out; later ones stay.
+#[test]
+fn no_net_of_a_completed_tag_goes_out() {
+    for (next, left) in [(5, None), (20, Some(tag(20, 0)))] {
+        for is_left_out in [false, true] {
+            let mut tags = started();
+            if is_left_out {
+                tags.handle_dnet(tag(50, 0));
+                tags.grant(tag(20, 0));
+            }
+            announce(&mut tags, tag(next, 0));
+            assert_eq!(tags.net().is_none(), is_left_out);
+            tags.grant(tag(5, 0));
+            tags.begin(tag(5, 0));
+            tags.complete(true);
+            tags.handle_dnet(tag(1, 0));
+            assert_eq!((tags.ltc(), tags.net()), (Some(tag(5, 0)), left), "{next} {is_left_out}");
+        }
+    }
+}
+
+#[cfg(feature = "transients")]
+#[test]
+fn what_is_before_the_announced_event_is_known_to_be_over() {
+    let mut tags = started();
+    announce(&mut tags, tag(7, 0));
+    assert_eq!(
+        [(6, 9), (7, 0), (7, 1)].map(|(time, microstep)| tags.has_announced_beyond(tag(time, microstep))),
+        [true, false, false]
+    );
+}
+
 #[derive(Clone, Debug)]
 enum Step {
     Grant(Tag),
