@@ -156,6 +156,7 @@ mod tests {
             [(0, 9), (1, 5)].map(|(index, clock)| take_clock(&mut slots, index, Instant::from_nanos(clock))),
             [Ok(None); 2]
         );
+        assert_eq!(take_clock(&mut [there], 0, CLOCK_MIN), Ok(Some(CLOCK_MIN)));
         let again = take_clock(&mut slots, 1, Instant::from_nanos(6));
         assert_eq!(again, Err(Violation::Unexpected(MessageType::Timestamp)));
         slots[2] = there;

@@ -145,6 +145,21 @@ mod tests {
     }
 
     #[test]
+    fn a_path_as_long_as_time_is_none() {
+        let [one, rest] = [1, i64::MAX - 1].map(|time| PathDelay { time, microsteps: 0 });
+        assert_eq!((one.then(rest).is_path(), rest.then(PathDelay::ZERO)), (false, rest));
+    }
+
+    #[test]
+    fn nothing_leads_to_a_tag_before_the_delay() {
+        let delay = PathDelay { time: 5, microsteps: 2 };
+        for tag in [Tag::NEVER, tag_at(4, 9), tag_at(5, 1)] {
+            assert_eq!(delay.before(tag), Tag::NEVER);
+        }
+        assert_eq!(delay.before(tag_at(5, 2)), tag_at(0, u32::MAX));
+    }
+
+    #[test]
     fn a_delay_that_overflows_is_never_too_late() {
         let microstep = PathDelay { time: 0, microsteps: 1 };
         assert_eq!(microstep.after(tag_at(5, u32::MAX)), tag_at(5, u32::MAX));

@@ -336,6 +336,62 @@ mod tests {
         }
     }
 
+    fn with_queue(capacity: usize, look: impl FnOnce(&mut InTransit<'_>)) {
+        let mut storage = std::vec![Tag::NEVER; capacity];
+        let mut ring = Ring::default();
+        look(&mut InTransit { ring: &mut ring, storage: &mut storage });
+    }
+
+    #[test]
+    fn a_tag_is_stored_once_in_any_order() {
+        with_queue(4, |queue| {
+            for time in [5, 7, 5, 7, 6, 5, 6, 7] {
+                assert!(!queue.insert(at(time), Tag::NEVER));
+            }
+            assert_eq!(queue.ring.len, 3);
+            assert!(queue.has_before(at(8), 3) && !queue.has_before(at(8), 4) && !queue.has_before(at(7), 3));
+        });
+    }
+
+    #[test]
+    fn the_first_tag_beyond_the_storage_is_told() {
+        with_queue(2, |queue| {
+            let told = [3, 4, 5, 1, 6].map(|time| queue.insert(at(time), Tag::NEVER));
+            assert_eq!(told, [false, false, true, false, false]);
+        });
+    }
+
+    /// A receiver that completes the tag of its PTAG has seen the messages of that tag, and the others are later.
+    #[test]
+    fn a_message_at_the_granted_tag_is_not_among_the_later_ones() {
+        with_queue(1, |queue| {
+            queue.insert(at(1), at(5));
+            queue.insert(at(5), at(5));
+            queue.insert(at(9), at(5));
+            assert_eq!(queue.earliest(), at(1));
+            queue.complete(at(5));
+            assert_eq!(queue.earliest(), at(9));
+        });
+    }
+
+    #[test]
+    fn the_same_messages_have_the_same_form() {
+        let forms = [&[1, 2, 5][..], &[5], &[4, 5]].map(|times| {
+            let mut form = None;
+            with_queue(3, |queue| {
+                for time in times {
+                    queue.insert(at(*time), Tag::NEVER);
+                }
+                queue.complete(at(4));
+                queue.normalize();
+                form = Some((*queue.ring, queue.storage.to_vec()));
+            });
+            form
+        });
+        assert_eq!(forms[0], Some((Ring { len: 1, ..Ring::EMPTY }, std::vec![at(5), Tag::NEVER, Tag::NEVER])));
+        assert!(forms[1] == forms[0] && forms[2] == forms[0]);
+    }
+
     proptest! {
         /// The next event is never later than if all tags were stored; it is the same if they fit, and whenever the
         /// federate has done all that it may and the RTI knows it.

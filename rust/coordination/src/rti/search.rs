@@ -194,6 +194,19 @@ mod tests {
         }
     }
 
+    /// Each federate is in the queue once, though 1 improves the paths of three that wait there already: in a queue with
+    /// them twice, 2 would have no place, and the path from 5 over it would not be found.
+    #[test]
+    fn nobody_loses_its_place_in_the_queue() {
+        let direct = [(1, 0, 1), (2, 0, 5), (3, 0, 100), (4, 0, 100), (5, 0, 100)];
+        let indirect = [(3, 1, 1), (4, 1, 1), (5, 1, 50), (5, 2, 1)];
+        let edges: Vec<_> = direct.into_iter().chain(indirect).collect();
+        with_graph(&edges, |graph| {
+            let times = row(graph, graph.nodes[0].incoming).into_iter().map(|path| path.delay.parts().0);
+            assert_eq!(times.collect::<Vec<_>>(), [1, 5, 2, 2, 6]);
+        });
+    }
+
     #[test]
     fn only_a_cycle_without_any_delay_counts_as_one() {
         let zero = with_graph(&[(0, 1, DELAY_NONE), (1, 0, DELAY_NONE), (1, 2, DELAY_NONE)], |graph| {

@@ -295,6 +295,21 @@ mod tests {
     }
 
     #[test]
+    fn the_form_of_the_memory_does_not_depend_on_the_past() {
+        with_tags(&[(0, 1, 5)], |tags| {
+            for time in [20, 30] {
+                tags.message_forwarded(1, at(time));
+            }
+            tags.in_transit(1).complete(at(20));
+            tags.graph.nodes[1].blocking = 1;
+            tags.normalize();
+            let InTransit { ring, storage } = tags.in_transit(1);
+            assert_eq!((ring.head, &*storage), (0, &[at(30), Tag::NEVER][..]));
+            assert_eq!(tags.graph.nodes[1].blocking, 0);
+        });
+    }
+
+    #[test]
     fn those_upstream_are_told_what_matters_and_only_when_it_changes() {
         with_tags(&[(0, 1, 5)], |tags| {
             tags.set_next_event(0, at(3));
