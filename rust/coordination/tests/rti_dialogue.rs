@@ -2,8 +2,9 @@
 //! The RTI when peers leave, misbehave or do not read, which no recording shows.
 
 use lf_coordination::Deadline;
-use lf_coordination::rti::{AfterLoss, CLOCK_TIME_OUT, Cause, Config, Outcome, Status};
+use lf_coordination::rti::{AfterLoss, CLOCK_TIME_OUT, Cause, Config, Outcome, Status, Verdict};
 use lf_model::time::{Instant, Interval};
+use lf_testkit::messages::encoded;
 use lf_testkit::rti::dialogue::{FEDERATION, START, Upstream, at, chain, config, hello, message, read, started, wait};
 use lf_testkit::rti::{Awaited, Rig, Sizes};
 use lf_wire::{ADDRESS_PORT_UNKNOWN, DELAY_NONE, Message, NeighborStructure, RejectCode, Tag};
@@ -82,6 +83,7 @@ fn a_resigned_federate_that_does_not_close_is_closed() {
     rig.message(connections[0], &Message::Resign);
     assert_eq!(read(&mut rig, connections[1]), ["TAG FOREVER"], "the others do not wait for the end");
     assert!(rig.outlet.list[connections[0].0].open);
+    assert_eq!(rig.rti.poll_timeout(), Deadline::At(rig.now + Interval::from_secs(10)));
     wait(&mut rig, Interval::from_secs(10));
     assert!(!rig.outlet.list[connections[0].0].open);
 }
@@ -325,7 +327,9 @@ fn losses_are_told_when_there_is_room() {
     rig.outlet.capacity = capacity;
     let now = rig.now;
     rig.rti.handle_writable(now, connections[0], &mut rig.outlet);
-    assert_eq!(read(&mut rig, connections[0])[..2], ["UPSTREAM_DISCONNECTED"; 2]);
+    let heard = read(&mut rig, connections[0]);
+    assert_eq!(heard[..2], ["UPSTREAM_DISCONNECTED"; 2]);
+    assert!(!heard[2..].contains(&heard[0]), "{heard:?}");
 }
 
 /// Two cycles without delay, 0 ⇄ 1 and 2 ⇄ 3, with 1 → 2. A rule that exempts every federate of any cycle grants 2 the
@@ -350,4 +354,104 @@ fn a_provisional_grant_waits_for_another_cycle() {
         rig.message(*connection, &Message::NextEventTag(at(10)));
     }
     assert_eq!(read(&mut rig, connections[2]), ["PTAG 0 0"]);
+}
+
+/// Two cycles without delay, 0 ⇄ 1 and 2 ⇄ 3, with 0 → 2 after 10 ns. 2 waits at a tag and needs nothing of 0 there; 1
+/// waits for 0 at an earlier tag.
+#[test]
+fn a_federate_is_called_to_the_earliest_tag_at_which_others_wait() {
+    let none = |from: u16| (from, DELAY_NONE);
+    let upstream = [vec![none(1)], vec![none(0)], vec![none(3), (0, 10)], vec![none(2)]];
+    let (mut rig, connections) = started(config(), Sizes::ample(4), &upstream);
+    for word in [Message::NextEventTag, Message::LatestTagComplete] {
+        for connection in &connections {
+            rig.message(*connection, &word(at(0)));
+        }
+    }
+    for connection in &connections {
+        assert_eq!(read(&mut rig, *connection)[0], "PTAG 0 0");
+    }
+    for (federate, ns) in [(0, 20), (2, 9), (3, 9), (1, 8)] {
+        rig.message(connections[federate], &Message::NextEventTag(at(ns)));
+    }
+    let heard: Vec<_> = connections.iter().map(|connection| read(&mut rig, *connection).pop()).collect();
+    assert_eq!(heard, ["PTAG 8 0", "PTAG 8 0", "PTAG 9 0", "PTAG 9 0"].map(|grant| Some(grant.to_owned())));
+}
+
+/// In a cycle nobody would be the first to leave.
+#[test]
+fn a_cycle_without_events_ends_after_a_while() {
+    let (mut rig, connections) = started(config(), Sizes::ample(2), &[vec![(1, 5)], vec![(0, 5)]]);
+    for connection in &connections {
+        rig.message(*connection, &Message::NextEventTag(Tag::FOREVER));
+    }
+    wait(&mut rig, Interval::ZERO);
+    wait(&mut rig, Interval::from_nanos(999_999_999));
+    let may_end = |rig: &mut Rig| {
+        let mut heard = connections.iter().map(|connection| read(rig, *connection));
+        heard.all(|messages| messages.last().is_some_and(|message| message == "TAG FOREVER"))
+    };
+    assert!(!may_end(&mut rig));
+    wait(&mut rig, Interval::from_nanos(1));
+    assert!(may_end(&mut rig));
+}
+
+#[test]
+fn each_loss_in_a_cycle_is_told_once() {
+    let upstream = [vec![1, 2], vec![0], vec![0]];
+    let upstream = upstream.map(|list: Vec<u16>| list.into_iter().map(|from| (from, DELAY_NONE)).collect());
+    let (mut rig, connections) = started(config(), Sizes::ample(3), &upstream);
+    for connection in &connections {
+        rig.message(*connection, &Message::AddressAdvertisement { port: ADDRESS_PORT_UNKNOWN });
+    }
+    for lost in [2, 1] {
+        rig.close(connections[lost]);
+        let heard = read(&mut rig, connections[0]);
+        let told = heard.iter().filter(|message| *message == "UPSTREAM_DISCONNECTED");
+        assert_eq!(told.count(), 1, "{lost}: {heard:?}");
+    }
+}
+
+/// What the RTI expects next, of those that are there.
+#[test]
+fn the_first_event_to_come_is_known() {
+    let (mut rig, connections) = chain(config(), Sizes::ample(3));
+    for (connection, next) in connections.iter().zip([at(5), at(9), Tag::FOREVER]) {
+        rig.message(*connection, &Message::NextEventTag(next));
+    }
+    let after = |rig: &Rig, ns: i64| match rig.rti.next_event_after(Instant::from_nanos(START + ns)) {
+        Deadline::At(time) => Some(time.as_nanos() - START),
+        Deadline::Never => None,
+        Deadline::Now => panic!("it is not over"),
+    };
+    assert_eq!([0, 4, 5, 8, 9].map(|ns| after(&rig, ns)), [Some(5), Some(5), Some(9), Some(9), None]);
+    rig.message(connections[0], &Message::Resign);
+    assert_eq!(after(&rig, 0), Some(9));
+    rig.rti.abort(&mut rig.outlet);
+    assert_eq!(after(&rig, 0), None);
+}
+
+/// Messages for a federate that has left are counted, and the sum is logged if that says more.
+#[test]
+fn sums_are_of_more_than_one() {
+    for times in 0..4 {
+        let (mut rig, connections) = chain(config(), Sizes::ample(2));
+        rig.message(connections[1], &Message::Resign);
+        for ns in 0..times {
+            rig.message(connections[0], &message(1, ns, b"x"));
+        }
+        rig.message(connections[0], &Message::Resign);
+        let sums = rig.outlet.log_events.iter().filter(|event| event.starts_with("federate 0 in all:"));
+        assert_eq!(sums.count(), usize::from(times > 1), "{times}: {:?}", rig.outlet.log_events);
+    }
+}
+
+#[test]
+fn input_of_a_connection_that_the_rti_has_closed_is_not_for_it() {
+    let (mut rig, connections) = chain(config(), Sizes::ample(2));
+    let goodbye = encoded(&Message::Failed);
+    for bytes in [&goodbye[..], &goodbye, &[]] {
+        let verdict = rig.rti.handle_input(rig.now, connections[0], bytes, &mut rig.outlet);
+        assert_eq!(verdict, Verdict::Closed, "{bytes:?}");
+    }
 }

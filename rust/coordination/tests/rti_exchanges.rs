@@ -51,6 +51,17 @@ fn a_turn_begins_when_no_handshake_has_been_heard_for_a_millisecond() {
     assert_eq!((rig.rti.exchanging(), pass(&mut rig, MS(100))), (Some(first), None));
 }
 
+/// Each message of a handshake counts, not only its connection.
+#[test]
+fn a_handshake_that_takes_its_time_puts_off_a_turn() {
+    let mut rig = rig(2);
+    come(&mut rig, 0, UDP_PORT_CLOCK_SYNC_INITIAL);
+    let slow = rig.connect();
+    rig.now = rig.now + Interval::from_nanos(900_000);
+    rig.message(slow, &Message::FedIds { federate: 1, federation_id: FEDERATION });
+    assert_eq!(rig.rti.poll_exchange_timeout(), Deadline::At(rig.now + MS(1)));
+}
+
 #[test]
 fn handshakes_without_end_do_not_put_off_a_turn() {
     let mut rig = rig(2);

@@ -84,3 +84,18 @@ fn a_loss_upstream_lets_the_stop_tag_be_granted() {
     rig.message(connections[2], &Message::NextEventTag(at(20)));
     assert_eq!(read(&mut rig, connections[2]).last().map(String::as_str), Some("TAG FOREVER"));
 }
+
+/// It has announced that before it knew of the stop, and still has a message for its last tag.
+#[test]
+fn an_event_after_the_stop_counts_as_one_at_the_stop() {
+    let (mut rig, connections, at) = chain(true);
+    stop(&mut rig, connections, &at);
+    for connection in connections {
+        read(&mut rig, connection);
+    }
+    rig.message(connections[0], &Message::NextEventTag(at(1000)));
+    rig.message(connections[1], &Message::NextEventTag(at(20)));
+    assert!(read(&mut rig, connections[1]).is_empty());
+    leave(&mut rig, connections[0]);
+    assert_eq!(read(&mut rig, connections[1]), ["TAG FOREVER"]);
+}

@@ -100,3 +100,15 @@ fn an_earlier_event_that_is_not_complete_is_not_suspected() {
     }
     assert_eq!(suspected(&rig, 0), Vec::<&str>::new());
 }
+
+/// As a source does whose events matter to nobody, and every federate of decentralized coordination.
+#[test]
+fn who_asks_for_no_grant_needs_none() {
+    let upstream = [vec![], vec![(0, DELAY_NONE)]];
+    let (mut rig, federates) = started(config(), Sizes::ample(2), &upstream);
+    rig.message(federates[1], &Message::LatestTagComplete(at(5)));
+    assert_eq!(suspected(&rig, 1), Vec::<&str>::new());
+    rig.message(federates[1], &Message::NextEventTag(at(7)));
+    rig.message(federates[0], &Message::LatestTagComplete(at(6)));
+    assert_eq!(suspected(&rig, 0), Vec::<&str>::new());
+}

@@ -8,7 +8,7 @@ use lf_testkit::rti::dialogue::{FEDERATION, START, at, config, hello, message, r
 use lf_testkit::rti::{Rig, Sizes};
 use lf_wire::{
     DELAY_NONE, Decoded, HANDED_OVER_PORT, KIND_TRANSIENT, Limits, Message, NeighborStructure, Tag,
-    UDP_PORT_CLOCK_SYNC_OFF, decode_to_transient,
+    UDP_PORT_CLOCK_SYNC_OFF, decode, decode_to_transient,
 };
 
 /// A time of the RTI's clock after all tags of these dialogues.
@@ -185,10 +185,13 @@ fn one_that_sends_directly_to_one_that_has_left_is_refused() {
     let (mut rig, [_, old, last]) = chain();
     rig.message(old, &Message::Resign);
     rig.close(old);
-    rig.message(last, &Message::Resign);
     let next = introduce(&mut rig, 1, &[(0, DELAY_NONE)]);
-    rig.message(next, &Message::AddressQuery { federate: 2, is_transient: Some(false) });
-    assert_eq!(heard(&mut rig, next), ["ACK", "REJECT 8"]);
+    let question = Message::AddressQuery { federate: 2, is_transient: Some(false) };
+    rig.message(next, &question);
+    assert_eq!(heard(&mut rig, next), ["ACK", "ADDRESS_QUERY_REPLY"]);
+    rig.message(last, &Message::Resign);
+    rig.message(next, &question);
+    assert_eq!(heard(&mut rig, next), ["REJECT 8"]);
 }
 
 #[test]
@@ -360,4 +363,181 @@ fn a_federation_of_transients_alone_is_refused() {
     let mut memory = Sizes::ample(2).memory();
     let rti = Rti::new(Config { transients: 2, ..config() }, memory.storage());
     assert_eq!(rti.err(), Some(SetupError::Transients { transients: 2, federates: 2 }));
+}
+
+#[test]
+fn a_clock_is_told_once() {
+    let (mut rig, [first, middle, last]) = chain();
+    rig.message(first, &Message::StopRequest(at(9)));
+    for connection in [middle, last] {
+        rig.message(connection, &Message::StopReply(at(9)));
+    }
+    assert_eq!(heard(&mut rig, middle), ["STOP_REQUEST", "STOP_GRANTED"]);
+    rig.message(middle, &Message::Timestamp(START + 1));
+    assert_eq!(heard(&mut rig, middle), ["FAILED"]);
+}
+
+#[test]
+fn a_persistent_federate_that_has_left_is_not_replaced_by_a_transient_one() {
+    let (mut rig, [first, ..]) = chain();
+    rig.message(first, &Message::Resign);
+    let instead = introduce(&mut rig, 0, &[]);
+    assert_eq!(heard(&mut rig, instead), ["REJECT 2"]);
+}
+
+/// 0 ⇄ 1 → 2 (transient) → 3. Without events the cycle ends, but not before all are there; and 3 may have inputs again.
+#[test]
+fn a_federation_is_not_idle_while_somebody_may_join() {
+    let mut rig = rig(4, 1, LATE);
+    let cycle = [hello(&mut rig, 0, &[(1, 5)]), hello(&mut rig, 1, &[(0, 5)])];
+    let last = hello(&mut rig, 3, &[(2, DELAY_NONE)]);
+    let persistent = [cycle[0], cycle[1], last];
+    for connection in persistent {
+        rig.message(connection, &Message::Timestamp(0));
+    }
+    for connection in persistent {
+        rig.message(connection, &Message::NextEventTag(Tag::FOREVER));
+    }
+    let idle = |rig: &mut Rig| {
+        wait(rig, Interval::ZERO);
+        wait(rig, Interval::from_secs(1));
+        persistent.map(|connection| read(rig, connection).contains(&"TAG FOREVER".to_owned()))
+    };
+    assert_eq!(idle(&mut rig), [false; 3]);
+    let joined = introduce(&mut rig, 2, &[(1, DELAY_NONE)]);
+    rig.message(joined, &Message::Timestamp(START + 7));
+    rig.message(joined, &Message::NextEventTag(Tag::FOREVER));
+    assert_eq!(idle(&mut rig), [true, true, false]);
+}
+
+/// 0 (transient, absent) → 1 ⇄ 2.
+#[test]
+fn provisional_grants_behind_an_absent_federate_wait_for_the_clock() {
+    let mut rig = rig(3, 1, Instant::from_nanos(START + 10));
+    let one = hello(&mut rig, 1, &[(0, DELAY_NONE), (2, DELAY_NONE)]);
+    let two = hello(&mut rig, 2, &[(1, DELAY_NONE)]);
+    for connection in [one, two] {
+        rig.message(connection, &Message::Timestamp(0));
+    }
+    for connection in [one, two] {
+        rig.message(connection, &Message::NextEventTag(at(1_000)));
+    }
+    assert_eq!([one, two].map(|connection| read(&mut rig, connection)), [["TIMESTAMP", "PTAG 0 0"]; 2]);
+    for connection in [one, two] {
+        rig.message(connection, &Message::LatestTagComplete(at(0)));
+    }
+    assert_eq!([one, two].map(|connection| read(&mut rig, connection)), [[""; 0]; 2]);
+    assert_eq!(rig.rti.poll_timeout(), Deadline::At(Instant::from_nanos(START + 1_000)));
+    wait(&mut rig, Interval::from_nanos(990));
+    assert_eq!([one, two].map(|connection| read(&mut rig, connection)), [["PTAG 1000 0"]; 2]);
+}
+
+/// 0 (transient, absent) → 1 ← 2: the event of 1 is all that it is granted, and just that.
+#[test]
+fn what_others_have_completed_waits_for_the_clock_too() {
+    let mut rig = rig(3, 1, Instant::from_nanos(START + 10));
+    let [one, two] = [hello(&mut rig, 1, &[(0, DELAY_NONE), (2, DELAY_NONE)]), hello(&mut rig, 2, &[])];
+    for connection in [one, two] {
+        rig.message(connection, &Message::Timestamp(0));
+    }
+    for connection in [two, one] {
+        rig.message(connection, &Message::NextEventTag(at(1_000)));
+    }
+    assert_eq!(rig.rti.poll_timeout(), Deadline::Never, "2 may still send something");
+    rig.message(two, &Message::LatestTagComplete(at(1_000)));
+    assert_eq!(read(&mut rig, one), ["TIMESTAMP"]);
+    wait(&mut rig, Interval::from_nanos(990));
+    assert_eq!(read(&mut rig, one), ["TAG 1000 0"]);
+}
+
+/// Returns the notifications that a persistent federate reads, each with its federate.
+fn notifications(rig: &mut Rig, connection: ConnectionId) -> Vec<(&'static str, u16)> {
+    let mut all = Vec::new();
+    while !rig.outlet.list[connection.0].outgoing.is_empty() {
+        let bytes = rig.take(connection, usize::MAX);
+        let mut rest = &bytes[..];
+        while let Ok(Decoded::Complete { message, len }) = decode(rest, &Limits::NONE) {
+            all.extend(match message {
+                Message::UpstreamConnected { federate } => Some(("upstream came", federate)),
+                Message::UpstreamDisconnected { federate } => Some(("upstream left", federate)),
+                Message::OutboundConnected { federate } => Some(("outbound came", federate)),
+                Message::OutboundDisconnected { federate } => Some(("outbound left", federate)),
+                _ => None,
+            });
+            rest = &rest[len..];
+        }
+    }
+    all
+}
+
+/// Connects a transient federate without upstream federates, which begins.
+fn come(rig: &mut Rig, federate: u16) -> ConnectionId {
+    let connection = introduce(rig, federate, &[]);
+    assert_eq!(heard(rig, connection), ["ACK"]);
+    rig.message(connection, &Message::Timestamp(START + 9));
+    assert_eq!(heard(rig, connection).len(), 1);
+    connection
+}
+
+/// 1, 2 and 4 send to 0, and 0 asks for 1, 2 and 4; 3 has nothing to do with it. While there is no room, 1 and 4 leave,
+/// and come again later.
+#[test]
+fn those_who_do_not_read_are_told_of_those_who_came_or_left_and_of_no_others() {
+    let mut rig = rig(5, 4, LATE);
+    let zero = hello(&mut rig, 0, &[(1, DELAY_NONE), (2, DELAY_NONE), (4, DELAY_NONE)]);
+    for federate in [1, 2, 4] {
+        rig.message(zero, &Message::AddressQuery { federate, is_transient: Some(true) });
+    }
+    rig.message(zero, &Message::Timestamp(0));
+    let [one, two, four] = [1, 2, 4].map(|federate| come(&mut rig, federate));
+    let came = [1, 2, 4].map(|federate| [("upstream came", federate), ("outbound came", federate)]);
+    assert_eq!(notifications(&mut rig, zero), came.concat());
+    let capacity = core::mem::replace(&mut rig.outlet.capacity, 2);
+    for connection in [one, four] {
+        rig.close(connection);
+    }
+    rig.outlet.capacity = capacity;
+    let now = rig.now;
+    rig.rti.handle_writable(now, zero, &mut rig.outlet);
+    let left = |federates: &[u16]| {
+        let about = |what| federates.iter().map(move |federate| (what, *federate));
+        about("upstream left").chain(about("outbound left")).collect::<Vec<_>>()
+    };
+    assert_eq!(notifications(&mut rig, zero), left(&[1, 4]));
+    rig.close(two);
+    assert_eq!(notifications(&mut rig, zero), left(&[2]));
+    let three = come(&mut rig, 3);
+    // The message leaves no room for a notification.
+    rig.outlet.capacity = 22;
+    rig.message(three, &message(0, 20, b""));
+    for federate in [1, 4] {
+        come(&mut rig, federate);
+    }
+    let about = |what| [1, 4].map(|federate| (what, federate));
+    assert_eq!(notifications(&mut rig, zero), [about("upstream came"), about("outbound came")].concat());
+}
+
+/// The RTI was told of one transient federate, and begins without one.
+#[test]
+fn a_persistent_federate_too_many_is_refused_at_the_start() {
+    let mut rig = rig(3, 1, LATE);
+    let [first, second, third] = [0, 1, 2].map(|federate| hello(&mut rig, federate, &[]));
+    for connection in [first, second] {
+        rig.message(connection, &Message::Timestamp(0));
+    }
+    assert_eq!(read(&mut rig, third), ["REJECT"]);
+    assert!(!rig.outlet.list[third.0].open);
+}
+
+#[test]
+fn who_is_ready_after_a_stop_is_refused() {
+    let (mut rig, [first, old, last]) = chain();
+    rig.message(old, &Message::Resign);
+    rig.close(old);
+    let new = introduce(&mut rig, 1, &[(0, DELAY_NONE)]);
+    rig.message(first, &Message::StopRequest(at(9)));
+    rig.message(last, &Message::StopReply(at(9)));
+    assert!(rig.rti.stop_tag().is_some(), "nobody waits for the answer of one that has not begun");
+    rig.message(new, &Message::Timestamp(START + 1));
+    assert_eq!(heard(&mut rig, new), ["ACK", "REJECT 8"]);
 }

@@ -120,6 +120,41 @@ fn a_federate_that_waits_for_a_grant_is_told_with_the_one_that_holds_it_up() {
 }
 
 #[test]
+fn the_one_with_the_earliest_event_holds_a_federate_up() {
+    let watching = Config { log_waits: Some(Interval::from_secs(1)), ..config() };
+    let upstream = [vec![], vec![], vec![(0, DELAY_NONE), (1, DELAY_NONE)]];
+    let (mut rig, connections) = started(watching, Sizes::ample(3), &upstream);
+    wait(&mut rig, Interval::from_secs(1));
+    for (connection, ns) in connections.iter().zip([9, 5, 7]) {
+        rig.message(*connection, &Message::NextEventTag(at(ns)));
+    }
+    let said = said_within(&mut rig, 5);
+    assert!(said.len() == 1 && said[0].contains("because federate 1 may still"), "{said:?}");
+}
+
+/// It waits for no grant, though its next event is not known either.
+#[test]
+fn a_silent_source_is_not_said_to_wait() {
+    let (mut rig, [_, down]) = chain();
+    rig.message(down, &Message::NextEventTag(at(7)));
+    let said = said_within(&mut rig, 5);
+    assert!(said.len() == 1 && said[0].starts_with("federate 1 has been waiting for 1000 ms"), "{said:?}");
+}
+
+/// An abort ends the search, too.
+#[test]
+fn nobody_looks_for_waits_once_a_stop_is_granted() {
+    let (mut rig, [up, down]) = chain();
+    assert_ne!(rig.rti.poll_timeout(), Deadline::Never);
+    rig.message(up, &Message::StopRequest(at(1)));
+    rig.message(down, &Message::StopReply(at(1)));
+    assert_eq!(rig.rti.poll_timeout(), Deadline::Never);
+    let (mut rig, _) = chain();
+    rig.rti.abort(&mut rig.outlet);
+    assert_eq!(rig.rti.poll_timeout(), Deadline::Never);
+}
+
+#[test]
 fn a_federate_that_waits_for_physical_time_only_is_not_logged() {
     let (mut rig, [up, down]) = chain();
     for connection in [up, down] {
