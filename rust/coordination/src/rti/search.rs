@@ -194,8 +194,8 @@ mod tests {
         }
     }
 
-    /// Each federate is in the queue once, though 1 improves the paths of three that wait there already: in a queue with
-    /// them twice, 2 would have no place, and the path from 5 over it would not be found.
+    /// Each federate is in the queue once, though 1 improves the paths of three that wait there already. If they were
+    /// there twice, 2 would lose its place, and the path from 5 over it would not be found.
     #[test]
     fn nobody_loses_its_place_in_the_queue() {
         let direct = [(1, 0, 1), (2, 0, 5), (3, 0, 100), (4, 0, 100), (5, 0, 100)];
