@@ -412,7 +412,7 @@ fn each_loss_in_a_cycle_is_told_once() {
     }
 }
 
-/// What the RTI expects next, of those that are there.
+/// The RTI expects the events of those that are there.
 #[test]
 fn the_first_event_to_come_is_known() {
     let (mut rig, connections) = chain(config(), Sizes::ample(3));
