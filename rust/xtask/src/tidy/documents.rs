@@ -164,7 +164,7 @@ mod tests {
     #[test]
     fn a_path_that_does_not_exist_is_found() {
         let readme = "`src/main.rs`, `src/nothing.rs`, `other/x`, `src/*.rs`";
-        let others = [("ARCHITECTURE.md", ""), ("CONTRIBUTING.md", ""), ("src/main.rs", "")];
+        let others = [("ARCHITECTURE.md", ""), ("CONTRIBUTING.md", ""), ("MEASUREMENTS.md", ""), ("src/main.rs", "")];
         let page = ("docs/page.md", "[there](../src/main.rs) [not](src/main.rs)");
         let tree = tree(&[&others[..], &[("README.md", readme), page]].concat());
         let findings = paths_exist(&tree);
@@ -198,5 +198,6 @@ mod tests {
         assert_eq!(sizes(&tree(&[("docs/a.md", &format!("| {long} |\nhttps://{long}"))])), []);
         assert_eq!(sizes(&tree(&[("ARCHITECTURE.md", &"x\n".repeat(200))])), []);
         assert_eq!(sizes(&tree(&[("ARCHITECTURE.md", &"x\n".repeat(300))])).len(), 1);
+        assert_eq!(sizes(&tree(&[("MEASUREMENTS.md", &"x\n".repeat(100))])).len(), 1);
     }
 }
