@@ -66,6 +66,15 @@ fn chain() -> (Rig, [ConnectionId; 3]) {
     (rig, [first, middle, last])
 }
 
+/// Starts the same; then 1 leaves, and another instance of it connects.
+fn with_successor() -> (Rig, [ConnectionId; 3]) {
+    let (mut rig, [first, old, last]) = chain();
+    rig.message(old, &Message::Resign);
+    rig.close(old);
+    let new = introduce(&mut rig, 1, &[(0, DELAY_NONE)]);
+    (rig, [first, new, last])
+}
+
 #[test]
 fn an_instance_that_does_not_make_way_is_expelled() {
     let (mut rig, [first, old, _]) = chain();
@@ -182,10 +191,7 @@ fn one_joins_after_the_tags_of_those_that_have_left() {
 
 #[test]
 fn one_that_sends_directly_to_one_that_has_left_is_refused() {
-    let (mut rig, [_, old, last]) = chain();
-    rig.message(old, &Message::Resign);
-    rig.close(old);
-    let next = introduce(&mut rig, 1, &[(0, DELAY_NONE)]);
+    let (mut rig, [_, next, last]) = with_successor();
     let question = Message::AddressQuery { federate: 2, is_transient: Some(false) };
     rig.message(next, &question);
     assert_eq!(heard(&mut rig, next), ["ACK", "ADDRESS_QUERY_REPLY"]);
@@ -237,10 +243,7 @@ fn who_is_silent_holds_nobody_up() {
 
 #[test]
 fn a_federate_that_is_not_ready_cannot_act() {
-    let (mut rig, [_, old, last]) = chain();
-    rig.message(old, &Message::Resign);
-    rig.close(old);
-    let new = introduce(&mut rig, 1, &[(0, DELAY_NONE)]);
+    let (mut rig, [_, new, last]) = with_successor();
     rig.message(new, &Message::NextEventTag(at(1)));
     assert_eq!(heard(&mut rig, new), ["ACK", "FAILED"]);
     // It has not taken part, so nobody is told.
@@ -531,10 +534,7 @@ fn a_persistent_federate_too_many_is_refused_at_the_start() {
 
 #[test]
 fn who_is_ready_after_a_stop_is_refused() {
-    let (mut rig, [first, old, last]) = chain();
-    rig.message(old, &Message::Resign);
-    rig.close(old);
-    let new = introduce(&mut rig, 1, &[(0, DELAY_NONE)]);
+    let (mut rig, [first, new, last]) = with_successor();
     rig.message(first, &Message::StopRequest(at(9)));
     rig.message(last, &Message::StopReply(at(9)));
     assert!(rig.rti.stop_tag().is_some(), "nobody waits for the answer of one that has not begun");

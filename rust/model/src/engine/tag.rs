@@ -117,20 +117,16 @@ impl Engine<'_> {
             let has_run = ctx.share_level(program, self.modes, first);
             #[cfg(not(feature = "workers"))]
             let has_run = false;
-            let untouched = info.level.saturating_add(1);
-            match info.kind {
-                _ if has_run => ctx.state.untouched = untouched,
-                ReactionKind::Send(output) => {
-                    if !ctx.send(program, output) {
-                        return Progress::OutputFull { output };
-                    }
-                    ctx.ready.remove(first);
-                    ctx.state.untouched = untouched;
-                }
-                ReactionKind::Body => {
-                    ctx.ready.remove(first);
-                    // Those that run after it, in turn, change it again.
-                    ctx.state.untouched = untouched;
+            if let ReactionKind::Send(output) = info.kind
+                && !ctx.send(program, output)
+            {
+                return Progress::OutputFull { output };
+            }
+            // Those that run after this one, in turn, change it again.
+            ctx.state.untouched = info.level.saturating_add(1);
+            if !has_run {
+                ctx.ready.remove(first);
+                if info.kind == ReactionKind::Body {
                     ctx.run(program, ReactionId(first), info);
                     if let Some(mode) = ctx.mode.take() {
                         ctx.tables.request_mode(self.modes, mode);

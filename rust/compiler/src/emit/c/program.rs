@@ -196,10 +196,9 @@ impl ProgramFile<'_, '_> {
         let function = part.method();
         self.text.line(format_args!("\nvoid lf_{function}(uint16_t id) {{\n    switch (id) {{"));
         let reactions = self.symbols.federate.reactions.iter().enumerate();
-        let cases = reactions.filter_map(|(id, reaction)| Some(format!("{id} => {}", self.call(id, reaction, part)?)));
-        for case in merge_cases(&cases.collect::<Vec<_>>()) {
-            let (ids, call) = case.split_once(" => ").unwrap_or_default();
-            self.text.line(format_args!("    case {ids}:\n        {call};\n        break;"));
+        let calls = reactions.filter_map(|(id, reaction)| Some((id, self.call(id, reaction, part)?)));
+        for case in merge_cases(&calls.collect::<Vec<_>>()) {
+            self.text.line(case);
         }
         self.text.line("    default:\n        break;\n    }\n}");
     }

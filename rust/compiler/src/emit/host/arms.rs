@@ -101,9 +101,12 @@ pub(super) fn merge(texts: &[String]) -> Vec<String> {
     merge_in(ArmSyntax::Rust, texts)
 }
 
-/// Returns the cases of a `switch` over `id` with as few as possible of them, as arms: `3 ... 5 => call(ports[id])`.
-pub(in crate::emit) fn merge_cases(texts: &[String]) -> Vec<String> {
-    merge_in(ArmSyntax::C, texts)
+/// Returns the cases of a `switch` over `id` that make these calls, with as few as possible of them:
+/// `case 3 ... 5: call(ports[id]); break;`
+pub(in crate::emit) fn merge_cases(calls: &[(usize, String)]) -> Vec<String> {
+    let arms: Vec<_> = calls.iter().map(|(id, call)| format!("{id} => {call}")).collect();
+    let case = |arm: &String| format!("    case {};\n        break;", arm.replacen(" => ", ":\n        ", 1));
+    merge_in(ArmSyntax::C, &arms).iter().map(case).collect()
 }
 
 fn merge_in(syntax: ArmSyntax, texts: &[String]) -> Vec<String> {
@@ -189,10 +192,11 @@ mod tests {
         let others =
             ["ModeId(1) => self.a.reset_1()", "ModeId(2) => self.a.reset_2()", "ModeId(4) => self.a.reset_2()"];
         assert_eq!(merged(&others), others);
-        let cases = ["2 => react(selfs[5], ports[2])", "3 => react(selfs[6], ports[4])", "4 => stop(selfs[7])"];
-        let cases = cases.map(str::to_owned);
-        let one = "2 ... 3 => react(selfs[(id - 2) + 5], ports[(id - 2) * 2 + 2])";
-        assert_eq!(merge_cases(&cases), [one, &cases[2]]);
+        let calls = [(2, "react(selfs[5], ports[2])"), (3, "react(selfs[6], ports[4])"), (4, "stop(selfs[7])")];
+        let calls = calls.map(|(id, call)| (id, call.to_owned()));
+        let case = |ids: &str, call: &str| format!("    case {ids}:\n        {call};\n        break;");
+        let one = case("2 ... 3", "react(selfs[(id - 2) + 5], ports[(id - 2) * 2 + 2])");
+        assert_eq!(merge_cases(&calls), [one, case("4", &calls[2].1)]);
         let lists = ["2 => share(&[ReactionId(2), ReactionId(3)])", "3 => share(&[ReactionId(3), ReactionId(4)])"];
         assert_eq!(merged(&lists), lists);
         let falling = ["PortId(1) => self.a[2].clear()", "PortId(2) => self.a[1].clear()"];

@@ -16,9 +16,20 @@ fn tag(time: i64, microstep: u32) -> Tag {
 }
 
 fn started() -> Tags<All> {
-    let mut tags = Tags::new(true, true);
+    started_with(true)
+}
+
+fn started_with(has_upstream: bool) -> Tags<All> {
+    let mut tags = Tags::new(has_upstream, true);
     tags.start(START);
     tags
+}
+
+/// Begins and completes a tag that is granted provisionally.
+fn run_provisionally(tags: &mut Tags<All>, tag: Tag) {
+    tags.grant_provisionally(tag, false);
+    tags.begin(tag);
+    tags.complete(false);
 }
 
 /// Announces a next event without physical actions.
@@ -163,15 +174,11 @@ fn after_a_tag_the_bound_is_told_at_once() {
 #[test]
 fn a_bound_is_owed_until_it_is_granted_though_an_earlier_tag_is_demanded() {
     let mut tags = started();
-    tags.grant_provisionally(tag(1, 0), false);
-    tags.begin(tag(1, 0));
-    tags.complete(false);
+    run_provisionally(&mut tags, tag(1, 0));
     announce_bounded(&mut tags, tag(20, 0), 10);
     assert_eq!(tags.net(), Some(tag(9, 0)));
     tags.net_transmitted();
-    tags.grant_provisionally(tag(5, 0), false);
-    tags.begin(tag(5, 0));
-    tags.complete(false);
+    run_provisionally(&mut tags, tag(5, 0));
     announce(&mut tags, tag(20, 0));
     assert_eq!(tags.net(), None);
     tags.grant(tag(9, 0));
@@ -182,9 +189,7 @@ fn a_bound_is_owed_until_it_is_granted_though_an_earlier_tag_is_demanded() {
 #[test]
 fn a_message_takes_the_place_of_a_bound() {
     let mut tags = started();
-    tags.grant_provisionally(tag(1, 0), false);
-    tags.begin(tag(1, 0));
-    tags.complete(false);
+    run_provisionally(&mut tags, tag(1, 0));
     announce_bounded(&mut tags, tag(20, 0), 10);
     tags.net_transmitted();
     assert_eq!(tags.message_received(tag(5, 0)), Arrival::InTime);
@@ -201,8 +206,7 @@ fn a_message_takes_the_place_of_a_bound() {
 #[test]
 fn an_event_at_the_tag_of_a_dnet_is_left_out() {
     for has_upstream in [false, true] {
-        let mut tags = Tags::<All>::new(has_upstream, true);
-        tags.start(START);
+        let mut tags = started_with(has_upstream);
         tags.grant(tag(9, 0));
         tags.handle_dnet(tag(7, 0));
         announce(&mut tags, tag(7, 0));
@@ -217,8 +221,7 @@ fn an_event_at_the_tag_of_a_dnet_is_left_out() {
 #[test]
 fn without_a_grant_an_event_at_the_tag_of_a_dnet_matters_to_those_with_inputs() {
     for has_upstream in [false, true] {
-        let mut tags = Tags::<All>::new(has_upstream, true);
-        tags.start(START);
+        let mut tags = started_with(has_upstream);
         tags.handle_dnet(tag(7, 0));
         announce(&mut tags, tag(7, 0));
         assert_eq!(tags.net(), has_upstream.then_some(tag(7, 0)));
