@@ -35,6 +35,8 @@ const USAGE: u8 = 2;
 /// The minimum size of the receive buffer. Memory is plentiful here, and a larger buffer holds a longer burst of
 /// messages before the grant of the first.
 const INPUT_BYTES: usize = 1 << 18;
+/// The minimum size of the send buffer. A write takes longer than many messages, which a larger buffer collects.
+const OUTPUT_BYTES: usize = 1 << 16;
 /// The minimum size of a buffer of a connection with another federate.
 const PEER_BYTES: usize = 1 << 14;
 
@@ -156,7 +158,8 @@ fn run(
     let federation_id = arguments.federation_id.as_deref().unwrap_or(federation.federation_id);
     description.check_key(federation_id.as_bytes());
     HostOutside::of_program().set_federation_id(federation_id);
-    let (mut input, mut output) = (vec![0; federation.input_bytes.max(INPUT_BYTES)], vec![0; federation.output_bytes]);
+    let mut input = vec![0; federation.input_bytes.max(INPUT_BYTES)];
+    let mut output = vec![0; federation.output_bytes.max(OUTPUT_BYTES)];
     let mut peer_inputs = vec![vec![0; federation.peer_input_bytes.max(PEER_BYTES)]; federation.peers_in.len()];
     let mut peer_outputs = vec![vec![0; federation.peer_output_bytes.max(PEER_BYTES)]; federation.peers_out.len()];
     let mut inbound: Vec<_> = peer_inputs.iter_mut().map(|bytes| Inbound::new(bytes)).collect();
