@@ -339,11 +339,10 @@ impl<'a, 's, P: Platform, N: FnMut(RtiEvent<'_>), B: Storage> RtiLoop<'a, 's, P,
         if let Some(bytes) = self.table.outgoings[index].refused.take() {
             self.give_up(index, bytes);
         }
-        if self.table.outgoings[index].flush(self.platform) {
+        // What was postponed goes out in the same turn, and makes room for what did not fit behind it.
+        while self.table.outgoings[index].flush(self.platform) {
             let now = self.platform.now();
             self.drive(|rti, outlet| rti.handle_writable(now, ConnectionId(index), outlet));
-            // What was postponed goes out in the same turn.
-            self.table.outgoings[index].flush(self.platform);
             self.table.resume(Awaited::Room(ConnectionId(index)));
         }
         self.table.outgoings[index].advance_closing(self.platform, self.table.inlets[index].ended);
