@@ -173,7 +173,7 @@ fn generated_files(
     dwarf: &Dwarf<Reader<'_>>,
     unit: &Unit<Reader<'_>>,
     table: &LineTable<'_>,
-    origins: &Origins<'_>,
+    origins: &mut Origins<'_>,
 ) -> gimli::Result<HashMap<usize, String>> {
     let header = table.header();
     let path = |bytes: Reader<'_>| PathBuf::from(OsStr::from_bytes(bytes.slice()));

@@ -32,6 +32,9 @@ pub(super) struct Origins<'a> {
     generated: &'a Generated<'a>,
     /// The folder without symbolic links, as the compiler names it.
     folder: PathBuf,
+    /// Other folders without symbolic links, if they exist. Each table of lines names hundreds of files of the runtime
+    /// and of the standard library, in the same few folders.
+    folders: HashMap<PathBuf, Option<PathBuf>>,
     texts: HashMap<PathBuf, Vec<String>>,
 }
 
@@ -41,16 +44,28 @@ impl<'a> Origins<'a> {
     /// # Errors
     /// When the folder does not exist.
     pub(super) fn new(generated: &'a Generated<'a>) -> io::Result<Self> {
-        Ok(Self { generated, folder: fs::canonicalize(generated.folder)?, texts: HashMap::new() })
+        Ok(Self {
+            generated,
+            folder: fs::canonicalize(generated.folder)?,
+            folders: HashMap::new(),
+            texts: HashMap::new(),
+        })
     }
 
     /// Returns the path of a generated file in the folder; `None` for a file from elsewhere.
-    pub(super) fn generated(&self, path: &Path) -> Option<String> {
+    pub(super) fn generated(&mut self, path: &Path) -> Option<String> {
         if path.is_relative() {
             return self.without_beginning(path);
         }
         // What was compiled elsewhere need not exist here.
-        let path = fs::canonicalize(path).ok()?;
+        let parent = path.parent()?;
+        let known = self.folders.get(parent).cloned();
+        let folder = known.unwrap_or_else(|| {
+            let found = fs::canonicalize(parent).ok().filter(|folder| folder.starts_with(&self.folder));
+            self.folders.insert(parent.to_owned(), found.clone());
+            found
+        })?;
+        let path = fs::canonicalize(folder.join(path.file_name()?)).ok()?;
         Some(path.strip_prefix(&self.folder).ok()?.to_str()?.to_owned())
     }
 
