@@ -139,6 +139,8 @@ impl Stock<'_> {
             sender,
             &Message::P2pSendingFedId { federate: 0, is_transient: Some(false), federation_id: b"virtual" },
         );
+        // A connection that is closed while something lies there unread loses what it has sent.
+        assert_eq!(self.me.hear(sender, 1), encoded(&Message::Ack));
         self.hear(|message| matches!(message, Message::Timestamp(_)).then_some(()));
         self.start = self.me.now().as_nanos() + 1_000_000;
         self.say(self.rti, &Message::Timestamp(self.start));

@@ -20,9 +20,10 @@ const LONGEST: Nanos = 5 * SEC;
 const FOREVER: Nanos = Nanos::MAX / 4;
 /// Turns of the event loop for one tag: the time has come, input was read, no more input was read.
 const TURNS_PER_TAG: Nanos = 6;
-/// The maximum number of tags that an event loop runs in one turn. It reads input that arrives meanwhile only after the
-/// turn.
-const TAGS_PER_TURN: usize = 16;
+/// The number of tags after which an event loop looks how long a turn has taken, and the time after which it then ends
+/// it. It reads input that arrives meanwhile only after the turn.
+const TAGS_PER_LOOK: usize = 16;
+const TURN_TIME: Nanos = 100 * US;
 /// The number of turns for all other work at one time.
 const TURNS_BESIDES: Nanos = 40;
 /// The maximum number of bytes of a message, and the number of messages without room in their queues that the buffers
@@ -316,6 +317,6 @@ fn behind(work: &BTreeMap<Nanos, Vec<Nanos>>, host: &Host) -> Nanos {
 /// Returns the longest turn of a federate's event loop that does this work at these times.
 fn longest_turn(work: &BTreeMap<Nanos, Vec<Nanos>>) -> Nanos {
     let tags: Vec<_> = work.values().flatten().copied().collect();
-    let windows = tags.windows(TAGS_PER_TURN.min(tags.len().max(1)));
-    windows.map(|window| window.iter().sum()).max().unwrap_or(0)
+    let windows = tags.windows(TAGS_PER_LOOK.min(tags.len().max(1)));
+    windows.map(|window| window.iter().sum::<Nanos>() + TURN_TIME).max().unwrap_or(0)
 }

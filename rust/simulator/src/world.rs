@@ -46,6 +46,8 @@ pub(crate) fn strike(world: &mut World, fault: &Fault, at: u64) {
     }
 }
 
+/// The percentage of writes that find no room, while those right after them do, where there are pieces.
+const LATE_PERCENT: u64 = 5;
 /// The percentage of datagrams that are lost, and of the others that arrive twice.
 const LOST_PERCENT: u64 = 5;
 const DOUBLE_PERCENT: u64 = 2;
@@ -98,6 +100,10 @@ impl Medium for SimulatedMedium {
 
     fn piece(&mut self, most: usize) -> usize {
         if self.pieces && self.random.percent(50) { self.random.count(1, most) } else { most }
+    }
+
+    fn is_read_in_time(&mut self) -> bool {
+        !self.pieces || !self.random.percent(LATE_PERCENT)
     }
 
     fn copies(&mut self) -> usize {

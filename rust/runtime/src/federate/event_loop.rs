@@ -7,9 +7,10 @@ use lf_coordination::auth::Nonce;
 use lf_coordination::federate::{All, Awaited, Config, Disconnected, Event, Federate, Needs, Phase};
 use lf_derive::outlined;
 use lf_model::time::{Instant, Interval, Tag};
-use lf_model::{Engine, InputId, Program};
+use lf_model::{Engine, Program};
 
 use super::clock_sync::{ClockSyncPort, set_correction};
+use super::deadlock::Deadlock;
 use super::direct::Direct;
 use super::execution::{Advance, Execution, Failed};
 use super::from_rti::FromRti;
@@ -21,16 +22,17 @@ use super::reason::Reason;
 use super::session::Session;
 use super::waiting::{Waiting, reason};
 use crate::description::Federation;
-use crate::error::{PeerFault, RunError};
+use crate::error::RunError;
 use crate::platform::Platform;
 use crate::trace::{Event as Traced, Recording, Role, Waits, waits};
 use crate::turn::Turn;
 
-/// The number of tags to run before the socket is read again, when physical time is ahead of logical time.
-const TAGS_PER_TURN: u32 = 16;
-/// The time for which others may accept nothing while this federate waits for that in the middle of a tag. They may be
-/// waiting for this one, and then without end.
-const BLOCKED_TIME_OUT: Interval = Interval::from_secs(60);
+/// The number of tags to run before the socket is read again, when physical time is ahead of logical time. One write
+/// takes as long as many short tags, and can send the messages of all of them.
+const TAGS_PER_TURN: u32 = 64;
+/// The time after which the socket is read again, for longer tags; it is looked at after each [`TAGS_PER_LOOK`].
+const TURN_TIME: Interval = Interval::from_micros(100);
+const TAGS_PER_LOOK: u32 = 16;
 /// The time for which a federate that has failed tries to send FAILED to the RTI, and any federate tries to send the
 /// rest to its peers.
 const FINAL_SEND_TIME_OUT: Interval = Interval::from_secs(1);
@@ -51,8 +53,7 @@ pub struct FederateLoop<'a, 's, P, N: Needs = All> {
     direct: Direct<'a, 's, N>,
     clock_sync: ClockSyncPort,
     waiting: Waiting,
-    /// Since when all of the session's input buffer has been held while this federate waits for room for its output.
-    full_since: Option<Instant>,
+    deadlock: Deadlock,
     stage: Stage,
     recording: Recording<'a>,
 }
@@ -128,7 +129,7 @@ impl<'a, 's, P: Platform, N: Needs> FederateLoop<'a, 's, P, N> {
             direct,
             clock_sync,
             waiting: Waiting::NONE,
-            full_since: None,
+            deadlock: Deadlock::default(),
             stage: Stage::Taking,
             recording: Recording::OFF,
         })
@@ -260,13 +261,16 @@ impl<'a, 's, P: Platform, N: Needs> FederateLoop<'a, 's, P, N> {
         self.handle_timeout(now)?;
         self.direct.meet(self.platform, &mut self.execution)?;
         self.direct.receive(self.platform, &mut self.recording, &mut self.execution)?;
-        let advance = self.advance()?;
+        let advance = self.advance(now)?;
         #[cfg(feature = "transients")]
         self.send_outside_of_tags();
         self.direct.send_ends(self.platform, &mut self.recording, &self.execution);
         self.transmit();
         self.direct.peers.flush(self.platform);
-        self.check_deadlock(advance)?;
+        let (receiver, direct) = (&mut self.session.receiver, &mut self.direct);
+        if let Some(error) = self.deadlock.find(self.platform, advance, receiver, direct, &self.execution) {
+            return Err(self.execution.fail(error));
+        }
         let has_ended = self.execution.phase() == Phase::Ended && self.session.output().is_empty();
         Ok((!has_ended).then_some(advance))
     }
@@ -336,9 +340,9 @@ impl<'a, 's, P: Platform, N: Needs> FederateLoop<'a, 's, P, N> {
         }
     }
 
-    /// Runs the tags that are due and granted.
+    /// Runs the tags that are due and granted, in a turn that began at `now`.
     #[outlined]
-    fn advance(&mut self) -> Result<Advance, Failed> {
+    fn advance(&mut self, now: Instant) -> Result<Advance, Failed> {
         if self.execution.phase() != Phase::Running {
             return Ok(Advance::Until(Deadline::Never));
         }
@@ -346,7 +350,7 @@ impl<'a, 's, P: Platform, N: Needs> FederateLoop<'a, 's, P, N> {
         if self.execution.hands_over() {
             return Ok(Advance::OutputFull);
         }
-        for _ in 0..TAGS_PER_TURN {
+        for tag in 1..=TAGS_PER_TURN {
             if !self.execution.engine.is_in_tag()
                 && let Some(advance) = self.begin_next()?
             {
@@ -361,6 +365,9 @@ impl<'a, 's, P: Platform, N: Needs> FederateLoop<'a, 's, P, N> {
             };
             if let Some(advance) = self.execution.run(&mut output, max_level, limit)? {
                 return Ok(advance);
+            }
+            if tag % TAGS_PER_LOOK == 0 && self.platform.now() >= now + TURN_TIME {
+                break;
             }
         }
         Ok(Advance::Until(Deadline::Now))
@@ -474,57 +481,16 @@ impl<'a, 's, P: Platform, N: Needs> FederateLoop<'a, 's, P, N> {
         self.session.transmit(self.platform, &mut self.recording, &mut self.execution.machine);
     }
 
-    /// Ends with an error if the federation is deadlocked, because some queue is too small for the messages of others.
-    #[outlined]
-    fn check_deadlock(&mut self, advance: Advance) -> Result<(), Failed> {
-        match self.deadlock(advance) {
-            Some(error) => Err(self.execution.fail(error)),
-            None => Ok(()),
-        }
-    }
-
-    /// Returns the error of a deadlock, if there is one.
-    fn deadlock(&mut self, advance: Advance) -> Option<RunError> {
-        let full_input = if N::INPUTS { self.session.receiver.full_input() } else { None };
-        let full = |input: InputId| RunError::InputFull { input: self.execution.name_of(input) };
-        let is_full = advance == Advance::OutputFull;
-        if advance == Advance::NotGranted && self.execution.is_decentralized() {
-            if let Some(input) = self.direct.deadlocked_input(&self.execution) {
-                return Some(full(input));
-            }
-        } else if advance == Advance::NotGranted {
-            if let Some(input) = full_input {
-                return Some(full(input));
-            }
-            if let Some(input) = self.execution.input_over_capacity(&self.session.receiver.held) {
-                return Some(RunError::TagFull { input: self.execution.name_of(input) });
-            }
-        }
-        if !is_full {
-            self.full_since = None;
-            return None;
-        }
-        let now = self.platform.now();
-        if let Some((federate, since)) = self.direct.peers.blocked()
-            && now >= since + BLOCKED_TIME_OUT
-        {
-            return Some(RunError::Peer { federate, fault: PeerFault::Blocked });
-        }
-        self.full_since = full_input.and(self.full_since.or(Some(now)));
-        let is_over = self.full_since.is_some_and(|since| now >= since + BLOCKED_TIME_OUT);
-        full_input.filter(|_| is_over).map(full)
-    }
-
     /// Sets what to wait for, and returns the deadline.
     #[outlined]
     fn prepare_wait(&mut self, advance: Advance) -> Deadline {
         let event = match advance {
             Advance::Until(deadline) => deadline,
-            Advance::OutputFull => {
-                let since =
-                    self.direct.peers.blocked().map(|(_, since)| since).into_iter().chain(self.full_since).min();
-                since.map(|since| since + BLOCKED_TIME_OUT).into()
+            // What was full may be empty by now, and then no socket becomes writable.
+            Advance::OutputFull if self.session.output().is_empty() && self.direct.peers.blocked().is_none() => {
+                Deadline::Now
             }
+            Advance::OutputFull => self.deadlock.poll_timeout(&self.direct.peers),
             Advance::NotGranted | Advance::Done => Deadline::Never,
         };
         let running = self.execution.phase() == Phase::Running;

@@ -13,6 +13,7 @@
 
 mod accept_queue;
 mod clock_sync;
+mod deadlock;
 mod direct;
 mod event_loop;
 mod execution;

@@ -147,8 +147,11 @@ impl Intruder {
         }
         let mut rest = &self.says[..];
         while let [_, ..] = rest {
-            let Ok(Transfer::Bytes(count)) = platform.write(socket, rest) else { panic!("so little finds room") };
-            rest = &rest[count..];
+            match platform.write(socket, rest) {
+                Ok(Transfer::Bytes(count)) => rest = &rest[count..],
+                Ok(Transfer::WouldBlock) => {}
+                other => panic!("so little finds room: {other:?}"),
+            }
         }
         true
     }

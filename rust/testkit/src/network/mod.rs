@@ -32,6 +32,11 @@ pub trait Medium {
     /// Returns how many bytes a read or write moves that could move `most`, which is at least 1: from 1 to `most`.
     fn piece(&mut self, most: usize) -> usize;
 
+    /// Returns whether a write finds the room behind unread bytes. Otherwise the peer has read right after it.
+    fn is_read_in_time(&mut self) -> bool {
+        true
+    }
+
     /// Returns how often a datagram arrives: 0 times if it is lost.
     fn copies(&mut self) -> usize;
 

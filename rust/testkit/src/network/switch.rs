@@ -9,6 +9,9 @@ use super::pipe::Pipe;
 use super::socket::{Kind, Socket, Table};
 use super::{Event, Medium, address_of};
 
+/// The number of unread bytes for which every system has memory: what opens a connection finds room at once.
+const LEAST_ROOM: usize = 64;
+
 /// A connection: side 0 is the participant that has opened it. Each side writes into the pipe of its own number.
 #[derive(Debug)]
 struct Link {
@@ -187,9 +190,9 @@ impl<M: Medium> Network<M> {
             self.break_off(connection, 1 - side, at);
             return Ok(Transfer::Bytes(bytes.len()));
         }
-        let room = self.medium.pipe_bytes(beginner).saturating_sub(link.pipes[side].len());
-        let most = room.min(bytes.len());
-        if most == 0 {
+        let unread = link.pipes[side].len();
+        let most = self.medium.pipe_bytes(beginner).saturating_sub(unread).min(bytes.len());
+        if most == 0 || unread >= LEAST_ROOM && !self.medium.is_read_in_time() {
             self.medium.see(Event::Refused, now);
             return Ok(Transfer::WouldBlock);
         }

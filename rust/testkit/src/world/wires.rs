@@ -4,6 +4,9 @@
 use crate::network::{Event, Medium};
 use crate::random::{Random, combine};
 
+/// The percentage of writes in pieces that find no room, while those right after them do.
+const LATE_PERCENT: u64 = 10;
+
 /// The properties of the network.
 #[derive(Clone, Copy, Debug)]
 pub struct Conditions {
@@ -64,6 +67,10 @@ impl Medium for Wires {
 
     fn piece(&mut self, most: usize) -> usize {
         if self.conditions.whole { most } else { self.random.count(1, most) }
+    }
+
+    fn is_read_in_time(&mut self) -> bool {
+        self.conditions.whole || !self.random.percent(LATE_PERCENT)
     }
 
     fn see(&mut self, event: Event<'_>, _now: u64) {
