@@ -15,6 +15,7 @@ pub mod clock_sync;
 pub mod code;
 mod deadline;
 pub mod federate;
+mod flow;
 #[cfg(feature = "heap")]
 pub mod heap;
 mod id;
@@ -25,6 +26,7 @@ mod tally;
 
 pub use address::{Endpoint, IpAddress};
 pub use deadline::Deadline;
+pub use flow::{WINDOW, WINDOW_MAX};
 pub use id::FederateId;
 pub use tag::{from_wire, to_wire};
 pub use tally::{Tally, Times};

@@ -7,8 +7,9 @@ use std::collections::BTreeSet;
 
 use crate::federation_support::graph::{END_NS, Graph, Trace, any_graph};
 use crate::federation_support::participant::Participant;
+use lf_coordination::WINDOW;
 use lf_coordination::federate::{All, Disconnected, Needs, Phase};
-use lf_coordination::rti::{ClockSync as RtiClockSync, Config as RtiConfig, Outcome, Status, WINDOW};
+use lf_coordination::rti::{ClockSync as RtiClockSync, Config as RtiConfig, Outcome, Status};
 use lf_model::time::Interval;
 use lf_testkit::profiles::Centralized;
 use lf_testkit::random::Random;
@@ -20,6 +21,9 @@ const PAYLOAD_MAX: usize = 1 << 16;
 /// Far more turns than any of these federations needs.
 const TURNS_MAX: usize = 200_000;
 
+/// Windows are offered below this: as large as the usual one, and a bit larger.
+const OFFERS: u16 = WINDOW + 8;
+
 /// The parameters of a run.
 #[derive(Clone, Copy, Debug)]
 struct Manner {
@@ -28,7 +32,9 @@ struct Manner {
     /// Bytes of every federate's output.
     room: usize,
     dnet: bool,
-    window: usize,
+    window: u16,
+    /// The windows that the federates offer, in turns.
+    offers: [u16; 2],
     /// This federate runs one tag where others may run many.
     slow: Option<usize>,
     /// The federate that asks to stop, and when.
@@ -37,19 +43,20 @@ struct Manner {
 
 impl Manner {
     fn usual(seed: u64) -> Self {
-        Self { seed, room: 1 << 16, dnet: true, window: WINDOW, slow: None, stop: None }
+        Self { seed, room: 1 << 16, dnet: true, window: WINDOW, offers: [0; 2], slow: None, stop: None }
     }
 }
 
 /// Runs a federation of federates with these needs to its end; returns what each federate has seen.
 fn run<N: Needs>(graph: &Graph, manner: Manner) -> Vec<Trace> {
-    let Manner { seed, room, dnet, window, slow, stop } = manner;
+    let Manner { seed, room, dnet, window, offers, slow, stop } = manner;
+    let agreed = offers[0].min(offers[1]);
     let count = graph.periods.len();
     let clock_sync = RtiClockSync::Init { trials: 3 };
     let config = RtiConfig { clock_sync, dnet, window, ..RtiConfig::new(b"random", PAYLOAD_MAX) };
     let mut rig = Rig::new(config, Sizes { output: 128, ..Sizes::ample(count) });
     let mut participants: Vec<Participant<N>> =
-        (0..).take(count).map(|id| Participant::new(id, graph, &mut rig, room)).collect();
+        (0..).take(count).map(|id| Participant::new(id, graph, &mut rig, room, offers[usize::from(id % 2)])).collect();
     // The next federate, and how much it does.
     let mut random = Random::new(seed);
     for _ in 0..TURNS_MAX {
@@ -66,7 +73,7 @@ fn run<N: Needs>(graph: &Graph, manner: Manner) -> Vec<Trace> {
             0 => {
                 let bytes = rig.take(connection, random.count(1, 40));
                 participant.receive(now, &bytes);
-                participant.check_queues(window);
+                participant.check_queues(window, agreed);
             }
             1 => {
                 let len = random.count(1, 60).min(participant.outgoing.len());
@@ -120,13 +127,16 @@ proptest! {
     fn observed_values_do_not_depend_on_the_window(
         graph in any_graph(),
         seed: u64,
-        window in 1..4usize,
+        window in 1..4u16,
+        offers: [u16; 2],
         slow: usize,
         dnet: bool,
     ) {
         let slow = Some(slow % graph.periods.len());
+        let offers = offers.map(|offer| offer % OFFERS);
         let manner = Manner { dnet, window, slow, ..Manner::usual(seed) };
         prop_assert_eq!(run::<Centralized>(&graph, manner), graph.expected());
+        prop_assert_eq!(run::<All>(&graph, Manner { offers, ..manner }), graph.expected());
     }
 
     /// A stop ends all federates at one tag, and until then makes no difference.
@@ -136,11 +146,13 @@ proptest! {
         seed: u64,
         who: usize,
         at in 0..END_NS,
-        window in 1..4usize,
+        window in 1..4u16,
+        offers: [u16; 2],
         slow: usize,
     ) {
         let (stop, slow) = (Some((who % graph.periods.len(), at)), Some(slow % graph.periods.len()));
-        let stopped = run::<All>(&graph, Manner { window, slow, stop, ..Manner::usual(seed) });
+        let offers = offers.map(|offer| offer % OFFERS);
+        let stopped = run::<All>(&graph, Manner { window, offers, slow, stop, ..Manner::usual(seed) });
         for (all, seen) in graph.expected().iter().zip(&stopped) {
             // The last tag is one more event, which has no inputs of its own.
             let last = seen.keys().next_back();

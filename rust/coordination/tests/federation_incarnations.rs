@@ -77,7 +77,7 @@ impl<'g> Federation<'g> {
     }
 
     fn join(&mut self, id: u16) {
-        let federate = Participant::with_transients(id, self.graph, &mut self.rig, 1 << 16, self.transients);
+        let federate = Participant::with_transients(id, self.graph, &mut self.rig, 1 << 16, self.transients, 0);
         self.incarnations.push(Incarnation { federate, end: None, joined: None, resigned: None });
     }
 

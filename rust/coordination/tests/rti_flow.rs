@@ -3,11 +3,11 @@
 
 use lf_coordination::FederateId;
 use lf_coordination::rti::{Cause, Config, ConnectionId, Outcome, Status};
-use lf_testkit::rti::dialogue::{at, chain, config, message, read, started};
+use lf_testkit::rti::dialogue::{at, chain, config, message, offered, read, started};
 use lf_testkit::rti::{Awaited, Rig, Sizes};
 use lf_wire::{DELAY_NONE, Decoded, Limits, Message, Tag, decode};
 
-fn window(window: usize) -> Config<'static> {
+fn window(window: u16) -> Config<'static> {
     Config { window, ..config() }
 }
 
@@ -37,6 +37,28 @@ fn a_sender_is_held_until_its_receiver_has_got_on() {
     rig.message(receiver, &Message::LatestTagComplete(at(10)));
     assert_eq!(is_held(&rig, sender), None);
     assert!(read(&mut rig, receiver).contains(&"message []".to_owned()));
+}
+
+/// Once all have offered a larger window, the smallest is that of the federation. An offer that is made before is
+/// answered with the configured window.
+#[test]
+fn the_smallest_window_that_all_offer_counts() {
+    let (mut rig, connections) = chain(window(2), Sizes { in_transit: 20, ..Sizes::ample(2) });
+    let (sender, receiver) = (connections[0], connections[1]);
+    let answered =
+        |rig: &mut Rig, federate: u16, window| offered(rig, connections[usize::from(federate)], federate, window);
+    assert_eq!(answered(&mut rig, 0, 8), 2);
+    assert_eq!(answered(&mut rig, 1, 5), 5);
+    assert_eq!(answered(&mut rig, 0, 3), 3);
+    // Half of the storage for tags is for messages that a delay keeps in transit.
+    assert_eq!((answered(&mut rig, 0, 100), answered(&mut rig, 1, 100)), (5, 10));
+    assert_eq!(answered(&mut rig, 1, 4), 4);
+    for ns in [10, 20, 30, 40] {
+        step(&mut rig, sender, 1, ns);
+        assert_eq!(is_held(&rig, sender), None, "{ns}");
+    }
+    step(&mut rig, sender, 1, 50);
+    assert_eq!(is_held(&rig, sender), Some(Awaited::Input(receiver)));
 }
 
 #[test]

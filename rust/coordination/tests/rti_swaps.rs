@@ -4,7 +4,7 @@
 use lf_coordination::rti::{Config, ConnectionId, Outcome, Rti, SetupError, Status};
 use lf_coordination::{Deadline, FederateId};
 use lf_model::time::{Instant, Interval};
-use lf_testkit::rti::dialogue::{FEDERATION, START, at, config, hello, message, read, wait};
+use lf_testkit::rti::dialogue::{FEDERATION, START, at, config, hello, message, offered, read, wait};
 use lf_testkit::rti::{Rig, Sizes};
 use lf_wire::{
     DELAY_NONE, Decoded, HANDED_OVER_PORT, KIND_TRANSIENT, Limits, Message, NeighborStructure, Tag,
@@ -96,6 +96,29 @@ fn an_instance_that_does_not_make_way_is_expelled() {
         rig.message(connection, &Message::Resign);
     }
     assert_eq!(rig.rti.status(), Status::Running);
+}
+
+/// A federate may come that has no memory for a larger window, so all return to the configured one until it has offered
+/// one, too; one that has left does not count.
+#[test]
+fn an_instance_that_comes_has_offered_no_window() {
+    let (mut rig, [first, old, last]) = chain();
+    assert_eq!(
+        (offered(&mut rig, first, 0, 20), offered(&mut rig, old, 1, 18), offered(&mut rig, last, 2, 30)),
+        (16, 16, 18)
+    );
+    rig.message(old, &Message::Resign);
+    rig.close(old);
+    read(&mut rig, last);
+    assert_eq!(offered(&mut rig, first, 0, 21), 21);
+    let new = introduce(&mut rig, 1, &[(0, DELAY_NONE)]);
+    assert_eq!(offered(&mut rig, first, 0, 21), 21);
+    rig.message(new, &Message::Timestamp(START + 9));
+    heard(&mut rig, new);
+    assert_eq!(
+        (offered(&mut rig, first, 0, 21), offered(&mut rig, new, 1, 17), offered(&mut rig, first, 0, 21)),
+        (16, 17, 17)
+    );
 }
 
 /// Returns a state that a federate hands over.

@@ -41,6 +41,7 @@ macro_rules! run {
             const PHYSICAL: bool = PART.is_centralized() && PART.physical_delay.is_some();
             const CLOCK_SYNC: bool = PART.clock_sync.trials() > 0;
             const BUFFER_CHECK: bool = false;
+            const WINDOW: bool = false;
             const WAITS: bool = PART.log_waits.is_some();
         }
         MEMORY.run::<Needs>($platform, $recording, &$module::DESCRIPTION, $join, $module::$program::new)

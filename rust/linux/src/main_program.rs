@@ -149,16 +149,17 @@ fn run(
     let mut noise = NoiseMemory::new(keys, federation.peers_in.len() + federation.peers_out.len() + SPARE_CONNECTIONS);
     let mut host = noise.platform(host);
     let is_elsewhere = || is_virtual || !addresses.iter().any(|address| is_own_address(*address));
-    let federation = &if federation.local_clock_sync || is_elsewhere() {
-        *federation
-    } else {
-        Federation { clock_sync: ClockSync::Off, test_offset: Interval::ZERO, ..*federation }
-    };
+    let input_bytes = federation.input_bytes.max(INPUT_BYTES);
+    let mut federation = Federation { window: federation.window_of(engine.tables(), input_bytes), ..*federation };
+    if !federation.local_clock_sync && !is_elsewhere() {
+        (federation.clock_sync, federation.test_offset) = (ClockSync::Off, Interval::ZERO);
+    }
+    let federation = &federation;
     let mut trace = arguments.create_trace()?;
     let federation_id = arguments.federation_id.as_deref().unwrap_or(federation.federation_id);
     description.check_key(federation_id.as_bytes());
     HostOutside::of_program().set_federation_id(federation_id);
-    let mut input = vec![0; federation.input_bytes.max(INPUT_BYTES)];
+    let mut input = vec![0; input_bytes];
     let mut output = vec![0; federation.output_bytes.max(OUTPUT_BYTES)];
     let mut peer_inputs = vec![vec![0; federation.peer_input_bytes.max(PEER_BYTES)]; federation.peers_in.len()];
     let mut peer_outputs = vec![vec![0; federation.peer_output_bytes.max(PEER_BYTES)]; federation.peers_out.len()];

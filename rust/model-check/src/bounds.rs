@@ -28,7 +28,7 @@ pub struct Bounds {
     pub in_transit: u8,
     /// The number of tags with messages before a receiver and earlier than the sender's announced tag, from which on
     /// the RTI no longer reads that sender.
-    pub window: usize,
+    pub window: u16,
     /// Whether orders that cannot make a difference are left out. Only tests of the reduction want them all.
     pub reduced: bool,
     /// The fault to inject, to see that the check finds it.

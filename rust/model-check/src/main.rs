@@ -62,7 +62,7 @@ struct Arguments {
     swaps: bool,
     /// The number of tags with messages before a receiver up to which the RTI reads a sender.
     #[arg(long, default_value_t = Bounds::default().window)]
-    window: usize,
+    window: u16,
     /// Only graphs without `after 0`, and nothing but the first microstep of each time.
     #[arg(long)]
     no_microsteps: bool,

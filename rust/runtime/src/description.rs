@@ -5,6 +5,7 @@ use crate::log_event::{FederateEvent, report};
 use lf_coordination::auth::Answer;
 use lf_coordination::federate::{AwaitedInput, ClockSync, Coordination};
 use lf_coordination::rti::FEDERATION_ID_DEFAULT;
+use lf_coordination::{WINDOW, WINDOW_MAX};
 #[cfg(feature = "transients")]
 use lf_model::HandedOver;
 use lf_model::time::Interval;
@@ -131,6 +132,8 @@ pub struct Federation {
     pub advance_interval: Interval,
     /// The target property `log-waits`: the time after which a running federate logs what it waits for, if at all.
     pub log_waits: Option<Interval>,
+    /// The window that the federate offers the RTI, or 0: see [`Federation::window_of`].
+    pub window: u16,
     /// Bytes of the receive buffer, at least [`buffer_bytes`] of the longest payload that can come.
     pub input_bytes: usize,
     /// Bytes of the send buffer, at least [`buffer_bytes`] of the longest payload that can be sent.
@@ -165,6 +168,7 @@ impl Federation {
         physical_delay: None,
         advance_interval: Interval::FOREVER,
         log_waits: None,
+        window: 0,
         input_bytes: 0,
         output_bytes: 0,
         peer_input_bytes: 0,
@@ -179,6 +183,21 @@ impl Federation {
     /// Returns whether the RTI grants its tags.
     pub const fn is_centralized(&self) -> bool {
         matches!(self.coordination, Coordination::Centralized)
+    }
+
+    /// Returns the window for which a receive buffer of this many bytes has memory beside the longest message, or 0 if
+    /// that is not larger than the usual one: twice as many messages of each input that comes through the RTI may wait.
+    pub fn window_of(&self, tables: &Tables, input_bytes: usize) -> u16 {
+        if !self.is_centralized() {
+            return 0;
+        }
+        let lengths = tables.inputs.iter().filter(|input| !input.physical).map(|input| input.max_len);
+        let bytes =
+            lengths.map(|length| TAGGED_MESSAGE_HEADER_BYTES.saturating_add(length)).fold(0, usize::saturating_add);
+        let spare = input_bytes.saturating_sub(self.input_bytes);
+        let tags = spare.checked_div(bytes.saturating_mul(2)).unwrap_or(usize::MAX);
+        let window = u16::try_from(tags).unwrap_or(u16::MAX).min(WINDOW_MAX);
+        if window > WINDOW { window } else { 0 }
     }
 
     /// Returns whether other federates send to it through the RTI, or may do so.
@@ -255,4 +274,42 @@ pub const fn peer_buffer_bytes(payload_bytes_max: usize) -> usize {
 
 const fn larger(one: usize, other: usize) -> usize {
     if one > other { one } else { other }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use lf_model::NetworkInput;
+
+    /// Messages of 79 and 129 bytes, and a physical connection, whose messages do not come through the RTI.
+    const TABLES: Tables = Tables {
+        inputs: &[
+            NetworkInput { max_len: 79 - TAGGED_MESSAGE_HEADER_BYTES, ..NetworkInput::DEFAULT },
+            NetworkInput { max_len: 129 - TAGGED_MESSAGE_HEADER_BYTES, ..NetworkInput::DEFAULT },
+            NetworkInput { max_len: 1 << 20, physical: true, ..NetworkInput::DEFAULT },
+        ],
+        ..Tables::DEFAULT
+    };
+
+    #[test]
+    fn a_window_is_offered_for_which_the_receive_buffer_has_memory_twice() {
+        let part = Federation { input_bytes: 500, ..Federation::DEFAULT };
+        let tag = 79 + 129;
+        for (bytes, window) in [
+            (0, 0),
+            (500, 0),
+            (500 + 34 * tag - 1, 0),
+            (500 + 34 * tag, 17),
+            (500 + 80 * tag, 40),
+            (500 + 256 * tag - 1, 127),
+            (500 + 256 * tag, 128),
+            (usize::MAX, 128),
+        ] {
+            assert_eq!(part.window_of(&TABLES, bytes), window, "{bytes}");
+        }
+        // Without inputs nothing has to wait, and without grants the RTI sends nothing.
+        assert_eq!(part.window_of(&Tables::DEFAULT, 500), 128);
+        let part = Federation { coordination: Coordination::Decentralized, ..part };
+        assert_eq!(part.window_of(&TABLES, usize::MAX), 0);
+    }
 }

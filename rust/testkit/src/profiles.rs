@@ -14,6 +14,7 @@ macro_rules! profiles {
         impl Needs for $name {
             $(const $capability: bool = false;)+
             const BUFFER_CHECK: bool = false;
+            const WINDOW: bool = false;
         }
     )+};
 }

@@ -98,6 +98,9 @@ pub struct Config<'a, N = All> {
     pub physical_delay: Option<Interval>,
     /// The interval at which the NET is renewed when physical actions bound it.
     pub advance_interval: Interval,
+    /// The window that this federate offers, at most [`WINDOW_MAX`](crate::WINDOW_MAX): twice as many messages of each
+    /// input can wait in its receive buffer. 0: it has no memory beyond that for the usual [`WINDOW`](crate::WINDOW).
+    pub window: u16,
     /// The time to wait for the ACK after each connection.
     pub connect_time_out: Interval,
     /// The time to wait for the next message of the initial clock synchronization.
@@ -133,6 +136,7 @@ impl<'a, N: Needs> Config<'a, N> {
             test_offset: Interval::ZERO,
             physical_delay: None,
             advance_interval: ADVANCE_INTERVAL,
+            window: 0,
             connect_time_out: CONNECT_TIME_OUT,
             clock_sync_time_out: CLOCK_SYNC_TIME_OUT,
             needs: PhantomData,
@@ -161,6 +165,11 @@ impl<'a, N: Needs> Config<'a, N> {
             (_, false) => Coordination::Centralized,
             (false, true) => Coordination::Decentralized,
         }
+    }
+
+    /// Returns the window that this federate offers to those with which it exchanges messages through the RTI, or 0.
+    pub(super) fn window(&self) -> u16 {
+        if N::WINDOW && self.coordination() == Coordination::Centralized { self.window } else { 0 }
     }
 
     /// Returns the clock synchronization to take part in.

@@ -4,28 +4,19 @@
 //! Messages that a federate has sent can lie unread in buffers on their way, and a federate without upstream federates
 //! receives nothing that would slow it down. Then its answer to a stop request follows thousands of messages, which a
 //! receiver that has named a stop tag cannot take. So after some tags with messages a federate sends the RTI a question
-//! that every RTI answers in order: a `PORT_ABSENT` for itself, which comes back when the RTI has taken everything
-//! before it. Meanwhile the federate goes on, up to a limit. The question names an input that does not exist and a tag
-//! at which nothing happens, so it has no other meaning.
+//! that every RTI answers in order (module `flow`), when it has taken everything before it. Meanwhile the federate goes
+//! on, up to a limit: the window. A federate that offers a larger one than usual asks at the start, too.
 
-use lf_wire::{Message, Tag};
-
-use crate::FederateId;
-
-/// The input that a question names.
-const NO_INPUT: u16 = u16::MAX;
-
-/// The number of tags with messages after which the federate asks the RTI.
-const ASK_AFTER: u16 = 8;
-/// The maximum number of tags with messages that a federate begins before the RTI has answered. The queues of network
-/// inputs have room for these.
-pub const TAGS_AHEAD_MAX: u16 = 16;
+use crate::flow::WINDOW;
 
 /// The number of tags with messages that the RTI may not have taken yet.
-#[derive(Clone, Copy, Debug, Default)]
+#[derive(Clone, Copy, Debug)]
 pub(super) struct FlowControl {
     /// Tags with messages since the last question that was answered.
     ahead: u16,
+    /// The maximum of them. The queues of network inputs have room for the usual window, and receive buffers for one on
+    /// which all have agreed.
+    window: u16,
     /// The tag that is open has messages.
     sending: bool,
     question: Question,
@@ -41,6 +32,12 @@ enum Question {
 }
 
 impl FlowControl {
+    /// Returns the state at the start, of a federate that offers a window or not.
+    pub(super) const fn new(offers: bool) -> Self {
+        let question = if offers { Question::Due } else { Question::None };
+        Self { ahead: 0, window: WINDOW, sending: false, question }
+    }
+
     /// Records that a message of the open tag goes out.
     pub(super) fn message_sent(&mut self) {
         self.sending = true;
@@ -48,20 +45,15 @@ impl FlowControl {
 
     /// Records that the open tag is complete.
     pub(super) fn completed(&mut self) {
-        self.ahead += u16::from(core::mem::take(&mut self.sending));
-        if self.ahead >= ASK_AFTER && self.question == Question::None {
-            self.question = Question::Due;
+        self.ahead = self.ahead.saturating_add(u16::from(core::mem::take(&mut self.sending)));
+        if self.question == Question::None {
+            self.question = self.next_question();
         }
     }
 
-    /// Returns the question for the RTI, which the RTI sends back.
-    pub(super) const fn question(federate: FederateId) -> Message<'static> {
-        Message::PortAbsent { port: NO_INPUT, federate: federate.0, tag: Tag::NEVER }
-    }
-
-    /// Returns whether a message is the answer to such a question of this federate.
-    pub(super) fn is_answer(message: &Message<'_>, own: FederateId) -> bool {
-        matches!(*message, Message::PortAbsent { port: NO_INPUT, federate, tag: Tag::NEVER } if federate == own.0)
+    /// Returns the question that follows an answer: one is due from half of the window on.
+    fn next_question(self) -> Question {
+        if self.ahead >= self.window / 2 { Question::Due } else { Question::None }
     }
 
     /// Returns whether a question is due.
@@ -79,23 +71,27 @@ impl FlowControl {
         self.question = Question::Asked(self.ahead);
     }
 
-    /// Handles the RTI's answer.
-    pub(super) fn answered(&mut self) {
+    /// Handles the RTI's answer, with the window from now on.
+    pub(super) fn answered(&mut self, window: u16) {
+        self.window = window;
         if let Question::Asked(behind) = self.question {
             self.ahead = self.ahead.saturating_sub(behind);
-            self.question = if self.ahead >= ASK_AFTER { Question::Due } else { Question::None };
+        }
+        if self.question != Question::Due {
+            self.question = self.next_question();
         }
     }
 
     /// Returns whether another tag may begin.
     pub(super) fn allows(self) -> bool {
-        self.ahead < TAGS_AHEAD_MAX
+        self.ahead < self.window
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::flow::WINDOW_MAX;
     use proptest::prelude::*;
 
     fn run(flow_control: &mut FlowControl, tags: u16) {
@@ -107,8 +103,8 @@ mod tests {
 
     #[test]
     fn few_messages_ask_for_nothing() {
-        let mut flow_control = FlowControl::default();
-        run(&mut flow_control, ASK_AFTER - 1);
+        let mut flow_control = FlowControl::new(false);
+        run(&mut flow_control, WINDOW / 2 - 1);
         for _ in 0..100 {
             flow_control.completed();
         }
@@ -117,36 +113,61 @@ mod tests {
 
     #[test]
     fn an_answer_counts_for_what_was_sent_before_the_question() {
-        let mut flow_control = FlowControl::default();
-        run(&mut flow_control, ASK_AFTER);
+        let mut flow_control = FlowControl::new(false);
+        run(&mut flow_control, WINDOW / 2);
         assert!(flow_control.is_question_due());
         flow_control.asked();
-        run(&mut flow_control, TAGS_AHEAD_MAX - ASK_AFTER);
+        run(&mut flow_control, WINDOW / 2);
         assert!(!flow_control.is_question_due() && !flow_control.allows());
-        flow_control.answered();
+        flow_control.answered(WINDOW);
         assert!(flow_control.allows() && flow_control.is_question_due());
-        assert_eq!(flow_control.ahead, TAGS_AHEAD_MAX - ASK_AFTER);
+        assert_eq!(flow_control.ahead, WINDOW / 2);
+    }
+
+    #[test]
+    fn an_offer_is_made_before_any_message_and_its_answer_is_the_limit() {
+        let mut flow_control = FlowControl::new(true);
+        assert!(flow_control.is_question_due());
+        flow_control.asked();
+        run(&mut flow_control, WINDOW);
+        assert!(!flow_control.allows());
+        flow_control.answered(100);
+        assert!(flow_control.allows() && !flow_control.is_question_due());
+        run(&mut flow_control, 100 - WINDOW);
+        assert!(!flow_control.allows() && flow_control.is_question_due());
+        flow_control.asked();
+        flow_control.answered(WINDOW);
+        assert!(flow_control.allows() && !flow_control.is_question_due());
     }
 
     proptest! {
-        /// No sequence of steps gets a federate further ahead than the limit, and an answer always lets it go on.
+        /// No sequence of steps gets a federate further ahead than the largest window that it was given, and an answer
+        /// always lets it go on.
         #[test]
-        fn no_federate_runs_away(steps in proptest::collection::vec(0..4u8, 0..200)) {
-            let mut flow_control = FlowControl::default();
-            for step in steps {
+        fn no_federate_runs_away(
+            offers: bool,
+            steps in proptest::collection::vec((0..4u8, WINDOW..=WINDOW_MAX), 0..200),
+        ) {
+            let (mut flow_control, mut largest) = (FlowControl::new(offers), WINDOW);
+            for (step, window) in steps {
                 match step {
                     0 | 1 if flow_control.allows() => run(&mut flow_control, 1),
                     2 if flow_control.is_question_due() => flow_control.asked(),
-                    3 => flow_control.answered(),
+                    3 => {
+                        flow_control.answered(window);
+                        largest = largest.max(window);
+                    }
                     _ => {}
                 }
-                prop_assert!(flow_control.ahead <= TAGS_AHEAD_MAX);
+                prop_assert!(flow_control.ahead <= largest);
                 prop_assert!(flow_control.allows() || flow_control.question != Question::None);
             }
-            if flow_control.is_question_due() {
-                flow_control.asked();
+            for _ in 0..2 {
+                if flow_control.is_question_due() {
+                    flow_control.asked();
+                }
+                flow_control.answered(WINDOW);
             }
-            flow_control.answered();
             prop_assert!(flow_control.allows());
         }
     }

@@ -24,7 +24,7 @@ use super::tags::{Arrival, Tags};
 use super::transient_state::Transients;
 use crate::auth::Nonce;
 use crate::tag::{from_wire, to_wire};
-use crate::{Deadline, Endpoint, FederateId, IpAddress};
+use crate::{Deadline, Endpoint, FederateId, IpAddress, flow};
 
 /// One federate; see the module's description for how to drive it.
 #[derive(Clone, Debug)]
@@ -58,7 +58,7 @@ impl<'a, N: Needs> Federate<'a, N> {
             clock: Clock::new(config.test_offset),
             tags: Tags::new(has_upstream, has_downstream),
             physical: PhysicalActions::new(physical_delay, config.advance_interval),
-            flow_control: FlowControl::default(),
+            flow_control: FlowControl::new(config.window() > 0),
             departure: Departure::default(),
             #[cfg(feature = "transients")]
             transients: Transients::new(),
@@ -121,11 +121,11 @@ impl<'a, N: Needs> Federate<'a, N> {
     fn handle_running<'m>(&mut self, now: Instant, message: Message<'m>) -> Result<Event<'m>, FederateError> {
         let is_decentralized = self.config.coordination() == Coordination::Decentralized;
         let unexpected = Err(FederateError::unexpected(&message, self.phase()));
+        if !is_decentralized && let Some(window) = flow::answered_in(&message, self.config.id) {
+            self.flow_control.answered(window);
+            return Ok(Event::None);
+        }
         Ok(match message {
-            ref answer if !is_decentralized && FlowControl::is_answer(answer, self.config.id) => {
-                self.flow_control.answered();
-                Event::None
-            }
             Message::TaggedMessage { .. } | Message::PortAbsent { .. } if !N::INPUTS || is_decentralized => {
                 return unexpected;
             }
@@ -337,7 +337,7 @@ impl<'a, N: Needs> Federate<'a, N> {
             Phase::Running if self.searches().is_some() => self.searches(),
             // The question comes last, so that it follows everything that the federate has to send.
             Phase::Running if N::CENTRALIZED && self.flow_control.is_question_due() => {
-                Some(FlowControl::question(self.config.id))
+                Some(flow::question(self.config.id, self.config.window()))
             }
             _ => None,
         }

@@ -83,7 +83,6 @@ pub use connect::{ConnectRetry, ConnectStep};
 pub use decentralized::Pause;
 pub use error::{ConfigError, FederateError, SAME_PROGRAM, before_start, late};
 pub use event::{Disconnected, Event};
-pub use flow_control::TAGS_AHEAD_MAX;
 pub use machine::Federate;
 pub use needs::{All, Needs};
 pub use peers::ADDRESS_RETRY;

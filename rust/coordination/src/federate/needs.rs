@@ -35,6 +35,8 @@ pub trait Needs: Copy + Debug + 'static {
     /// Its buffers may be too small, so it checks them when it starts. Those of an image have the right size by
     /// construction.
     const BUFFER_CHECK: bool = true;
+    /// Its receive buffer may have memory for more messages than usual, so it offers a larger window.
+    const WINDOW: bool = true;
     /// The running federate logs what it waits for.
     const WAITS: bool = true;
 }

@@ -7,6 +7,7 @@ use lf_model::time::Interval;
 use lf_texts::say;
 use lf_wire::{FEDERATION_ID_BYTES_MAX, Limits, message_bytes_max};
 
+use crate::WINDOW;
 use crate::auth::Authenticator;
 
 /// The default federation id of a stock RTI.
@@ -25,8 +26,6 @@ pub const STOP_REPLY_TIME_OUT: Interval = Interval::from_secs(30);
 
 /// The time that the start waits for a federate that was there and has left.
 pub const START_BARRIER_TIME_OUT: Interval = Interval::from_secs(60);
-/// The number of tags with messages by which a receiver may be behind its senders.
-pub const WINDOW: usize = 16;
 
 /// The clock synchronization that the RTI offers.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -88,9 +87,9 @@ pub struct Config<'a> {
     /// The time that the start waits after the first loss of a federate before it; `None`: without end.
     pub start_barrier_time_out: Option<Interval>,
     /// The number of different tags with messages in front of a federate at which more messages are held whose senders
-    /// are past these tags; at least 1. If the storage for messages in transit is smaller, that counts. See the module
-    /// `window`.
-    pub window: usize,
+    /// are past these tags; at least 1. If the storage for messages in transit is smaller, that counts; if all
+    /// federates offer a larger window, the smallest of those. See the module `window`.
+    pub window: u16,
     /// The longest payload that is forwarded, in bytes. Input and output buffers have to hold the whole message.
     pub payload_bytes_max: usize,
     /// The number of federates that may come and go while the federation runs, fewer than there are.

@@ -15,7 +15,7 @@ use super::storage::{Phase, Slot, id};
 use super::suspected_violation::SuspectedViolation;
 use super::window;
 use crate::tag::from_wire;
-use crate::{FederateId, IpAddress};
+use crate::{FederateId, IpAddress, flow};
 
 /// Returns the violation of a federate that sends such bytes.
 fn wrong(error: DecodeError) -> Violation {
@@ -166,6 +166,10 @@ impl Rti<'_> {
             Message::Failed => self.expel(federate, Cause::Failed, outlet),
             _ if !takes_part => return unexpected,
             _ => {
+                let own = id(federate);
+                let answer =
+                    flow::offer_in(message, own).map(|offer| flow::answer(own, self.take_offer(federate, offer)));
+                let message = answer.as_ref().unwrap_or(message);
                 let mut sending = Sending { members: &mut self.members, tags: &mut self.tags, outlet };
                 match *message {
                     Message::TaggedMessage { federate: to, tag, .. } => {
@@ -250,7 +254,7 @@ impl Rti<'_> {
         if self.members.slots[receiver].incarnation.misses(from_wire(tag)) {
             return None;
         }
-        if !self.tags.is_behind(receiver, sender, self.stop.granted(), self.config.window) {
+        if !self.tags.is_behind(receiver, sender, self.stop.granted(), self.window) {
             return None;
         }
         if !self.awaits_stop_tag(sender) || self.find_stop_reply(sender, &bytes[len..], false, outlet) {

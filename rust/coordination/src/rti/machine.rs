@@ -46,6 +46,8 @@ pub struct Rti<'s> {
     pub(super) strangers: Strangers,
     pub(super) watch: Watch,
     pub(super) end: End,
+    /// The number of tags with messages before a receiver at which those of senders that are further are held.
+    pub(super) window: u16,
 }
 
 impl<'s> Rti<'s> {
@@ -79,6 +81,7 @@ impl<'s> Rti<'s> {
             strangers: Strangers::default(),
             watch: Watch::default(),
             end: End::default(),
+            window: config.window,
         })
     }
 

@@ -34,7 +34,7 @@
 //! start (`barrier`), the exchanges and rounds of clock synchronization (`exchange`, `clock_sync`) and reports of waits
 //! (`watch`). A step that concerns several parts borrows them: `handshake` those that admit a federate, `sending` the
 //! members, their tags and the outlet. `machine` handles what concerns all of them: how federates leave. Flow control
-//! (`window`) has no state of its own. `transients` handles federates that come and go; `admission` decides which ids
+//! (`window`) has the window of all. `transients` handles federates that come and go; `admission` decides which ids
 //! may join, `limits` has effective starts and the limits of grants, and `notifications` informs the neighbors.
 
 #![cfg_attr(
@@ -91,7 +91,7 @@ mod window;
 pub use clock_sync::Datagram;
 pub use config::{
     AfterLoss, CLOCK_SYNC_TRIALS, CLOCK_TIME_OUT, CONNECTION_TIME_OUT, ClockSync, Config, FEDERATION_ID_DEFAULT,
-    START_BARRIER_TIME_OUT, START_DELAY, STOP_REPLY_TIME_OUT, SetupError, WINDOW,
+    START_BARRIER_TIME_OUT, START_DELAY, STOP_REPLY_TIME_OUT, SetupError,
 };
 pub use graph::Node;
 pub use log_event::{Cause, RtiEvent, Violation};

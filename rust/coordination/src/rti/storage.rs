@@ -186,6 +186,8 @@ pub struct Slot {
     pub(super) tallies: Tallies,
     /// Its wait, if waits are logged.
     pub(super) seen: Seen,
+    /// The window that it offers, or 0.
+    pub(super) window: u16,
 }
 
 impl Slot {
@@ -208,6 +210,7 @@ impl Slot {
         suspected: false,
         tallies: Tallies::NOTHING,
         seen: Seen::NOTHING,
+        window: 0,
     };
 
     /// Returns whether the federate may come and go while the federation runs.

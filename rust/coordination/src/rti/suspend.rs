@@ -67,6 +67,8 @@ impl<'s> Rti<'s> {
             strangers: _,
             watch: _,
             end,
+            // What the slots say.
+            window: _,
         } = self;
         Suspended {
             start,
@@ -98,8 +100,9 @@ impl<'s> Rti<'s> {
         };
         let graph = Graph::resume(&mut nodes[..count], upstream, paths, config.dnet);
         let Suspended { start, idle, stop, barrier, exchanges, rounds, end, .. } = state;
-        Ok(Self {
+        let mut resumed = Self {
             limits: config.limits(count),
+            window: config.window,
             config,
             members,
             tags: Tags {
@@ -117,6 +120,8 @@ impl<'s> Rti<'s> {
             strangers: Strangers::default(),
             watch: Watch::default(),
             end,
-        })
+        };
+        resumed.agree_on_window();
+        Ok(resumed)
     }
 }

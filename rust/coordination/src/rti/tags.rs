@@ -55,9 +55,14 @@ impl<'s> Tags<'s> {
         &mut self.graph.nodes[federate].tags
     }
 
+    /// Returns the number of different tags of messages in transit to one federate that are stored.
+    pub(super) fn in_transit_max(&self) -> usize {
+        self.in_transit.len() / self.federates()
+    }
+
     /// Returns the messages in transit to a federate.
     pub(super) fn in_transit(&mut self, federate: usize) -> InTransit<'_> {
-        let share = self.in_transit.len() / self.federates();
+        let share = self.in_transit_max();
         InTransit {
             ring: &mut self.graph.nodes[federate].tags.in_transit,
             storage: &mut self.in_transit[federate * share..][..share],
@@ -166,10 +171,10 @@ impl<'s> Tags<'s> {
     }
 
     /// Returns whether a receiver is too far behind the sender of the next message (module `window`).
-    pub(super) fn is_behind(&mut self, receiver: usize, sender: usize, stop: Option<Tag>, window: usize) -> bool {
+    pub(super) fn is_behind(&mut self, receiver: usize, sender: usize, stop: Option<Tag>, window: u16) -> bool {
         // Not later than the tag at which the sender has sent the message at the front of its connection.
         let position = self.graph.next_event(sender).min(stop.unwrap_or(Tag::FOREVER));
-        self.in_transit(receiver).has_before(position, window)
+        self.in_transit(receiver).has_before(position, window.into())
     }
 
     /// Returns the suspected violation if a federate completes this tag without a grant. Federates without upstream

@@ -110,6 +110,7 @@ impl Rti<'_> {
         outlet.log(RtiEvent::Begins { federate: id(federate), tag: begin });
         self.tags.begin_incarnation(federate, begin);
         self.tags.record_next_event(begin);
+        self.agree_on_window();
         self.rounds.resume();
         for index in 0..self.tags.graph.upstreams(federate) {
             let (from, _) = self.tags.graph.upstream(federate, index);

@@ -35,6 +35,12 @@
 //! **A sender that is gone** has still sent what is held. If its answer to a stop is not behind that, it never comes,
 //! so the sender counts as agreed, like one that has left, though it leaves only when everything has been passed on.
 //!
+//! **A larger window.** A batch of 16 messages on its way through three processes costs more switches between them than
+//! work. So a federate whose receive buffer has memory for more messages offers a larger window (module `flow`): each
+//! of its inputs finds room for twice as many tags there, for this module's share and for those that a sender is ahead
+//! of the RTI. Once all federates that take part have offered one, the smallest counts, here and for senders. A board
+//! offers none, and neither does a federate of another runtime, so the usual window stays where one takes part.
+//!
 //! **The bound.** Per input, there are messages of less than `window` tags before the position of the sender, and the
 //! messages that the sender has sent from there on: if it announces an event after each tag at which it has sent
 //! something, as ours do, these are the messages that the connection's delay keeps in transit.
@@ -42,11 +48,33 @@
 use lf_model::time::Tag;
 use lf_wire::{DecodeError, Decoded, Limits, Message, decode, message_bytes_max};
 
+use super::machine::Rti;
 use crate::tag::from_wire;
 
 /// The number of bytes behind a held message that are kept to find the answer to a stop request there. The longest
 /// message can be as long as memory is large, but the search must not use up memory.
 const LOOK_AHEAD_BYTES_MAX: usize = 1 << 20;
+
+impl Rti<'_> {
+    /// Handles the window that a federate offers. Returns that of the federation.
+    pub(super) fn take_offer(&mut self, federate: usize, offer: u16) -> u16 {
+        let before = core::mem::replace(&mut self.members.slots[federate].window, offer);
+        if before != offer {
+            self.agree_on_window();
+        }
+        self.window
+    }
+
+    /// Sets the window of the federation by what those that take part offer. Half of the storage for tags is for
+    /// messages that a delay keeps in transit.
+    pub(super) fn agree_on_window(&mut self) {
+        let members = &self.members;
+        let offers = (0..members.slots.len()).filter(|federate| members.running(*federate).is_some());
+        let smallest = offers.map(|federate| members.slots[federate].window).min().unwrap_or_default();
+        let stored = u16::try_from(self.tags.in_transit_max() / 2).unwrap_or(u16::MAX);
+        self.window = smallest.min(stored).max(self.config.window);
+    }
+}
 
 /// Returns whether to stop reading behind a held message that is `len` of these bytes long: all that are there.
 pub(super) fn is_full(bytes: &[u8], len: usize, limits: &Limits) -> bool {

@@ -24,7 +24,8 @@ macro_rules! dialogues {
 #[path = "."]
 mod all {
     dialogues!(lf_coordination::federate::All:
-        authentication, cycles, decentralized, handshake, peers, running, sending, transient_peers, transients);
+        authentication, cycles, decentralized, handshake, peers, running, sending, transient_peers, transients,
+        window);
 }
 
 #[path = "."]

@@ -3,7 +3,8 @@
 
 use super::{Federate, config};
 use crate::federate_support::dialogue::{DOWNSTREAM, NOW, accepted, drain, ms, net, started};
-use lf_coordination::federate::{Disconnected, Event, FederateError, Phase, TAGS_AHEAD_MAX};
+use lf_coordination::WINDOW;
+use lf_coordination::federate::{Disconnected, Event, FederateError, Phase};
 use lf_coordination::to_wire;
 use lf_model::time::Tag;
 use lf_wire::Message;
@@ -38,10 +39,10 @@ fn a_source_waits_until_the_rti_has_taken_its_messages() {
         }
         tags
     };
-    assert_eq!(run(&mut federate, 0), i64::from(TAGS_AHEAD_MAX));
+    assert_eq!(run(&mut federate, 0), i64::from(WINDOW));
     federate.handle_message(NOW, question).unwrap();
     let more = run(&mut federate, 100);
-    assert!(more > 0 && more < i64::from(TAGS_AHEAD_MAX));
+    assert!(more > 0 && more < i64::from(WINDOW));
     assert_eq!(questions, 2);
 }
 

@@ -4,10 +4,10 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use lf_coordination::federate::{
-    Awaited, AwaitedInput, ClockSync, Config, Event, Federate, FederateError, Needs, Phase, TAGS_AHEAD_MAX,
+    Awaited, AwaitedInput, ClockSync, Config, Event, Federate, FederateError, Needs, Phase,
 };
 use lf_coordination::rti::ConnectionId;
-use lf_coordination::{FederateId, to_wire};
+use lf_coordination::{FederateId, WINDOW, to_wire};
 use lf_model::time::{Instant, Interval, Tag};
 use lf_testkit::messages::encoded;
 use lf_wire::{DELAY_NONE, Decoded, Limits, Message, decode, decode_to_transient};
@@ -64,8 +64,9 @@ fn leak<T>(items: impl IntoIterator<Item = T>) -> &'static mut [T] {
 }
 
 impl<N: Needs> Participant<N> {
-    pub(crate) fn new(id: u16, graph: &Graph, rig: &mut Rig, room: usize) -> Self {
-        Self::with_transients(id, graph, rig, room, &[])
+    /// Returns a federate that offers this window, or none.
+    pub(crate) fn new(id: u16, graph: &Graph, rig: &mut Rig, room: usize, offer: u16) -> Self {
+        Self::with_transients(id, graph, rig, room, &[], offer)
     }
 
     /// Returns a federate of a federation in which these are transient, which may be one of them.
@@ -75,6 +76,7 @@ impl<N: Needs> Participant<N> {
         rig: &mut Rig,
         room: usize,
         transients: &'static [u16],
+        offer: u16,
     ) -> Self {
         let mut upstream: BTreeMap<u16, i64> = BTreeMap::new();
         for edge in graph.edges.iter().filter(|edge| edge.to == id) {
@@ -86,6 +88,7 @@ impl<N: Needs> Participant<N> {
         config.upstream = leak(upstream);
         config.downstream = leak(downstream);
         config.transients = transients;
+        config.window = offer;
         config.clock_sync = if id.is_multiple_of(2) { ClockSync::Init { trials: 3 } } else { ClockSync::Off };
         let awaited = graph.numbered().filter(|(_, edge)| edge.to == id && graph.is_awaited(*edge));
         let inputs: &[_] = leak(awaited.map(|(port, _)| AwaitedInput { port, level: input_level(port) }));
@@ -193,13 +196,15 @@ impl<N: Needs> Participant<N> {
     }
 
     /// Asserts that each input holds at most the messages before the sender's tag, and those that the delay keeps in
-    /// transit. While a stop is being agreed, it may also hold those by which the sender is ahead of the RTI.
-    pub(crate) fn check_queues(&self, window: usize) {
+    /// transit. While a stop is being agreed, it may also hold those by which the sender is ahead of the RTI. Both
+    /// windows are the one on which all have `agreed`, if that is larger.
+    pub(crate) fn check_queues(&self, window: u16, agreed: u16) {
         for (port, edge) in self.graph.numbered() {
             // A sender has a tag each nanosecond, and with `after 0` a microstep for every federate at most.
             let delay = edge.delay.map_or(0, |delay| usize::try_from(delay.as_nanos()).unwrap());
             let microsteps = if edge.delay.is_some() { self.graph.periods.len() } else { 1 };
-            let capacity = window + usize::from(TAGS_AHEAD_MAX) + (2 * delay + 1) * microsteps;
+            let windows = usize::from(window.max(agreed)) + usize::from(WINDOW.max(agreed));
+            let capacity = windows + (2 * delay + 1) * microsteps;
             let pending = self.messages.values().flatten().filter(|(input, _)| *input == port).count();
             assert!(pending <= capacity, "{pending} of {capacity} at {port} of {edge:?}");
         }

@@ -52,7 +52,7 @@ struct Case {
     seed: u64,
     in_transit: usize,
     output: usize,
-    window: usize,
+    window: u16,
 }
 
 fn case(cycles: bool) -> impl Strategy<Value = Case> {
@@ -65,7 +65,7 @@ fn case(cycles: bool) -> impl Strategy<Value = Case> {
             any::<u64>(),
             1..4usize,
             OUTPUT_MIN..120usize,
-            1..5usize,
+            1..5u16,
         )
             .prop_map(|(edges, events, seed, in_transit, output, window)| {
                 let plans = events

@@ -110,6 +110,7 @@ impl<'a, 's, P: Platform, N: Needs> FederateLoop<'a, 's, P, N> {
             peers: federation.peers_out,
             transients: federation.transients,
             advance_interval: federation.advance_interval,
+            window: federation.window,
             ..Config::with_needs(federation.id.into(), join.federation_id)
         };
         let machine = Federate::new(config)?;

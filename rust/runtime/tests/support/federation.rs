@@ -502,6 +502,8 @@ pub(crate) fn federation_of(plan: &Plan, id: u16) -> Federation {
         physical_delay: plan.nodes[usize::from(id)].physical.then_some(Interval::ZERO).or(physical_delay),
         advance_interval: Interval::from_millis(10),
         log_waits: plan.log_waits,
+        // Images, whose runs are the same, offer none.
+        window: 0,
         input_bytes: bytes + plan.spare_bytes,
         output_bytes: bytes,
         peers_in: peers_in.into_iter().collect::<Vec<_>>().leak(),

@@ -85,6 +85,8 @@ impl FederateMemory {
             fast: target.fast,
         };
         let federation = federation(plan, federate, tables);
+        let input_bytes = federation.input_bytes + scenario.conditions.receive_spare;
+        let federation = Federation { window: federation.window_of(tables, input_bytes), ..federation };
         let peer_spare = scenario.decentralized.map_or(0, |it| it.peer_spare);
         Ok(Self {
             program,
@@ -92,7 +94,7 @@ impl FederateMemory {
             platform,
             engine: EngineMemory::new(tables),
             settings,
-            input: vec![0; federation.input_bytes + scenario.conditions.receive_spare],
+            input: vec![0; input_bytes],
             output: vec![0; federation.output_bytes + scenario.conditions.send_spare],
             outbound: vec![vec![0; federation.peer_output_bytes + peer_spare.min(4096)]; federation.peers_out.len()],
             inbound: vec![vec![0; federation.peer_input_bytes + peer_spare]; federation.peers_in.len()],

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Generates a scenario from a seed. The order of all draws is fixed, so a seed stands for one scenario.
 
-use lf_coordination::rti::WINDOW;
+use lf_coordination::WINDOW;
 use lf_testkit::random::Random;
 
 use super::reactors::{Ending, Style, federate};

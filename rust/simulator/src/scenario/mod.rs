@@ -268,7 +268,7 @@ pub(crate) struct RtiConditions {
     /// Tags in transit that the RTI remembers per federate.
     pub(crate) in_transit: usize,
     /// Tags with messages that a federate may be behind its senders.
-    pub(crate) window: usize,
+    pub(crate) window: u16,
     /// The size in bytes of each buffer beyond the allowed minimum.
     pub(crate) spare: usize,
 }

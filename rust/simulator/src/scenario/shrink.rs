@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Smaller scenarios: each lacks one element, or simplifies it.
 
-use lf_coordination::rti::WINDOW;
+use lf_coordination::WINDOW;
 
 use super::{Connection, Host, LinkEnd, Reaction, Reactor, Scenario, Script, US, Variable, Wire};
 

@@ -7,7 +7,7 @@ use lf_model::time::Interval;
 use lf_wire::{DELAY_NONE, Decoded, Limits, Message, Tag, decode};
 
 use super::{Rig, Sizes};
-use crate::messages::introduction;
+use crate::messages::{encoded, introduction};
 
 /// The federation that the testers join.
 pub const FEDERATION: &[u8] = b"dialogue";
@@ -109,4 +109,26 @@ pub fn wait(rig: &mut Rig, interval: Interval) {
 /// Returns a message of one of the testers.
 pub fn message(to: u16, ns: i64, payload: &[u8]) -> Message<'_> {
     Message::TaggedMessage { port: 0, federate: to, tag: at(ns), payload }
+}
+
+/// Returns a message by which a federate offers the RTI a window, for the port [`u16::MAX`], or the RTI answers with
+/// that of the federation, for the port before it.
+pub fn flow(port: u16, federate: u16, window: u32) -> Message<'static> {
+    Message::PortAbsent { port, federate, tag: Tag { microstep: window, ..Tag::NEVER } }
+}
+
+/// Offers a window, when nothing else is to be read; returns that of the federation, which the RTI names at once.
+///
+/// # Panics
+/// If it does not, or says anything else.
+pub fn offered(rig: &mut Rig, connection: ConnectionId, federate: u16, window: u32) -> u32 {
+    rig.message(connection, &flow(u16::MAX, federate, window));
+    let said = rig.take(connection, usize::MAX);
+    match decode(&said, &Limits::NONE) {
+        Ok(Decoded::Complete { message: Message::PortAbsent { tag, .. }, len }) if len == said.len() => {
+            assert_eq!(said, encoded(&flow(u16::MAX - 1, federate, tag.microstep)));
+            tag.microstep
+        }
+        other => panic!("{other:?} is no answer"),
+    }
 }
