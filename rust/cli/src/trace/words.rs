@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Formats records as text, for tracks and for the table.
 
-use lf_linux::model::time::Tag;
+use lf_linux::model::time::{Instant, Tag};
 use lf_linux::runtime::trace::{MessageType, RTI, WaitLimit, Waits};
 
 use super::names::TraceNames;
@@ -24,6 +24,8 @@ pub(crate) fn tag(tag: Tag, start: Option<i64>) -> String {
     match (tag, start) {
         (Tag::NEVER, _) => "NEVER".to_owned(),
         (Tag::FOREVER, _) => "FOREVER".to_owned(),
+        // The window that a federate offers.
+        (Tag { time: Instant::NEVER, microstep }, _) => format!("(NEVER, {microstep})"),
         (Tag { time, microstep }, Some(start)) => {
             format!("({}, {microstep})", exactly(time.as_nanos().saturating_sub(start)))
         }

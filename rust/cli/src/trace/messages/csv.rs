@@ -15,7 +15,7 @@
 
 use std::io::{self, Write};
 
-use lf_linux::model::time::Tag;
+use lf_linux::model::time::{Instant, Tag};
 
 use super::line::{Direction, Format, MessageLine};
 
@@ -39,6 +39,7 @@ impl Format for Csv {
             None => (String::new(), String::new()),
             Some(Tag::NEVER) => ("NEVER".to_owned(), String::new()),
             Some(Tag::FOREVER) => ("FOREVER".to_owned(), String::new()),
+            Some(Tag { time: Instant::NEVER, microstep }) => ("NEVER".to_owned(), microstep.0.to_string()),
             Some(Tag { time, microstep }) => {
                 (time.as_nanos().saturating_sub(start).to_string(), microstep.0.to_string())
             }
