@@ -32,8 +32,8 @@ pub(super) struct Origins<'a> {
     generated: &'a Generated<'a>,
     /// The folder without symbolic links, as the compiler names it.
     folder: PathBuf,
-    /// Other folders without symbolic links, if they exist. Each table of lines names hundreds of files of the runtime
-    /// and of the standard library, in the same few folders.
+    /// The folders of compiled files that have been looked up, without symbolic links, if they lie in it. Each table of
+    /// lines names hundreds of files of the runtime and of the standard library, in the same few folders.
     folders: HashMap<PathBuf, Option<PathBuf>>,
     texts: HashMap<PathBuf, Vec<String>>,
 }
@@ -59,12 +59,9 @@ impl<'a> Origins<'a> {
         }
         // What was compiled elsewhere need not exist here.
         let parent = path.parent()?;
-        let known = self.folders.get(parent).cloned();
-        let folder = known.unwrap_or_else(|| {
-            let found = fs::canonicalize(parent).ok().filter(|folder| folder.starts_with(&self.folder));
-            self.folders.insert(parent.to_owned(), found.clone());
-            found
-        })?;
+        let own = &self.folder;
+        let real = || fs::canonicalize(parent).ok().filter(|folder| folder.starts_with(own));
+        let folder = self.folders.entry(parent.to_owned()).or_insert_with(real).as_ref()?;
         let path = fs::canonicalize(folder.join(path.file_name()?)).ok()?;
         Some(path.strip_prefix(&self.folder).ok()?.to_str()?.to_owned())
     }

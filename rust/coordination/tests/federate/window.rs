@@ -4,20 +4,15 @@
 use super::config;
 use crate::federate_support::dialogue::{DOWNSTREAM, NOW, drain, ms, started};
 use lf_coordination::WINDOW;
-use lf_wire::Message;
+use lf_testkit::rti::dialogue::flow;
 
 /// A federate with memory for more offers a larger window at the start, and with each question again. It uses the one
 /// that the RTI names, or the usual one where an RTI just sends the offer back.
 #[test]
 fn a_source_goes_as_far_ahead_as_the_rti_allows() {
-    let offer = |port, window| Message::PortAbsent {
-        port,
-        federate: 1,
-        tag: lf_wire::Tag { microstep: window, ..lf_wire::Tag::NEVER },
-    };
-    for (answer, window) in [(offer(u16::MAX - 1, 40), 40), (offer(u16::MAX, 100), i64::from(WINDOW))] {
+    for (answer, window) in [(flow(u16::MAX - 1, 1, 40), 40), (flow(u16::MAX, 1, 100), i64::from(WINDOW))] {
         let mut federate = started(lf_coordination::federate::Config { window: 100, ..config(&[], DOWNSTREAM) });
-        assert_eq!(drain(&mut federate), [offer(u16::MAX, 100)]);
+        assert_eq!(drain(&mut federate), [flow(u16::MAX, 1, 100)]);
         federate.handle_message(NOW, answer).expect("it is an answer");
         let mut sent = Vec::new();
         let mut tags = 0;
@@ -29,6 +24,6 @@ fn a_source_goes_as_far_ahead_as_the_rti_allows() {
             tags += 1;
         }
         assert_eq!(tags, window);
-        assert_eq!(sent.iter().filter(|message| **message == offer(u16::MAX, 100)).count(), 1);
+        assert_eq!(sent.iter().filter(|message| **message == flow(u16::MAX, 1, 100)).count(), 1);
     }
 }
