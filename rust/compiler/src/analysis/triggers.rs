@@ -30,8 +30,8 @@ const ACTION_CAPACITY: usize = 8;
 /// The RTI forwards messages of up to 16 tags that the receiver has not reached when the sender is past them. Up to 16
 /// more can arrive when the federation agrees on a stop tag, because the answer of a blocked sender lies behind its
 /// earlier messages: a federate begins this number of tags with messages before the RTI has read them. Where all
-/// federates agree on a larger window, their receive buffers have room for the rest. The messages that the delay keeps in
-/// transit count twice, because a next event that the RTI did not ask for can be announced later by as much.
+/// federates agree on a larger window, their receive buffers have room for the rest. The messages that the delay keeps
+/// in transit count twice, because a next event that the RTI did not ask for can be announced later by as much.
 pub const NETWORK_CAPACITY: usize = 16 + 16;
 
 impl FederateBuilder<'_> {
