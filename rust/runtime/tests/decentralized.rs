@@ -2,18 +2,21 @@
 //! Federations with decentralized coordination: as long as all waits are long enough, they do what the program does
 //! without any federation; and when they are not, each message that comes late is known.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
+use std::time::Duration;
 
 use crate::support::federation::{self, Edge, Plan, Report, run};
 use crate::support::node::{Behavior, Log};
 use lf_coordination::rti::{AfterLoss, Outcome};
 use lf_model::time::{Interval, Tag};
 use lf_model::{Instant, Microstep};
+use lf_runtime::trace::{Event, MessageType, Record};
 use lf_runtime::{Coordination, RunError};
 use lf_testkit::world::{Conditions, Fault};
 use proptest::prelude::*;
 
 const MS: fn(i64) -> Interval = Interval::from_millis;
+const US: fn(i64) -> Interval = Interval::from_micros;
 
 fn edge(from: u16, to: u16, delay: Option<Interval>) -> Edge {
     Edge { delay, ..federation::edge(from, to) }
@@ -25,6 +28,23 @@ fn timer(offset: i64, period: i64) -> Behavior {
 
 fn relay() -> Behavior {
     Behavior { relay: true, ..Behavior::default() }
+}
+
+/// Returns the physical times of the federation at which a federate has sent or received values past the RTI.
+fn times_of_direct_values(report: &Report, federate: usize) -> Vec<Duration> {
+    let mut ahead = None;
+    let mut times = Vec::new();
+    for Record { at, event } in &report.records[1 + federate] {
+        match event {
+            Event::Clock(time) => ahead = Some((*time, *at)),
+            Event::Sent(value) | Event::Received(value) if value.kind == MessageType::P2pTaggedMessage => {
+                let (time, before) = ahead.expect("a recording begins with the clock");
+                times.push((time - Instant::from_nanos(0)) + (*at - before));
+            }
+            _ => {}
+        }
+    }
+    times
 }
 
 fn decentralized(nodes: Vec<Behavior>, edges: Vec<Edge>) -> Plan {
@@ -354,6 +374,29 @@ fn federates_in_a_cycle_end_together() {
             let in_time = report.logs[federate].len() - report.late[federate].len();
             assert_eq!(in_time as u64 + report.late_messages[federate], sent);
         }
+    }
+}
+
+/// A message is written before the next tag runs, unless its sender is late already. Then those of one turn go
+/// together, and none waits longer than the turn and its last tag take: the late sender runs ten tags in a turn, and
+/// writes twice.
+#[test]
+fn messages_of_a_sender_that_is_late_go_together() {
+    const SENT: usize = 501;
+    let conditions = Conditions { latency_ns_max: 0, whole: true, ..Conditions::seeded(1) };
+    for (period, delay_max, reads_max) in [(1_000, 0, SENT), (5, 110, 110)] {
+        let sender = Behavior { timer: Some((Interval::ZERO, US(period))), work: US(10), ..Behavior::default() };
+        let edge = Edge { waits: (MS(1_000), Interval::ZERO), ..edge(0, 1, None) };
+        let timeout = Some(US(500 * period));
+        let plan = Plan { timeout, ..decentralized(vec![sender, Behavior::default()], vec![edge]) };
+        let report = run(&plan, conditions);
+        assert_complete(&report);
+        let (sent, received) = (times_of_direct_values(&report, 0), times_of_direct_values(&report, 1));
+        assert_eq!((sent.len(), received.len()), (SENT, SENT));
+        let delay = sent.iter().zip(&received).map(|(sent, received)| received.abs_diff(*sent)).max();
+        assert!(delay <= Some(Duration::from_micros(delay_max)), "{delay:?}");
+        let reads = received.iter().collect::<BTreeSet<_>>().len();
+        assert!(reads <= reads_max, "{reads}");
     }
 }
 

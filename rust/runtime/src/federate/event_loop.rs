@@ -30,9 +30,8 @@ use crate::turn::Turn;
 /// The number of tags to run before the socket is read again, when physical time is ahead of logical time. One write
 /// takes as long as many short tags, and can send the messages of all of them.
 const TAGS_PER_TURN: u32 = 64;
-/// The time after which the socket is read again, for longer tags; it is looked at after each [`TAGS_PER_LOOK`].
+/// The time after which no further tag begins before the socket is read again.
 const TURN_TIME: Interval = Interval::from_micros(100);
-const TAGS_PER_LOOK: u32 = 16;
 /// The time for which a federate that has failed tries to send FAILED to the RTI, and any federate tries to send the
 /// rest to its peers.
 const FINAL_SEND_TIME_OUT: Interval = Interval::from_secs(1);
@@ -352,8 +351,10 @@ impl<'a, 's, P: Platform, N: Needs> FederateLoop<'a, 's, P, N> {
             return Ok(Advance::OutputFull);
         }
         for tag in 1..=TAGS_PER_TURN {
+            let is_first = tag == 1;
+            let until = (!is_first).then_some(now + TURN_TIME);
             if !self.execution.engine.is_in_tag()
-                && let Some(advance) = self.begin_next()?
+                && let Some(advance) = self.begin_next(until)?
             {
                 return Ok(advance);
             }
@@ -363,12 +364,10 @@ impl<'a, 's, P: Platform, N: Needs> FederateLoop<'a, 's, P, N> {
                 recording: self.recording.reborrow(),
                 session: &mut self.session,
                 peers: &mut self.direct.peers,
+                at_once: is_first,
             };
             if let Some(advance) = self.execution.run(&mut output, max_level, limit)? {
                 return Ok(advance);
-            }
-            if tag % TAGS_PER_LOOK == 0 && self.platform.now() >= now + TURN_TIME {
-                break;
             }
         }
         Ok(Advance::Until(Deadline::Now))
@@ -380,7 +379,7 @@ impl<'a, 's, P: Platform, N: Needs> FederateLoop<'a, 's, P, N> {
         if self.execution.passed.is_some() || self.execution.hands_over() {
             let recording = self.recording.reborrow();
             let (session, peers) = (&mut self.session, &mut self.direct.peers);
-            let mut output = Output { platform: &mut *self.platform, recording, session, peers };
+            let mut output = Output { platform: &mut *self.platform, recording, session, peers, at_once: true };
             if self.execution.hands_over() {
                 self.execution.hand_over(&mut output, self.federation.id);
             } else {
@@ -389,11 +388,14 @@ impl<'a, 's, P: Platform, N: Needs> FederateLoop<'a, 's, P, N> {
         }
     }
 
-    /// Begins the next tag, if it may begin; otherwise returns what it waits for.
+    /// Begins the next tag, if it may begin before `until`, the end of the turn; otherwise returns what it waits for.
     #[outlined]
-    fn begin_next(&mut self) -> Result<Option<Advance>, Failed> {
+    fn begin_next(&mut self, until: Option<Instant>) -> Result<Option<Advance>, Failed> {
         // The clock comes first: then everything that was scheduled before this time is collected.
         let (now, outside) = (self.platform.now(), self.platform.outside());
+        if until.is_some_and(|until| now >= until) {
+            return Ok(Some(Advance::Until(Deadline::Now)));
+        }
         self.execution.collect(outside, self.direct.peers.can_receive());
         let is_decentralized = self.execution.is_decentralized();
         if is_decentralized {

@@ -28,6 +28,9 @@ pub(super) struct Output<'x, 'a, 's, P, N> {
     pub(super) recording: Recording<'x>,
     pub(super) session: &'x mut Session<'a, 's>,
     pub(super) peers: &'x mut Peers<'a, 's, N>,
+    /// Whether a direct message is written at once, because its receiver may be waiting only for a time. Those of the
+    /// later tags of a turn, which are late already, go together at its end: a write takes as long as many short tags.
+    pub(super) at_once: bool,
 }
 
 impl<'x, 's, P: Platform, N: Needs> Output<'x, '_, 's, P, N> {
@@ -117,6 +120,7 @@ impl<P: Platform, N: Needs> Outlet for Output<'_, '_, '_, P, N> {
 
     fn send_directly(&mut self, message: &Outgoing<'_>, tag: Option<lf_wire::Tag>) -> Result<(), SendError> {
         let NetworkOutput { port, federate, max_len, .. } = *message.output;
+        let at_once = self.at_once;
         let Some((peer, platform, recording)) = self.peer(federate, max_len) else {
             let is_lost = tag.is_some() && !self.peers.may_be_absent(federate);
             if is_lost && self.peers.to(federate).is_some_and(Outbound::lose) {
@@ -129,8 +133,7 @@ impl<P: Platform, N: Needs> Outlet for Output<'_, '_, '_, P, N> {
             Ok(bytes) => {
                 let kind = tag.map_or(MessageType::P2pMessage, |_| MessageType::P2pTaggedMessage);
                 recording.note(platform, sent(kind, message, tag.map(|_| message.tag), federate, bytes));
-                if tag.is_some() {
-                    // Written at once, because its receiver may be waiting only for a time.
+                if at_once && tag.is_some() {
                     peer.flush(platform);
                 }
                 Ok(())
@@ -144,13 +147,16 @@ impl<P: Platform, N: Needs> Outlet for Output<'_, '_, '_, P, N> {
     }
 
     fn send_control_directly(&mut self, federate: u16, message: &Message<'_>) -> Result<(), SendError> {
+        let at_once = self.at_once;
         let Some((peer, platform, recording)) = self.peer(federate, 0) else { return Ok(()) };
         if peer.output().push(message).is_err() {
             peer.is_full(platform.now());
             return Err(SendError::NoRoom);
         }
         recording.note_sent(platform, message, federate);
-        peer.flush(platform);
+        if at_once {
+            peer.flush(platform);
+        }
         Ok(())
     }
 
