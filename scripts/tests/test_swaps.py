@@ -49,6 +49,11 @@ class Run:
         result = subprocess.run(command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, check=False)
         return result.stdout
 
+    def wait_for_state(self, text: str) -> None:
+        """Ask for the state until it has this text, as long as the run lasts."""
+        while text not in (answer := self.ctl()):
+            assert self.process.poll() is None, f"no {text!r}: {answer}"
+
     def finish(self) -> str:
         """Read on to the end, and give all that was printed."""
         assert self.process.stdout is not None
@@ -104,14 +109,12 @@ def test_an_image_leaves_returns_and_is_swapped() -> None:
     """The RTI tells an image to leave, which understands no signal."""
     with running("hot_swap_native_sim.yaml", "--without", "meter") as run:
         run.wait_for("meter takes part when you start it")
-        while "meter: does not run" not in run.ctl():
-            pass
+        run.wait_for_state("meter: does not run")
         assert "is started" in run.ctl("start", "meter")
         run.wait_for("25 answers in life 1")
         assert "asked to leave" in run.ctl("stop", "meter")
         run.wait_for("gone after")
-        while "meter: does not run" not in run.ctl():
-            pass
+        run.wait_for_state("meter: does not run")
         assert "is started" in run.ctl("start", "meter")
         run.wait_for("25 answers in life 2")
         assert "takes its place" in run.ctl("swap", "meter")

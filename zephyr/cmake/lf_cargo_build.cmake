@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
 # Runs cargo for one image and copies the library to the image's build folder. A script of lf_federate().
 #
-# With `LINT` on, clippy reads the crate `lf-zephyr` instead, with all its features. A warning is an error, but for code
-# of devices that the image does not have.
+# With `LINT`, clippy reads a crate instead: the image's own, or `lf-zephyr`, with all its features. A warning is an
+# error, but for code of devices that the image does not have.
 #
 # All images call their library `librustapp.a`, and several of them may be built at once in one target folder. So the
 # copy is made before another image's cargo can start; and only when it differs, so that an unchanged crate does not
@@ -42,9 +42,11 @@ endif()
 list(APPEND arguments --config "build.rustflags=[${flags}]")
 set(redirection)
 if(LINT)
-  set(crate ${repository}/rust/zephyr)
-  set(all_features peers,datagrams,ipv6,security,texts,traces,transients,postcard,c)
-  set(arguments clippy ${arguments} --features ${all_features} -- -D warnings -A dead_code)
+  if(LINT STREQUAL lf-zephyr)
+    set(crate ${repository}/rust/zephyr)
+    set(features peers,datagrams,ipv6,security,texts,traces,transients,postcard,c)
+  endif()
+  set(arguments clippy ${arguments} --features ${features} -- -D warnings -A dead_code)
   # Cargo would look for clippy where rustup is before it looks beside itself.
   list(APPEND environment CARGO=${cargo})
   cmake_path(REPLACE_FILENAME cargo cargo-clippy)

@@ -11,7 +11,7 @@ use lf_coordination::Deadline;
 use lf_coordination::clock_sync::ClockCorrection;
 pub use lf_coordination::{Endpoint, IpAddress};
 use lf_model::Outside;
-use lf_model::time::Instant;
+use lf_model::time::{Instant, Interval};
 #[cfg(feature = "security")]
 pub use lf_secure::Participant;
 use lf_texts::say;
@@ -112,6 +112,8 @@ pub trait Platform {
     const DATAGRAMS: bool = true;
     /// Whether hosts have names, and with them several addresses. Otherwise only one is tried.
     const NAMES: bool = true;
+    /// The time after which a federate begins no further tag before it reads and writes again: longer than that takes.
+    const TURN_TIME: Interval = Interval::from_micros(100);
 
     /// Returns the physical time: nanoseconds of this platform's clock, uncorrected, never running backwards.
     ///

@@ -16,7 +16,7 @@ use core::fmt;
 use lf_coordination::clock_sync::ClockCorrection;
 use lf_coordination::{Deadline, Endpoint, IpAddress, Tally};
 use lf_model::Outside;
-use lf_model::time::Instant;
+use lf_model::time::{Instant, Interval};
 use lf_secure::{ChannelError, ChannelStage, Keyring, Participant, Role};
 use lf_wire::{Message, RejectCode};
 use log::Level;
@@ -200,6 +200,7 @@ fn name_of(socket: SocketId) -> u32 {
 impl<P: Platform, B: AsRef<[u8]> + AsMut<[u8]>> Platform for SecurePlatform<'_, P, B> {
     const DATAGRAMS: bool = P::DATAGRAMS;
     const NAMES: bool = P::NAMES;
+    const TURN_TIME: Interval = P::TURN_TIME;
 
     fn now(&mut self) -> Instant {
         self.platform.now()

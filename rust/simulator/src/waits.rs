@@ -7,12 +7,14 @@
 use std::collections::BTreeMap;
 
 use lf_model::time::Instant;
+use lf_runtime::platform::Platform as _;
 use lf_testkit::random::{Random, combine};
 
 use crate::compile::compile_text;
 use crate::program::CAPACITY_MAX;
 use crate::run::{OutputOptions, Report, run, work_alone};
 use crate::scenario::{Connection, Form, Host, MS, Nanos, SEC, Scenario, US, source};
+use crate::world::Virtual;
 
 /// The longest duration of a scenario, in virtual time.
 const LONGEST: Nanos = 5 * SEC;
@@ -20,9 +22,6 @@ const LONGEST: Nanos = 5 * SEC;
 const FOREVER: Nanos = Nanos::MAX / 4;
 /// Turns of the event loop for one tag: the time has come, input was read, no more input was read.
 const TURNS_PER_TAG: Nanos = 6;
-/// The time after which an event loop begins no further tag in a turn. It reads input that arrives meanwhile only after
-/// the turn.
-const TURN_TIME: Nanos = 100 * US;
 /// The number of turns for all other work at one time.
 const TURNS_BESIDES: Nanos = 40;
 /// The maximum number of bytes of a message, and the number of messages without room in their queues that the buffers
@@ -313,7 +312,8 @@ fn behind(work: &BTreeMap<Nanos, Vec<Nanos>>, host: &Host) -> Nanos {
     most + TURNS_BESIDES * turn(host)
 }
 
-/// Returns the longest turn of a federate's event loop that does this work at these times.
+/// Returns the longest turn of a federate's event loop that does this work at these times. It reads input that arrives
+/// meanwhile only after the turn.
 fn longest_turn(work: &BTreeMap<Nanos, Vec<Nanos>>) -> Nanos {
-    TURN_TIME + work.values().flatten().max().unwrap_or(&0)
+    Virtual::TURN_TIME.as_nanos() + work.values().flatten().max().unwrap_or(&0)
 }

@@ -29,8 +29,8 @@ pub(crate) fn fmt(repository: &Path, report: &mut Report) {
 /// The features that an image may have, one by one.
 const IMAGE_FEATURES: [&str; 8] = ["", "datagrams", "ipv6", "peers", "security", "texts", "traces", "transients"];
 
-/// Lints, with warnings as errors: of the workspace, of the grammar for editors if its parser can be generated, and of
-/// the crates of images with each of their features alone.
+/// Lints, with warnings as errors: of the workspace, of the grammar for editors if its parser can be generated, of the
+/// crates of images with each of their features alone, and of the targets of cargo-fuzz.
 pub(crate) fn clippy(repository: &Path, report: &mut Report) {
     let is_clean = |arguments: &[&str]| {
         let mut command = process::cargo(repository);
@@ -42,6 +42,7 @@ pub(crate) fn clippy(repository: &Path, report: &mut Report) {
     for feature in IMAGE_FEATURES {
         passed &= is_clean(&["--package", "lf-embedded", "--no-default-features", "--features", feature]);
     }
+    passed &= is_clean(&["--manifest-path", "fuzz/Cargo.toml"]);
     report.check("clippy", passed);
 }
 

@@ -7,6 +7,7 @@ use std::env;
 use std::ffi::OsString;
 use std::fs;
 use std::path::{Path, PathBuf};
+use std::process::Command;
 
 use crate::counts::Counts;
 use crate::process;
@@ -38,6 +39,7 @@ pub(crate) fn run(repository: &Path, report: &mut Report) {
             Err(missing) => report.skip(&format!("twister {name}"), &missing),
         }
     }
+    lint(repository, report);
 }
 
 fn run_on(
@@ -53,7 +55,7 @@ fn run_on(
     if report.is_too_late(&name) {
         return;
     }
-    let output = repository.join("target/twister").join(platform.replace('/', "_"));
+    let output = output_folder(repository, platform);
     let mut command = workspace.command("west");
     command.current_dir(workspace.top()).args(["twister", "--platform", platform, "--no-detailed-test-id"]);
     command.args(["--inline-logs", "--clobber-output", "--outdir"]).arg(&output);
@@ -75,6 +77,27 @@ fn run_on(
         Some(counts) => report.runner(&name, succeeded, counts),
         None => report.fail(&name, "twister left no readable twister.json"),
     }
+}
+
+/// Lints the crates of the suites in `tests/`, which only a build for Zephyr can read, as they were built for this
+/// computer.
+fn lint(repository: &Path, report: &mut Report) {
+    let mut found = Vec::new();
+    collect(&output_folder(repository, NATIVE), &["cargo_settings.cmake"], &mut found);
+    let tests = format!("set(crate [==[{}/", repository.join("tests").display());
+    let mut settings = found.into_iter().map(|folder| folder.join("cargo_settings.cmake")).collect::<Vec<_>>();
+    settings.retain(|file| fs::read_to_string(file).is_ok_and(|text| text.contains(&tests)));
+    if settings.is_empty() {
+        report.skip("twister clippy", "no suite in tests/ was built for this computer");
+        return;
+    }
+    let mut passed = true;
+    for settings in settings {
+        let mut command = Command::new("cmake");
+        command.arg(format!("-DSETTINGS={}", settings.display())).args(["-DLINT=image", "-P"]);
+        passed &= process::succeeds(command.arg(repository.join("zephyr/cmake/lf_cargo_build.cmake")));
+    }
+    report.check("twister clippy", passed);
 }
 
 type Variables = Vec<(&'static str, OsString)>;
@@ -113,25 +136,31 @@ fn variables_for_arm() -> Result<Variables, String> {
     }
 }
 
+/// Returns the folder in which twister builds for a platform.
+fn output_folder(repository: &Path, platform: &str) -> PathBuf {
+    repository.join("target/twister").join(platform.replace('/', "_"))
+}
+
 /// Returns the folders below `applications/` and `tests/` with a twister suite.
 fn suites(repository: &Path) -> Vec<PathBuf> {
     let mut found = Vec::new();
     for folder in ["applications", "tests"] {
-        collect_suites(&repository.join(folder), &mut found);
+        collect(&repository.join(folder), &["testcase.yaml", "sample.yaml"], &mut found);
     }
     found.sort();
     found
 }
 
-fn collect_suites(folder: &Path, found: &mut Vec<PathBuf>) {
-    if ["testcase.yaml", "sample.yaml"].iter().any(|name| folder.join(name).is_file()) {
+/// Adds the folders with one of these files that are not below another such folder, nor in a folder of builds.
+fn collect(folder: &Path, files: &[&str], found: &mut Vec<PathBuf>) {
+    if files.iter().any(|name| folder.join(name).is_file()) {
         found.push(folder.to_path_buf());
         return;
     }
     for entry in fs::read_dir(folder).into_iter().flatten().flatten() {
         let name = entry.file_name();
         if entry.path().is_dir() && name != "build" && name != "target" {
-            collect_suites(&entry.path(), found);
+            collect(&entry.path(), files, found);
         }
     }
 }

@@ -7,7 +7,7 @@ use core::sync::atomic::{AtomicBool, Ordering};
 use lf_coordination::Deadline;
 use lf_coordination::clock_sync::ClockCorrection;
 use lf_model::Outside;
-use lf_model::time::Instant;
+use lf_model::time::{Instant, Interval};
 use lf_runtime::platform::{Endpoint, Interest, IpAddress, NetError, Platform, RandomError, SocketId, Transfer};
 use lf_runtime::{FederateEvent, report};
 
@@ -148,6 +148,8 @@ impl<const SOCKETS: usize> Set<SOCKETS> {
 impl<const SOCKETS: usize> Platform for ZephyrPlatform<SOCKETS> {
     const DATAGRAMS: bool = cfg!(CONFIG_NET_UDP);
     const NAMES: bool = false;
+    // A small board takes hundreds of microseconds to read and to write.
+    const TURN_TIME: Interval = Interval::from_millis(2);
 
     fn now(&mut self) -> Instant {
         clock::now()

@@ -30,8 +30,6 @@ use crate::turn::Turn;
 /// The number of tags to run before the socket is read again, when physical time is ahead of logical time. One write
 /// takes as long as many short tags, and can send the messages of all of them.
 const TAGS_PER_TURN: u32 = 64;
-/// The time after which no further tag begins before the socket is read again.
-const TURN_TIME: Interval = Interval::from_micros(100);
 /// The time for which a federate that has failed tries to send FAILED to the RTI, and any federate tries to send the
 /// rest to its peers.
 const FINAL_SEND_TIME_OUT: Interval = Interval::from_secs(1);
@@ -352,7 +350,7 @@ impl<'a, 's, P: Platform, N: Needs> FederateLoop<'a, 's, P, N> {
         }
         for tag in 1..=TAGS_PER_TURN {
             let is_first = tag == 1;
-            let until = (!is_first).then_some(now + TURN_TIME);
+            let until = (!is_first).then_some(now + P::TURN_TIME);
             if !self.execution.engine.is_in_tag()
                 && let Some(advance) = self.begin_next(until)?
             {
