@@ -2,7 +2,7 @@
 # Runs cargo for one image and copies the library to the image's build folder. A script of lf_federate().
 #
 # With `LINT`, clippy reads a crate instead: the image's own, or `lf-zephyr`, with all its features. A warning is an
-# error, but for code of devices that the image does not have.
+# error.
 #
 # All images call their library `librustapp.a`, and several of them may be built at once in one target folder. So the
 # copy is made before another image's cargo can start; and only when it differs, so that an unchanged crate does not
@@ -46,7 +46,7 @@ if(LINT)
     set(crate ${repository}/rust/zephyr)
     set(features peers,datagrams,ipv6,security,texts,traces,transients,postcard,c)
   endif()
-  set(arguments clippy ${arguments} --features ${features} -- -D warnings -A dead_code)
+  set(arguments clippy --no-deps ${arguments} --features ${features} -- -D warnings)
   # Cargo would look for clippy where rustup is before it looks beside itself.
   list(APPEND environment CARGO=${cargo})
   cmake_path(REPLACE_FILENAME cargo cargo-clippy)

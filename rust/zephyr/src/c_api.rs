@@ -11,6 +11,7 @@ use lf_runtime::{ImageError, LogEvent};
 use log::LevelFilter;
 
 use crate::kconfig::LF_LINE_SIZE;
+#[cfg(any(CONFIG_LF_RTI, feature = "traces"))]
 use crate::recording::RecordedParticipant;
 use crate::{ImagePlatform, ZephyrPlatform};
 
