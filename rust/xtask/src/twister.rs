@@ -83,7 +83,7 @@ fn run_on(
 /// computer.
 fn lint(repository: &Path, report: &mut Report) {
     let mut found = Vec::new();
-    collect(&output_folder(repository, NATIVE), &["cargo_settings.cmake"], &mut found);
+    collect(&output_folder(repository, NATIVE), &["cargo_settings.cmake"], &[], &mut found);
     let tests = format!("set(crate [==[{}/", repository.join("tests").display());
     let mut settings = found.into_iter().map(|folder| folder.join("cargo_settings.cmake")).collect::<Vec<_>>();
     settings.retain(|file| fs::read_to_string(file).is_ok_and(|text| text.contains(&tests)));
@@ -145,22 +145,23 @@ fn output_folder(repository: &Path, platform: &str) -> PathBuf {
 fn suites(repository: &Path) -> Vec<PathBuf> {
     let mut found = Vec::new();
     for folder in ["applications", "tests"] {
-        collect(&repository.join(folder), &["testcase.yaml", "sample.yaml"], &mut found);
+        let (files, builds) = (["testcase.yaml", "sample.yaml"], ["build", "target"]);
+        collect(&repository.join(folder), &files, &builds, &mut found);
     }
     found.sort();
     found
 }
 
-/// Adds the folders with one of these files that are not below another such folder, nor in a folder of builds.
-fn collect(folder: &Path, files: &[&str], found: &mut Vec<PathBuf>) {
+/// Adds the folders with one of these files that are not below another such folder, nor in one with a name to skip.
+fn collect(folder: &Path, files: &[&str], skipped: &[&str], found: &mut Vec<PathBuf>) {
     if files.iter().any(|name| folder.join(name).is_file()) {
         found.push(folder.to_path_buf());
         return;
     }
     for entry in fs::read_dir(folder).into_iter().flatten().flatten() {
         let name = entry.file_name();
-        if entry.path().is_dir() && name != "build" && name != "target" {
-            collect(&entry.path(), files, found);
+        if entry.path().is_dir() && !skipped.iter().any(|skipped| name == *skipped) {
+            collect(&entry.path(), files, skipped, found);
         }
     }
 }

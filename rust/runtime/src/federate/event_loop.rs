@@ -349,8 +349,7 @@ impl<'a, 's, P: Platform, N: Needs> FederateLoop<'a, 's, P, N> {
             return Ok(Advance::OutputFull);
         }
         for tag in 1..=TAGS_PER_TURN {
-            let is_first = tag == 1;
-            let until = (!is_first).then_some(now + P::TURN_TIME);
+            let until = (tag > 1).then_some(now + P::TURN_TIME);
             if !self.execution.engine.is_in_tag()
                 && let Some(advance) = self.begin_next(until)?
             {
@@ -362,7 +361,7 @@ impl<'a, 's, P: Platform, N: Needs> FederateLoop<'a, 's, P, N> {
                 recording: self.recording.reborrow(),
                 session: &mut self.session,
                 peers: &mut self.direct.peers,
-                at_once: is_first,
+                at_once: until.is_none(),
             };
             if let Some(advance) = self.execution.run(&mut output, max_level, limit)? {
                 return Ok(advance);
